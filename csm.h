@@ -1,24 +1,24 @@
-/* csm.h - v1.0.0 - coherent shadow maps: visibility of rigid objects, precomputed without loss - MIT-0 OR Unlicense
+/* csm.h - v1.0.0 - coherent shadow maps: precomputed visibility of rigid objects - MIT-0 OR Unlicense
 
    What it does
 
    Renders an object's depth from thousands of directions (or light positions) once, compresses all those
    shadow maps into one small block, and answers "is this point lit from there?" with one cache line a query.
-   After Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007.
-   lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility: lights, materials,
-   sampling.
+   The method is that of Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow
+   Maps", EGSR 2007. lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility:
+   lights, materials, sampling.
 
    What it does not do
 
-   - Objects are rigid; they may move, turn and scale evenly. Nothing deforms.
-   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels.
-     Shadows of details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures
-     and figures.
-   - No bounced light, no rendering, no file access, no threads of its own.
+   - It does not deform objects. They are rigid; they may move, turn and scale evenly.
+   - Its answers are exact for the maps, not for the scene: directions snap to N maps, and points to M x M
+     pixels. Shadows of details finer than a pixel (1/128 of the object by default) are lost or widened;
+     docs/csm.md has pictures and figures.
+   - It computes no bounced light, renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define CSM_IMPLEMENTATION
        #include "csm.h"
@@ -52,44 +52,54 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions point from the surface to the light;
-   distances in the mesh's units, angles in radians. Latitude-longitude maps have their poles at +Y and -Y: a
-   scene with Z up is turned before it comes here.
+   Coordinates are right-handed; matrices are column-major float[16]; directions point from the surface to the
+   light; distances are in the mesh's units, angles in radians. The poles of the maps of directions are +Y and
+   -Y: turn a scene whose up is Z before it comes here.
 
-     map        the depth of the object along one direction (orthographic) or around one position (six faces
-                of a cube)
-     domain     the set of those directions or positions: a mapping D of d parameters in 0..1
-     cell       one of the N samples of the domain; its map is what is precomputed
-     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for
-                coherence
-     layers     z1, z2, z3: depths of the first hits of a pixel's ray
+     map        the depths of the object along one direction (an orthographic image), or around one position
+                (the six faces of a cube)
+     domain     the set of those directions or positions: a mapping D of d parameters, each in 0..1
+     cell       one of the N samples of the domain; each cell has one map
+     view       one rendered image: a map of a direction, or one face of a map of a position. Views are stored
+                in a sequence in which neighbours look alike
+     layers     z1, z2, z3: the depths of the first, second and third hit of a pixel's ray
      segment    a run of views for which one stored depth separates z1 from the layer behind it
-     receiver   the point that is asked about
+     tray       in the fast layout (COHSM_LAYOUT_FAST) the depths of one pixel over 256 views, within one
+                cache line if they fit
+     receiver   a point that may be lit, about which a query asks
      semi-local a light at a position outside the object's convex hull, answered by the maps of directions
+     hull       the convex hull of the object, kept as a k-DOP (discrete oriented polytope): the solid between
+                pairs of parallel planes, here of 13 fixed directions, that encloses the object
 
    How it works
 
-   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes
-   out the same. For each pixel, the builder walks through the views and goes on with one value as long as it
-   fits; that is the least number of segments. What it then writes is 14 to 16 bits a segment:
+   A pixel's depth z may be stored as any value in [z1, z2), since the comparison with a receiver on a surface
+   comes out the same. For each pixel, the builder walks through the views and keeps one value as long as the
+   value fits; this gives the least number of segments. A segment then takes 14 to 16 bits:
 
      lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
      blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
                    palette)
 
-   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's
-   detail (bunny 345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+   A block takes about 1.9 M^2 s bytes for s segments a pixel. s grows with about N^0.55 and with the object's
+   detail: it is 345 for the bunny and 530 for the dragon at N = 128^2, M = 128. The knobs, and what each
+   trades:
 
-     side          fewer directions: banding in penumbrae, shadows that jump as a light moves
-     map_side      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a
-                   pixel. From places on a light M pixels are 90 degrees: a small thing far from it wants maps
-                   of directions
-     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed
-                   objects, and leak light onto receivers between the second and third surface, and with FAR
-                   behind the object
-     bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
-     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for
-                   jags
+     side          Fewer directions make smaller blocks, but show as bands in penumbrae and as shadows that
+                   jump while a light moves.
+     map_side      Fewer pixels make smaller blocks, but jagged and widened contact shadows, and light leaks
+                   through things thinner than a pixel. A face of a map of a position spans 90 degrees with M
+                   pixels, so that few of them see a small object far from its light: make maps of directions
+                   for such an object.
+     layers        Z1Z2 is right everywhere. For closed objects, Z1Z3_SPHERE makes the block about half and
+                   Z1Z3_FAR about a third as large, but both leak light onto receivers between the second and
+                   the third surface, and Z1Z3_FAR also onto receivers behind the object.
+     layout        FAST answers random queries 1.2 to 2 times as fast as COMPACT, since it decodes nothing. It
+                   keeps trays of about 1.4 times the block's bytes beside the block.
+     bias          Too little gives acne at grazing light, too much leaks light in corners. 1 pixel suits most
+                   objects.
+     filter        NEAREST is fastest, and jagged. PCF is smooth, and 13 times slower for maps of directions.
+                   ROULETTE is as fast as NEAREST and has PCF's mean, but shows noise in place of jags.
 
    From the paper to the code
 
@@ -108,6 +118,8 @@
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
      section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
                                                                  cohsm__load_tile                     T62, T66
+     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of
+                                                                 cohsm_query                          T62
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
      section 5, the rest    the estimator: lightsampling.h
      section 6, quality     the bias                             cohsm_query                          T71
@@ -122,15 +134,21 @@
      COHSM_DEF            everywhere: your own linkage instead
      COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
      COHSM_FILE           with the implementation: this file's name, if it is not "csm.h". The file includes
-                          itself for AVX2 and AVX-512; where it cannot, it does without them
+                          itself to compile the kernels for AVX2 and AVX-512, and does without these kernels
+                          if __has_include does not find it
+
+   In the repository, make join csm.h WITHOUT="build" writes this header without the precomputation, for
+   programs that only open files and ask; WITHOUT="all" leaves packed files and intrinsics out too
+   (src/README.md).
 
    Memory, errors, threads, determinism
 
-   All memory comes from the system's allocator, called from the thread that called us. Every function that
-   can fail returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There
-   are no globals: const maps may be queried from any number of threads; a builder belongs to one at a time.
-   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread
-   count (not with x87 arithmetic, nor with clang's -ffast-math).
+   All memory comes from the allocator of cohsm_system, called from the thread that called us. Maps and
+   builders keep allocator, log and user of the system that they were made with: these must live as long.
+   Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
+   and nothing leaks. There are no globals: any number of threads may query the same maps; a builder belongs
+   to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
+   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H
@@ -186,51 +204,58 @@ typedef enum cohsm_result {
 } cohsm_result;
 
 typedef struct cohsm_maps cohsm_maps;       /* one object's shadow maps, compressed into one block of bytes */
-struct cohsm_mesh;                  /* its triangles */
+struct cohsm_mesh;                  /* the object's triangles */
 struct cohsm_query;                 /* points, and the light of each */
 struct cohsm_instance;              /* an object of a scene: maps, and where the object stands */
-struct cohsm_desc;                  /* which maps are made: ---- settings of a build ---- */
-struct cohsm_stats;                 /* what a build counted: ---- settings of a build ---- */
+struct cohsm_desc;                  /* which maps a build makes: see "settings of a build" below */
+struct cohsm_stats;                 /* what a build counted: see there */
 
+#ifndef COHSM_WITHOUT_BUILD
 COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct cohsm_mesh *mesh,
                                    cohsm_maps **out, struct cohsm_stats *stats);
 /* Renders the shadow maps of a mesh from all directions or positions of the desc and compresses them.
    desc     NULL = all defaults: 128 x 128 directions, each map 128 x 128 pixels
-   out      written on COHSM_OK only; cohsm_free takes the maps back
-   stats    may be NULL; written on COHSM_OK only
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable
-            triangle), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
-   Cost     time grows with maps x (triangles + pixels). Memory, N being the maps, M the pixels a side, n the
-            pixels of the shard: at most 100 bytes a triangle at first, then 40; 32 views of 4 M^2 bytes
-            (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
-            twice the block. The bytes built do not depend on compiler or threads */
+   out      receives the maps, on COHSM_OK only; give them back by cohsm_free
+   stats    may be NULL; receives what the build counted, on COHSM_OK only
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_INPUT (a stride, an index beyond
+            vertex_count, no usable triangle), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
+            M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
+            at first, then 40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations);
+            16 bytes a segment of the last 65,536 maps; and twice the block. For COHSM_LAYOUT_FAST the trays
+            come on top, and while they are made what cohsm_open_as says */
+#endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
                                      size_t *refused);
-/* Answers for each point whether the object lets its light through. Points and lights are in the object's
-   space.
-   visible  receives a float for each point: 1 lit, 0 shadowed, in between with COHSM_FILTER_PCF, or
-            COHSM_REFUSED
+/* Writes for each point whether the object lets the point's light through. Points and lights are in the
+   object's space.
+   visible  receives query->count floats: 1 lit, 0 shadowed, between them with COHSM_FILTER_PCF, or
+            COHSM_REFUSED. A point or light that is not finite, and a direction of length 0, give 1, since
+            nothing is known about them
    refused  may be NULL; receives how many points were given COHSM_REFUSED
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_MISMATCH (these maps cannot answer this kind of
-            light). Points and lights that are not finite, and directions of length 0, give 1: nothing is
-            known there
-   Cost     one block of a list, about one cache miss, for each point; with PCF 2^(d + 2) of them, d being
-            the dimensions of the domain. Any number of threads may ask the same maps */
+   Errors   COHSM_ERR_ARGUMENT (NULL, a stride), COHSM_ERR_DESC (light_kind, filter, bias),
+            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log of the system that the
+            maps were made with says which field is wrong
+   Cost     About one cache miss for each point; with PCF 2^(d + 2) of them, d being the dimensions of the
+            domain. Any number of threads may ask the same maps */
 
 COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instances, size_t instance_count,
                                            const struct cohsm_query *query, float *visible, size_t *refused);
-/* Answers the same for a scene of several objects: the product of what each of them lets through (section
-   4.6). Points and lights are in world space. The object that a point lies on is asked first, then, while
-   some light is left, the others. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as if it were
-   asked alone with the seed seed + 0x9e3779b9 i.
-   Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
+/* Writes the same for a scene of several objects: for each point the product of what each object lets through
+   (section 4.6). Points and lights are in world space. The object that a point lies on is asked first; the
+   others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
+   if it were asked alone with the seed query->seed + i * 0x9e3779b9.
+   instances  may be NULL if instance_count is 0: every point is lit then
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps and for transforms
+              that shear, mirror or scale unevenly
+   Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
-/* Takes back maps and their memory. Accepts NULL. */
+/* Gives back the maps and their memory. NULL is allowed. */
 
 COHSM_DEF const char *cohsm_result_text(cohsm_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- memory, threads, progress, log: the caller's ---- */
 
@@ -257,6 +282,7 @@ typedef struct cohsm_system {       /* all zero: malloc and free, this thread al
 
 /* ---- structs of page one ---- */
 
+#ifndef COHSM_WITHOUT_BUILD
 typedef struct cohsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -265,44 +291,48 @@ typedef struct cohsm_mesh {
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
 } cohsm_mesh;
+#endif
 
 typedef enum cohsm_light_kind {     /* what the lights of a query are */
     COHSM_LIGHT_DEFAULT,            /* = COHSM_LIGHT_DIRECTION */
-    COHSM_LIGHT_DIRECTION = COHSM_LIGHT_DEFAULT,    /* directions to the light, x, y, z of any length; asks
-                                       maps of directions */
-    COHSM_LIGHT_POSITION,           /* positions x, y, z of lights near by, which must stand outside the
-                                       convex hull of every object (semi-local lights, section 4.3); asks
-                                       maps of directions */
-    COHSM_LIGHT_PARAMETER,          /* d parameters in 0..1 each, which the domain of the maps takes to a
-                                       place or a direction; any domain but LIST */
-    COHSM_LIGHT_INDEX,              /* the number of a map, a uint32_t each; any domain. Numbers beyond the
-                                       maps count as lit */
+    COHSM_LIGHT_DIRECTION = COHSM_LIGHT_DEFAULT,    /* a light is the direction to it, x, y, z of any length.
+                                       The maps must be maps of directions, LATLONG or OCTAHEDRAL */
+    COHSM_LIGHT_POSITION,           /* a light is a position x, y, z near by, outside the convex hull of every
+                                       object (a semi-local light, section 4.3). The maps must be maps of
+                                       directions */
+    COHSM_LIGHT_PARAMETER,          /* a light is d parameters in 0..1 (floats), which the domain of the maps
+                                       takes to a place or a direction. The domain may be any but LIST */
+    COHSM_LIGHT_INDEX,              /* a light is the number of a map, a uint32_t. The domain may be any; a
+                                       point with a number beyond the maps is lit */
     COHSM_LIGHT_COUNT
 } cohsm_light_kind;
 
 typedef enum cohsm_filter {         /* how many maps and pixels answer for a point */
     COHSM_FILTER_DEFAULT,           /* = COHSM_FILTER_NEAREST */
     COHSM_FILTER_NEAREST = COHSM_FILTER_DEFAULT,    /* the nearest map, and its nearest pixel: 0 or 1 */
-    COHSM_FILTER_PCF,               /* the 2^d nearest maps, 4 pixels of each, weighted by distance: 0..1
-                                       (section 4.5) */
-    COHSM_FILTER_ROULETTE,          /* one of those at random, its weight being its probability: 0 or 1, with
-                                       the mean of PCF */
+    COHSM_FILTER_PCF,               /* percentage closer filtering: 4 pixels of each of the 2^d nearest maps,
+                                       weighted by distance: 0..1 (section 4.5) */
+    COHSM_FILTER_ROULETTE,          /* Russian roulette: one of the pixels of PCF at random, with its weight
+                                       as its probability: 0 or 1, and in the mean what PCF gives */
     COHSM_FILTER_COUNT
 } cohsm_filter;
 
-#define COHSM_REFUSED (-1.0f)       /* the answer where a light stands inside an object's hull, which the maps
-                                       have not seen from inside */
+#define COHSM_REFUSED (-1.0f)       /* the answer if a light stands inside an object's convex hull: maps of
+                                       directions see an object from outside only. The hull is kept as a k-DOP
+                                       (see "Conventions"), so that a light just outside the true hull may be
+                                       refused too */
 
 typedef struct cohsm_query {        /* points and lights; zero it, then set what you care about */
     size_t           count;         /* of receivers */
     const float     *positions;     /* x, y, z of each receiver: world space, or object space for
                                        cohsm_visible */
     size_t           position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const void      *lights;        /* one for each receiver, as light_kind says */
-    size_t           light_stride;  /* bytes, a multiple of 4; 0 = packed, which are d floats for PARAMETER.
-                                       The coords of lightsampling.h are 12 bytes apart */
-    int              one_light;     /* not 0: lights is one element, the light of all receivers. This is much
-                                       faster where receivers lie close together */
+    const void      *lights;        /* one light for each receiver, of the type that light_kind says */
+    size_t           light_stride;  /* bytes from one light to the next, a multiple of 4; 0 = packed: 12 for
+                                       DIRECTION and POSITION, 4 d for PARAMETER, 4 for INDEX. The coords of
+                                       lightsampling.h are parameters that lie 12 bytes apart */
+    int              one_light;     /* not 0: lights holds one light, that of all receivers. Such queries are
+                                       much faster if the receivers lie close together */
     cohsm_light_kind light_kind;
     cohsm_filter     filter;
     float            bias;          /* receivers count as nearer to the light by this many pixels of a map,
@@ -310,7 +340,8 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
     uint32_t         seed;          /* of COHSM_FILTER_ROULETTE: receiver i draws its numbers from seed, i
                                        and the instance */
     const uint32_t  *entities;      /* the instance that each receiver lies on, counted from 1, which is asked
-                                       first; 0 or a number beyond the list = none. NULL = none */
+                                       first; 0 or a number beyond the list = none. NULL = all none. Ignored
+                                       by cohsm_visible */
 } cohsm_query;
 
 typedef struct cohsm_instance {     /* an object of a scene; several may share maps */
@@ -327,40 +358,32 @@ typedef enum cohsm_domain_kind {    /* where the maps look from: a mapping D of 
     COHSM_DOMAIN_DEFAULT,           /* = COHSM_DOMAIN_LATLONG */
     COHSM_DOMAIN_LATLONG,           /* d = 2, w = 0: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi; row 0 is
                                        +Y */
-    COHSM_DOMAIN_OCTAHEDRAL,        /* d = 2, w = 0: equal-area octahedral square (Clarberg 2008); needs
-                                       side[0] = side[1] */
+    COHSM_DOMAIN_OCTAHEDRAL,        /* d = 2, w = 0: the sphere on a square by the equal-area octahedral map
+                                       (Clarberg 2008); side[0] and side[1] must be equal */
     COHSM_DOMAIN_LINE,              /* d = 1, w = 1: origin + s u */
     COHSM_DOMAIN_RECTANGLE,         /* d = 2, w = 1: origin + s u + t v */
-    COHSM_DOMAIN_DISC,              /* d = 2, w = 1: a disc about origin; u and v are its two half axes */
-    COHSM_DOMAIN_SPHERE,            /* d = 2, w = 1: the surface of the sphere of radius |u| about origin,
-                                       latitude-longitude of equal area */
+    COHSM_DOMAIN_DISC,              /* d = 2, w = 1: the disc about origin with the half axes u and v; the
+                                       square s, t goes to the disc by Shirley and Chiu's concentric map */
+    COHSM_DOMAIN_SPHERE,            /* d = 2, w = 1: the surface of the sphere of radius |u| about origin;
+                                       s turns about +Y, t runs with equal areas from +Y to -Y */
     COHSM_DOMAIN_VOLUME,            /* d = 3, w = 1: origin + s u + t v + r w */
     COHSM_DOMAIN_TABLE,             /* d = 1..3: a mapping of your own, given by its values at the cells'
                                        centres in `locations` */
-    COHSM_DOMAIN_LIST,              /* d = 0: any set of locations, such as virtual lights; asked by index and
-                                       never interpolated */
+    COHSM_DOMAIN_LIST,              /* d = 0: any set of locations, such as virtual lights, which queries name
+                                       by index; PCF takes no mean over locations */
     COHSM_DOMAIN_KIND_COUNT
 } cohsm_domain_kind;
 
-typedef struct cohsm_domain {
-    cohsm_domain_kind kind;
-    uint32_t side[3];               /* cells along each dimension, 1..4096 (TABLE: 1..2^24). Their product N
-                                       is the number of maps, at most 2^24. 0 = 128, or 32 for each of three
-                                       dimensions */
-    float origin[3], u[3], v[3], w[3]; /* the shape of LINE to VOLUME, in the mesh's space and units */
-    const float *locations;         /* TABLE, LIST: x, y, z, w of each; all w are equal, 0 or 1. They are
-                                       copied */
-    size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
-} cohsm_domain;
-
-typedef enum cohsm_layers {         /* z1, z2, z3 are the depths at which the ray of a pixel meets the object
-                                       first, second and third. A stored depth may be anything from z1
-                                       up to: */
+typedef enum cohsm_layers {         /* how far behind the first hit a stored depth may lie, which makes blocks
+                                       smaller. z1, z2, z3 are the depths at which the ray of a pixel meets
+                                       the object first, second and third */
     COHSM_LAYERS_DEFAULT,           /* = COHSM_LAYERS_Z1Z2 */
-    COHSM_LAYERS_Z1Z2,              /* z2, or see open_thickness: right for every receiver */
-    COHSM_LAYERS_Z1Z3_SPHERE,       /* z3, or where the ray leaves the bounding sphere: for closed surfaces */
-    COHSM_LAYERS_Z1Z3_FAR,          /* z3, or infinity: for closed surfaces that have nothing else behind
-                                       them */
+    COHSM_LAYERS_Z1Z2,              /* up to z2, or as open_thickness says if there is no z2: right for every
+                                       receiver */
+    COHSM_LAYERS_Z1Z3_SPHERE,       /* up to z3, or to where the ray leaves the bounding sphere: for closed
+                                       surfaces */
+    COHSM_LAYERS_Z1Z3_FAR,          /* up to z3, or without an end: for closed surfaces that have nothing else
+                                       behind them */
     COHSM_LAYERS_COUNT
 } cohsm_layers;
 
@@ -368,22 +391,45 @@ typedef enum cohsm_order {          /* the sequence in which maps are stored; th
                                        the smaller the block */
     COHSM_ORDER_DEFAULT,            /* cohsm_build tries orders on small versions of the build, which takes a
                                        fifth of its time; a cohsm_builder takes HILBERT */
-    COHSM_ORDER_SCANLINE,           /* the first dimension runs fastest */
-    COHSM_ORDER_ZIGZAG,             /* the same, with every other line backwards */
-    COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag with the second dimension fastest */
-    COHSM_ORDER_HILBERT,            /* Hilbert's curve for any sides; no step is diagonal for powers of two */
+    COHSM_ORDER_SCANLINE,           /* lines along the first dimension, one after another */
+    COHSM_ORDER_ZIGZAG,             /* the same lines, every other one backwards */
+    COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag by lines along the second dimension */
+    COHSM_ORDER_HILBERT,            /* Hilbert's curve, for any sides; no step is diagonal if the sides are
+                                       powers of two */
     COHSM_ORDER_COUNT
 } cohsm_order;
 
 typedef enum cohsm_orientation {    /* which way is up in the image of a direction's map */
     COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries them together with the order; a cohsm_builder takes
                                        POLAR */
-    COHSM_ORIENTATION_POLAR,        /* right along rising s of LATLONG, up towards +Y */
-    COHSM_ORIENTATION_MINIMAL,      /* the image of +Y by the shortest rotation; turns fast near -Y */
-    COHSM_ORIENTATION_TWO_POLES,    /* the shortest rotation from the nearer of +Y and -Y; jumps at the
-                                       equator */
+    COHSM_ORIENTATION_POLAR,        /* up is towards +Y; right is towards larger s of LATLONG */
+    COHSM_ORIENTATION_MINIMAL,      /* axes follow from those at +Y by the shortest rotation to the direction;
+                                       they turn fast near -Y */
+    COHSM_ORIENTATION_TWO_POLES,    /* the same from the nearer of +Y and -Y; axes jump at the equator */
     COHSM_ORIENTATION_COUNT
 } cohsm_orientation;
+
+typedef enum cohsm_layout {         /* how maps lie in memory; answers are the same */
+    COHSM_LAYOUT_DEFAULT,           /* = COHSM_LAYOUT_COMPACT */
+    COHSM_LAYOUT_COMPACT = COHSM_LAYOUT_DEFAULT,    /* the block alone, which is the file too */
+    COHSM_LAYOUT_FAST,              /* the block and, beside it, trays, in which a query finds a depth by
+                                       reading 2 bytes and one cache line, without decoding. Trays take about
+                                       1.4 times the bytes of the block (cohsm_info.fast_bytes) */
+    COHSM_LAYOUT_BUDGET,            /* FAST if block and trays take layout_bytes or less, else COMPACT */
+    COHSM_LAYOUT_COUNT
+} cohsm_layout;
+
+#ifndef COHSM_WITHOUT_BUILD
+typedef struct cohsm_domain {
+    cohsm_domain_kind kind;
+    uint32_t side[3];               /* cells along each dimension, 1..4096 (TABLE: 1..2^24). Their product N
+                                       is the number of maps, at most 2^24. 0 = 128, or 32 for VOLUME, or 1
+                                       for TABLE and for dimensions that the kind does not have */
+    float origin[3], u[3], v[3], w[3]; /* the shape of LINE to VOLUME, in the mesh's space and units */
+    const float *locations;         /* TABLE, LIST: x, y, z, w of each cell, the first dimension fastest; w is
+                                       0 for all or 1 for all. The library copies them */
+    size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
+} cohsm_domain;
 
 typedef struct cohsm_desc {         /* zero it, then set what you care about */
     cohsm_system system;
@@ -391,47 +437,55 @@ typedef struct cohsm_desc {         /* zero it, then set what you care about */
     uint32_t     map_side;          /* M, the pixels a side of a map, 4..1024; 0 = 128 */
     cohsm_layers layers;
     cohsm_order  order;
-    cohsm_orientation orientation;  /* of directions alone */
-    uint32_t     depth_bits;        /* the stored depths lie on a grid of so many bits, 4..8; 0 = 8. Where no
-                                       grid value separates the layers, a depth is kept in 16 bits: fewer
-                                       bits make more segments, and never a wrong answer */
+    cohsm_orientation orientation;  /* ignored for maps of positions */
+    uint32_t     depth_bits;        /* stored depths lie on a grid of so many bits, 4..8; 0 = 8. If no grid
+                                       value separates the layers, a depth is kept in 16 bits: fewer bits
+                                       make more segments, but never a wrong answer */
     float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit
-                                       (a leaf, an open border) its stored depth may lie, since receivers may
-                                       be right behind it; map_side or more: as far as the bounding sphere
-                                       goes, as in the paper */
-    int          self_only;         /* not 0: pixels that nothing hits may store anything, which makes a
-                                       smaller block that answers for the object's own surface alone */
-    float        center[3], radius; /* a sphere that holds the mesh; radius 0 = fitted (a cohsm_builder needs
-                                       it) */
-    uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: pixels begin..end - 1 of every map
-                                       alone, of map_side^2; 0, 0 = all */
+                                       (a leaf, an open border) the stored depth may lie, which leaks light
+                                       onto receivers right behind that surface; map_side or more: to the far
+                                       side of the bounding sphere, as in the paper */
+    int          self_only;         /* not 0: pixels that nothing hits may store anything. The block is
+                                       smaller, and answers only for points on the object's own surface */
+    float        center[3], radius; /* a sphere that holds the mesh; radius 0 = fitted to the mesh (a
+                                       cohsm_builder, which has no mesh, needs the sphere) */
+    uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: only the pixels begin..end - 1 of the
+                                       map_side^2 of every map are built; 0, 0 = all */
+    cohsm_layout layout;            /* how the finished maps lie in memory */
+    size_t       layout_bytes;      /* of COHSM_LAYOUT_BUDGET: the most that block and trays may take */
 } cohsm_desc;
 
-typedef struct cohsm_stats {        /* what a build counted; every field may be read after COHSM_OK */
-    uint64_t segments;              /* in all lists */
-    uint64_t exact_depths;          /* segments of one map that are kept in 16 bits, since no value of the
-                                       grid separates its layers */
-    uint64_t empty_intervals;       /* pixels of views in which the layer that bounds the stored depth lies at
-                                       z1: z1 is stored, and the query's bias is needed */
+typedef struct cohsm_stats {        /* what a build counted */
+    uint64_t segments;              /* segments of all pixels together */
+    uint64_t exact_depths;          /* segments of one view whose depth is kept in 16 bits, since no value of
+                                       the grid separates the layers */
+    uint64_t empty_intervals;       /* pixels of views whose next layer lies at z1 itself: z1 is stored, and
+                                       only a query's bias keeps the surface from shadowing itself */
     uint64_t open_entries;          /* pixels of views with one hit only: they see an open border or a
                                        sheet */
-    uint32_t triangles;             /* used */
-    uint32_t skipped_triangles;     /* a vertex was not finite, or two corners were equal */
-    uint32_t duplicate_triangles;   /* had the same three corners as an earlier one, in any order */
-    cohsm_order order;              /* the one taken */
-    size_t   peak_bytes;            /* the most that the allocator had given out at once */
+    uint32_t triangles;             /* triangles that were used */
+    uint32_t skipped_triangles;     /* triangles left out because a vertex was not finite or two corners were
+                                       equal */
+    uint32_t duplicate_triangles;   /* triangles left out because an earlier one had the same three corners,
+                                       in any order */
+    cohsm_order order;              /* the sequence in which the maps are stored: desc.order, or for
+                                       COHSM_ORDER_DEFAULT the one that the build chose */
+    size_t   peak_bytes;            /* the most bytes that the allocator had given out at once */
 } cohsm_stats;
 
 COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
                                     uint32_t *side, uint32_t *map_side);
-/* Finds the side of LATLONG or OCTAHEDRAL and the pixels a side of a map, M, that have the least expected
-   error of all whose block stays below so many bytes. Sizes are measured on builds of side 16 and 32 and
-   continued by their growth, with a tenth in reserve. The error is 0.0055 (128 / side) + 0.0185 sqrt(128
-   / M): the shares of rays that snapping to directions and to pixels gets wrong on the bunny (docs/csm.md).
-   desc     NULL = all defaults; its side and map_side are ignored
-   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (another domain); COHSM_ERR_LIMIT where not even side 8,
-            M = 16 fits
-   Cost     about a build of side 40 */
+/* Finds the side of a LATLONG or OCTAHEDRAL domain and the side M of a map with the least expected error
+   among those whose block is expected to stay below so many bytes. The size of a block is measured on builds
+   of side 16 and 32 and continued by their growth, with a tenth in reserve. The expected error is
+   0.0055 (128 / side) + 0.0185 sqrt(128 / M), the share of rays that snapping to directions and to pixels
+   gets wrong on the bunny (docs/csm.md).
+   desc     NULL = all defaults; its domain.side and map_side are ignored
+   side, map_side   receive what to write into domain.side[0], domain.side[1] and map_side, on COHSM_OK only
+   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (another domain); COHSM_ERR_LIMIT (not even side 8 with
+            M = 16 fits)
+   Cost     about that of a build of side 40 */
+#endif
 
 /* ==== src/csm/api_maps.h ==== */
 
@@ -455,49 +509,80 @@ typedef struct cohsm_info {
     float    depth_far;             /* positions: the distance that a depth of 1 stands for */
     uint64_t segments;
     size_t   bytes;                 /* of the block */
-    double   ratio;                 /* view_count * pixels * 2 / bytes, as in the paper; pixels are M * M, or
-                                       those of a shard */
+    cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
+    size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
+    double   ratio;                 /* the paper's compression ratio: view_count * pixels * 2 bytes of plain
+                                       16-bit maps / bytes; pixels are M * M, or those of a shard */
 } cohsm_info;
 
 COHSM_DEF void cohsm_get_info(const cohsm_maps *maps, cohsm_info *out);
-/* Writes what the maps were built with, and how large they are. Does nothing if one of the two is NULL. */
+/* Writes what the maps were built with and how large they are. Does nothing if a pointer is NULL. */
 
 COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *maps, uint32_t map, float out[4]);
-/* Writes x, y, z, w of a map: D at the centre of its cell. Cells are counted with the first dimension
-   fastest, not in the order of storage.
+/* Writes where a map looks from, x, y, z, w: the value of D at the centre of the map's cell.
+   map      0..map_count - 1, counted with the first dimension fastest, not in the order of storage
+   out      w = 0: x, y, z is the unit direction towards the light; w = 1: a position
    Errors   COHSM_ERR_ARGUMENT (NULL, or map is not below map_count) */
+
+COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
+/* Decompresses one view, for tests, and for renderers that want one plain shadow map. Writes the stored
+   depths of its pixels, M * M or those of a shard, row 0 at y = 0: z * 65533, 65534 for the sphere's far
+   side, 65535 for infinity.
+   view     the map's number as cohsm_location counts; for maps of positions face * N + the map's number
+   Errors   COHSM_ERR_ARGUMENT (NULL, or a view that is too large)
+   Cost     one search for each pixel */
 
 /* ---- files ---- */
 
 COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
-/* Returns the block and its size: little-endian 32-bit words without pointers, which are the plain file and
-   what is uploaded to a GPU. On big-endian hosts use cohsm_write. The block lives as long as the maps. */
+/* Returns the block, which is the plain file as it stands and is what a GPU gets, and writes its bytes. The
+   block consists of 32-bit words without pointers (docs/csm-format.md) in the byte order of the host; the
+   file is little-endian, so write it by cohsm_write on big-endian hosts. The block lives as long as the maps.
+   maps     NULL gives NULL
+   bytes    may be NULL */
 
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_bytes);
-/* Writes the bytes of the plain file, cohsm_info.bytes of them, the same on a host of any byte order.
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_MEMORY */
+/* Writes the plain file, cohsm_info.bytes bytes that are the same on a host of any byte order.
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY (memory_bytes is below cohsm_info.bytes) */
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,
                                   cohsm_maps **out);
-/* Makes maps from a plain or packed file in memory, which is copied, so that data may go. Version, sizes,
-   checksum and every list are checked before anything is used. It asks for at most 64 bytes a byte of file +
-   256 KB.
-   system   NULL: malloc and free, no progress
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
+/* Makes maps from a plain or packed file in memory; cohsm_free takes the maps back. The file is copied and
+   need not outlive the call. It may come from anywhere: version, sizes, checksum and every list are checked
+   before anything is used.
+   system   NULL: malloc and free, no progress, no log
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     at most 64 bytes of memory for each byte of the file, and 256 KB; for the time see cohsm_pack */
+
+#ifndef COHSM_WITHOUT_FAST
+COHSM_DEF cohsm_result cohsm_open_as(const void *data, size_t bytes, cohsm_layout layout, size_t layout_bytes,
+                                     const cohsm_system *system, cohsm_maps **out);
+/* Does what cohsm_open does, and lays the maps out in memory for size or for speed.
+   layout        COHSM_LAYOUT_FAST makes trays from the block; COHSM_LAYOUT_BUDGET only if they fit
+   layout_bytes  of COHSM_LAYOUT_BUDGET: the most bytes that block and trays may take together
+   Errors        those of cohsm_open; COHSM_ERR_ARGUMENT also for layout; COHSM_ERR_LIMIT (256 GiB of trays)
+   Cost          that of cohsm_open, and for trays 0.2 to 0.3 microseconds and 2 bytes to 1 KB of memory for
+                 each pixel and 256 views; while they are made 0.5 MB more, or eight times that with a
+                 parallel_for. The bytes of trays do not follow from those of the file: if files are not
+                 trusted, COHSM_LAYOUT_BUDGET keeps block and trays within layout_bytes */
+#endif
 
 /* ==== src/csm/api_pack.h ==== */
 
 COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *system, void **data,
                                   size_t *bytes);
-/* Makes the packed file, from which cohsm_open makes the same block again. It is entropy-coded against
-   neighbouring pixels, and takes about half of the plain size, for simple objects far less.
-   system   NULL: malloc and free, no progress
-   data     written on COHSM_OK only, memory from the system's allocator: give it back there
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT,
+/* Makes a packed file, from which cohsm_open makes the same block again. The lists of a pixel are
+   entropy-coded with those of its neighbours as context, which takes about half of the plain size, and far
+   less for simple objects.
+   system   NULL: malloc and free, no progress, no log
+   data     receives memory from the system's allocator, on COHSM_OK only: give it back to that allocator
+   bytes    receives the size of the file, on COHSM_OK only
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT,
             COHSM_ERR_CANCELLED
-   Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block;
-            cohsm_open takes the other half. Memory: twice the block, and the packed file */
+   Cost     About 1 microsecond a segment, half of it to check that the file decodes to the same block;
+            cohsm_open needs half a microsecond a segment. The memory needed is twice the block and the packed
+            file */
 
 /* ==== src/csm/api_builder.h ==== */
 
@@ -506,82 +591,85 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
 typedef struct cohsm_builder cohsm_builder; /* makes maps of layers that you render, one view at a time */
 
 typedef struct cohsm_view {         /* the camera of one map, or of one face of a map of a position */
-    uint32_t index;                 /* 0..view count - 1, in sequence */
+    uint32_t index;                 /* 0..view count - 1, the view's place in the sequence */
     uint32_t cell;                  /* the map's number, 0..N - 1, as cohsm_location counts */
-    float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up) and z, the
-                                       linear depth in 0..1; perspective faces give (x w, y w, -, w), and
-                                       their depth is w * depth_scale */
+    float matrix[16];               /* column-major. Orthographic: takes a point of object space to x, y in
+                                       0..M (pixels, y up) and z, the linear depth in 0..1. Perspective: takes
+                                       it to (x w, y w, 0, w), with x, y in pixels; its linear depth is
+                                       w * depth_scale */
     float depth_scale;              /* of perspective views; 0 for orthographic ones */
-    float location[4];              /* x, y, z, w: D of this view */
+    float location[4];              /* x, y, z, w of the map, as cohsm_location writes them */
     uint32_t face;                  /* 0..5: +X -X +Y -Y +Z -Z; 0 for orthographic views */
 } cohsm_view;
 
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out);
-/* Makes a builder, which cohsm_builder_free takes back. It never holds all maps: its memory is that of
-   cohsm_build without the triangles. Since it knows no mesh, cohsm_visible refuses the semi-local lights
-   inside the bounding sphere, in place of those inside the object's hull.
-   desc     needs a radius > 0
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+/* Makes a builder, which cohsm_builder_free takes back. Since a builder knows no mesh, cohsm_visible refuses
+   semi-local lights inside a k-DOP of the bounding sphere, in place of those inside the object's hull.
+   desc     needs center and a radius of 1e-18..1e18; its system serves all calls of the builder
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
+   Cost     A builder never holds all maps: its memory is that of cohsm_build without the triangles */
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *builder);
-/* Returns how many views must be rendered: N, or 6 N for positions. */
+/* Returns how many views must be rendered: N for maps of directions, 6 N for maps of positions, 0 for
+   NULL. */
 
 COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t index, cohsm_view *out);
 /* Writes the camera of a view.
+   index    0..cohsm_builder_view_count - 1
    Errors   COHSM_ERR_ARGUMENT (NULL, or an index that is too large) */
 
 COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1,
                                          const float *z2, const float *z3);
 /* Takes the layers of a view and compresses them.
-   index        counts up from 0 with each call
-   z1, z2, z3   M * M depths in 0..1 each (the view's z; row 0 is y = 0), or above 1 where there is no such
-                hit, with z1 <= z2 <= z3; z3 may be NULL with COHSM_LAYERS_Z1Z2
-   Errors       COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_INPUT (NaN, or layers out of order; the view
-                may be given again), COHSM_ERR_ALLOC (the builder can only be freed then) */
+   index        0 for the first call, then one more with each call
+   z1, z2, z3   M * M depths in 0..1 each (the view's linear depth; row 0 is y = 0), or above 1 if there is no
+                such hit, with z1 <= z2 <= z3; z3 may be NULL with COHSM_LAYERS_Z1Z2
+   Errors       COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (another index), COHSM_ERR_INPUT (NaN, or layers
+                out of order; the view may be given again), COHSM_ERR_ALLOC (the builder can then only be
+                freed) */
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
-/* Makes the maps after the last view; the builder can only be freed then.
+/* Makes the maps after the last view. The builder can then only be freed.
+   out      receives the maps, on COHSM_OK only; cohsm_free takes them back
    stats    may be NULL
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (a view is missing), COHSM_ERR_LIMIT,
+            COHSM_ERR_ALLOC */
 
 COHSM_DEF void cohsm_builder_free(cohsm_builder *builder);
-/* Takes back a builder and its memory. Accepts NULL. */
+/* Gives back a builder and its memory. NULL is allowed. */
 
 /* ---- large builds in pieces ---- */
 
 COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_system *system,
                                    cohsm_maps **out);
-/* Joins shards of one desc whose ranges of pixels follow each other from 0 to M * M. The bytes are those of
-   the build in one piece.
-   system   NULL: malloc and free, no progress
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
+/* Makes the maps of a whole build from its shards, which stay as they are. The bytes are those of the build
+   in one piece; the layout in memory is that of the first shard, COMPACT or FAST.
+   shards   count of them, of one desc (pixel_begin, pixel_end), whose ranges of pixels follow each other from
+            0 to M * M
+   system   NULL: malloc and free, no progress, no log
+   Errors   COHSM_ERR_ARGUMENT (NULL, a count of 0), COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH (shards of
+            different builds, or in another order), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
 
 /* ---- checking a build ---- */
 
-typedef struct cohsm_report {
+typedef struct cohsm_report {       /* what cohsm_verify found */
     uint64_t entries;               /* pixels x views that were compared */
-    uint64_t wrong;                 /* stored depths outside of their interval: 0, or the block is not
-                                       lossless */
-    uint64_t empty;                 /* stored at z1 as promised, as cohsm_stats.empty_intervals */
-    uint32_t first_view, first_pixel;   /* of the first wrong entry; views count in sequence, as
-                                       cohsm_view.index */
+    uint64_t wrong;                 /* stored depths that do not separate their layers; 0 for every block that
+                                       cohsm_build made of this mesh */
+    uint64_t empty;                 /* pixels of views whose next layer lies at z1 itself, as in
+                                       cohsm_stats.empty_intervals; they are right if they store z1 */
+    uint32_t first_view, first_pixel;   /* of the first wrong entry, if there is one; a view counts in
+                                       sequence, as cohsm_view.index does */
 } cohsm_report;
 
 COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *system,
                                     const cohsm_mesh *mesh, cohsm_report *out);
-/* Renders every view of the mesh again and compares every stored depth with the layers that it must separate
-   (equation 1). COHSM_OK says that this was done: out->wrong has the result.
-   system   NULL: malloc and free, this thread alone, no progress
-   Errors   those of cohsm_build */
-
-COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
-/* Decompresses one map, for tests, and for renderers that want one plain shadow map. Writes the stored
-   depths z * 65533 of its pixels, all M * M or those of a shard, row 0 at y = 0; 65534 is open to the
-   sphere's far side, 65535 is infinity.
-   view     the map's number, or face * N + number
-   Errors   COHSM_ERR_ARGUMENT (NULL, or a view that is too large)
-   Cost     M^2 searches */
+/* Renders every view of the mesh again and compares every stored depth with the layers that the depth must
+   separate (equation 1). COHSM_OK says that all were compared; out->wrong says how many were wrong.
+   mesh     the mesh that the maps were built from
+   system   NULL: malloc and free, this thread alone, no progress, no log
+   Errors   those of cohsm_build
+   Cost     about that of cohsm_build */
 
 /* ==== src/csm/api_end.h ==== */
 
@@ -593,7 +681,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 
 /* ==== src/csm/begin.h ==== */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(CSM_IMPLEMENTATION) && !defined(CSM_IMPLEMENTED)
 
@@ -615,12 +703,12 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define COHSM__FINITE_MATH 1
 #else
@@ -636,7 +724,6 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -658,7 +745,7 @@ static inline void cohsm__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int cohsm__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -673,13 +760,14 @@ static inline int cohsm__add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int cohsm__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int cohsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -695,7 +783,7 @@ static inline cohsm__allocator cohsm__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *cohsm__alloc(const cohsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -713,7 +801,6 @@ static inline void cohsm__free(const cohsm__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -752,7 +839,7 @@ static inline cohsm__v3 cohsm__v3_scale(cohsm__v3 a, float s)
     return cohsm__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline cohsm__v3 cohsm__v3_madd(cohsm__v3 a, cohsm__v3 b, float s)
 {
     return cohsm__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -783,8 +870,8 @@ static inline cohsm__v3 cohsm__v3_max(cohsm__v3 a, cohsm__v3 b)
     return cohsm__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline cohsm__v3 cohsm__v3_normalize(cohsm__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -799,7 +886,8 @@ static inline cohsm__v3 cohsm__v3_normalize(cohsm__v3 a)
     return cohsm__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int cohsm__finite(float x)
 {
     uint32_t bits;
@@ -814,12 +902,12 @@ static inline int cohsm__v3_finite(cohsm__v3 a)
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline cohsm__v3 cohsm__m4_point(const float *m, cohsm__v3 p)
 {
-    return cohsm__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+    return cohsm__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
@@ -829,7 +917,7 @@ static inline cohsm__v3 cohsm__m4_direction(const float *m, cohsm__v3 d)
                      m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int cohsm__m4_is_affine(const float *m)
 {
     int i;
@@ -838,31 +926,26 @@ static inline int cohsm__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
-   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
-   on points. out may be m. */
+/* Writes the inverse of m, which may be out itself, and returns 1. Returns 0, with out untouched, if m is
+   singular to float precision; the test compares the determinant with the product of the column lengths and
+   is therefore free of scale. The arithmetic is double, since the inverse of a badly scaled matrix is used
+   on points. */
 static inline int cohsm__m4_affine_inverse(float *out, const float *m)
 {
-    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
-    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
-    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
-    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
-    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
-    double det = a * ca + b * cb + c * cc;
-    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
-    double r[12];
-    int i;
+    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    int i, j;
 
+    for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
+    for (i = 0; i < 3; i++)         /* cofactors: rows and columns in turn give them their signs */
+        for (j = 0; j < 3; j++)
+            r[3 * j + i] = n[(j + 1) % 3][(i + 1) % 3] * n[(j + 2) % 3][(i + 2) % 3] -
+                           n[(j + 1) % 3][(i + 2) % 3] * n[(j + 2) % 3][(i + 1) % 3];
+    det = n[0][0] * r[0] + n[0][1] * r[1] + n[0][2] * r[2];
+    size = sqrt((n[0][0] * n[0][0] + n[1][0] * n[1][0] + n[2][0] * n[2][0]) *
+                (n[0][1] * n[0][1] + n[1][1] * n[1][1] + n[2][1] * n[2][1])) *
+           sqrt(n[0][2] * n[0][2] + n[1][2] * n[1][2] + n[2][2] * n[2][2]);
     if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
-    r[0] = ca / det;
-    r[1] = cb / det;
-    r[2] = cc / det;
-    r[3] = (c * h - b * k) / det;
-    r[4] = (a * k - c * g) / det;
-    r[5] = (b * g - a * h) / det;
-    r[6] = (b * f - c * e) / det;
-    r[7] = (c * d - a * f) / det;
-    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 9; i++) r[i] /= det;
     for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
     for (i = 0; i < 12; i++)
         if (!cohsm__finite((float)r[i])) return 0;
@@ -875,8 +958,9 @@ static inline int cohsm__m4_affine_inverse(float *out, const float *m)
     return 1;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
 {
     cohsm__v3 x = cohsm__v3_load(m), y = cohsm__v3_load(m + 4), z = cohsm__v3_load(m + 8);
@@ -900,7 +984,6 @@ static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
 }
 
 /* ==== src/shared/bytes.h ==== */
-
 
 /* unit bytes: little-endian values in byte arrays, whatever the host's order and alignment */
 
@@ -931,16 +1014,16 @@ static inline int cohsm__host_is_little_endian(void)
 
 /* ==== src/shared/crc.h ==== */
 
-
 /* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
 
-/* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
-   enough to read. */
+/* Returns the checksum of data that follows data with the checksum crc; crc is 0 for the first piece. The
+   table has 16 entries: four bits a step are fast enough for files, and the table is small enough to read. */
 static inline uint32_t cohsm__crc32(uint32_t crc, const void *data, size_t size)
 {
     static const uint32_t table[16] = {
-        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
-        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
+        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
     };
     const uint8_t *p = (const uint8_t *)data;
     size_t i;
@@ -956,14 +1039,14 @@ static inline uint32_t cohsm__crc32(uint32_t crc, const void *data, size_t size)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float cohsm__from_bits(uint32_t bits)
 {
@@ -979,22 +1062,22 @@ static inline uint32_t cohsm__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
 static inline float cohsm__copysign(float x, float s)
 {
     return cohsm__from_bits((cohsm__to_bits(x) & 0x7fffffffu) | (cohsm__to_bits(s) & 0x80000000u));
 }
 
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
+/* Returns a if yes is 1 and b if it is 0, without a branch: compilers turn a chain of ?: with one condition
+   into a branch, and then do not vectorise the loop round it. */
 static inline float cohsm__either(int yes, float a, float b)
 {
     uint32_t mask = 0u - (uint32_t)yes;
     return cohsm__from_bits((cohsm__to_bits(a) & mask) | (cohsm__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void cohsm__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -1003,7 +1086,8 @@ static inline void cohsm__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -1013,15 +1097,15 @@ static inline void cohsm__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
+/* Returns asin of 0 <= x <= 0.5, with z = x * x. The functions made of it have an absolute error of 3e-7. */
 static inline float cohsm__asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))). */
+/* acos(x) is cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))). The square root stands apart, since C compilers do
+   not vectorise it. Above a half, asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)) keeps acos exact near 0. */
 static inline float cohsm__acos_square(float x)
 {
     float a = fabsf(x);
@@ -1040,7 +1124,8 @@ static inline float cohsm__acos_rooted(float x, float root)
 
 static inline float cohsm__acos(float x) { return cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))); }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
+/* Returns atan2 with an error of 4e-7, at most 3 ulp. All quadrants, zeros of either sign and infinities are
+   as with C's atan2f; atan2(0, 0) is 0. */
 static inline float cohsm__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -1059,10 +1144,10 @@ static inline float cohsm__atan2(float y, float x)
 
 /* ==== src/shared/disc.h ==== */
 
-
 /* unit disc, needs trig: the square mapped to the disc */
 
-/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
+/* Writes where a point s, t of the unit square goes on the unit disc by Shirley and Chiu's concentric map,
+   which keeps areas in proportion. */
 static inline void cohsm__concentric(float s, float t, float *x, float *y)
 {
     float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
@@ -1080,11 +1165,11 @@ static inline void cohsm__concentric(float s, float t, float *x, float *y)
 
 /* ==== src/shared/octa.h ==== */
 
-
 /* unit octa, needs v3 trig: equal-area map between the unit square and the sphere, +Y at its centre */
 
-/* Clarberg, "Fast equal-area mapping of the (hemi)sphere using SIMD", J. Graphics Tools 13(3), 2008. The inner diamond
-   is the hemisphere y >= 0; neighbouring cells of the square are neighbours on the sphere. */
+/* Returns the unit direction of a point of the unit square. The inner diamond is the hemisphere y >= 0;
+   neighbouring cells of the square are neighbours on the sphere. Clarberg, "Fast equal-area mapping of the
+   (hemi)sphere using SIMD", J. Graphics Tools 13(3), 2008. */
 static inline cohsm__v3 cohsm__octa_direction(float u, float v)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, x = fabsf(a), z = fabsf(b);
@@ -1096,7 +1181,8 @@ static inline cohsm__v3 cohsm__octa_direction(float u, float v)
                      b < 0.0f ? -f * s : f * s);
 }
 
-/* n of unit length. 1 - |y| by x^2 + z^2, which is exact near the poles. u and v in [0, 1]. */
+/* Writes the point u, v in [0, 1] of a unit direction n. 1 - |y| is computed from x^2 + z^2, which is exact
+   near the poles. */
 static inline void cohsm__octa_square(cohsm__v3 n, float *u, float *v)
 {
     float r = sqrtf((n.x * n.x + n.z * n.z) / (1.0f + fabsf(n.y)));
@@ -1114,12 +1200,13 @@ static inline void cohsm__octa_square(cohsm__v3 n, float *u, float *v)
 
 /* ==== src/shared/hilbert.h ==== */
 
-
 /* unit hilbert: Hilbert curves in 1 to 3 dimensions */
 
-/* Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 2004: the index's bits dealt out to the axes are
-   Gray-decoded, then exchanges and inversions are undone from the finest level up. A cube of 2^bits cells a side,
-   dims * bits <= 32; index < 2^(dims * bits), cell[i] < 2^bits. Neighbours on the curve share a face. */
+/* Writes the cell that has this index on the Hilbert curve through a cube of 2^bits cells a side in `dims`
+   (1..3) dimensions. Neighbours on the curve share a face. dims * bits is at most 32, index below 2^(dims *
+   bits), and each cell[i] below 2^bits. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707,
+   2004: the bits of the index are dealt out to the axes and Gray-decoded; then exchanges and inversions are
+   undone from the finest level up. */
 static inline void cohsm__hilbert_cell(uint32_t index, uint32_t bits, uint32_t dims, uint32_t *cell)
 {
     uint32_t i, b, q, t;
@@ -1143,10 +1230,10 @@ static inline void cohsm__hilbert_cell(uint32_t index, uint32_t bits, uint32_t d
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t cohsm__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -1159,10 +1246,11 @@ static inline uint32_t cohsm__hash_combine(uint32_t a, uint32_t b)
     return cohsm__hash32(a + 0x9e3779b9u * cohsm__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float cohsm__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+/* Returns number i, in [0, 1), of the stream (seed, stream). There is no state, so that threads and tiles
+   can draw their own numbers. */
 static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 {
     return cohsm__to_unit(cohsm__hash_combine(cohsm__hash_combine(seed, stream), i));
@@ -1170,18 +1258,19 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 
 /* ==== src/shared/cpu.h ==== */
 
-
 /* unit cpu: run-time detection of x86 vector units */
 
-/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
-#if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+/* COHSM__X86 is 1 if functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, which
+   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
+   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+#if defined(COHSM__NO_SIMD) || defined(__TINYC__)
+#define COHSM__X86 0
+#elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define COHSM__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(COHSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
+#elif defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2
 #define COHSM__TARGET_AVX512
@@ -1189,42 +1278,49 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 #define COHSM__X86 0
 #endif
 
+/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
 #if COHSM__X86 && defined(_MSC_VER)
 #include <intrin.h>
-/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline void cohsm__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
+static inline unsigned cohsm__cpu_xcr0(void) { return (unsigned)_xgetbv(0); }
+#elif COHSM__X86
+#include <cpuid.h>
+static inline void cohsm__cpu_ask(unsigned leaf, unsigned *r)
+{
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+}
+static inline unsigned cohsm__cpu_xcr0(void)
+{
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+#endif
+
+#if COHSM__X86
+/* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
 static inline int cohsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
-    int r[4];
-    __cpuid(r, 0);
+    const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
+    unsigned r[4];
+    cohsm__cpu_ask(0, r);
     if (r[0] < 7) return 0;
-    __cpuid(r, 1);
-    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
-    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
-    __cpuidex(r, 7, 0);
-    return ((unsigned)r[1] & ebx) == ebx;
+    cohsm__cpu_ask(1, r);
+    if ((r[2] & wanted) != wanted || (cohsm__cpu_xcr0() & xcr0) != xcr0) return 0;
+    cohsm__cpu_ask(7, r);
+    return (r[1] & ebx) == ebx;
 }
+/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
 static inline int cohsm__cpu_has_avx2(void) { return cohsm__cpu_leaf7(0x06u, 0x00000128u); }
+/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
 static inline int cohsm__cpu_has_avx512(void) { return cohsm__cpu_leaf7(0xe6u, 0xc0030128u); }
-#elif COHSM__X86
-/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
-static inline int cohsm__cpu_has_avx2(void)
-{
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-static inline int cohsm__cpu_has_avx512(void)
-{
-    return cohsm__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-}
 #else
 static inline int cohsm__cpu_has_avx2(void) { return 0; }
 static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #endif
 
 /* ==== src/shared/bits.h ==== */
-
 
 /* unit bits: counting and finding bits */
 
@@ -1236,15 +1332,17 @@ static inline uint32_t cohsm__popcount(uint64_t x)
     return (uint32_t)(x * 0x0101010101010101u >> 56);
 }
 
-/* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
+/* Returns eight bytes: each is 1 if the same byte of `bytes`, which lies in 0..127, is at least x, otherwise
+   0. */
 static inline uint64_t cohsm__bytes_from(uint64_t bytes, uint32_t x)
 {
     const uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
     return (((bytes | tops) - x * ones) & tops) >> 7;
 }
 
-/* Position of the bit that is set and has this number (from 0) among those; 64 where there are not so many. From the
-   counts of bits up to each byte, then from those up to each bit of the right byte. */
+/* Returns the position of the set bit that has this number, counted from 0, among the set bits of x; 64 if x
+   has fewer. The counts of bits up to each byte give the byte, those up to each bit of that byte the
+   position. */
 static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
 {
     const uint64_t ones = 0x0101010101010101u;
@@ -1258,29 +1356,30 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
     at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
     if (at == 64) return 64;
     number -= (uint32_t)(upto << 8 >> at) & 255u;
-    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones; /* a bit in each byte */
+    /* The byte's eight bits, one in each byte. */
+    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;
     return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
 }
 
 /* ==== src/shared/simd.h ==== */
 
-
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for cohsm__lanes: COHSM__LANE_COUNT floats, computed COHSM__WIDTH at a time by the instruction set COHSM__SET.
-   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
-   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
-   128 bits of WebAssembly, or one float at a time); then, where COHSM__SIMD_SETS says so, by the header that includes itself
-   with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined anew: avx2 and 8, avx512 and 16. cohsm__simd_level says which one to call.
-   With COHSM__NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is
-   defined. COHSM__FILE is the header's name; a header that was pasted into another file cannot include itself and stays
-   with "plain".
+/* A kernel is written once, for cohsm__lanes: COHSM__LANE_COUNT floats, which the instruction set COHSM__SET computes
+   COHSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   COHSM__SIMD_SETS is 1, the header includes itself with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. cohsm__simd_level returns which set to call. With COHSM__NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is defined. COHSM__FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes cohsm__lanes_add the name
    cohsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. COHSM__KERNEL stands before a kernel,
    COHSM__IN_KERNEL before what is inlined into kernels.
 
-   Every set gives the same bits, but for cohsm__lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+   Every set gives the same bits, but for cohsm__lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
 #if defined(COHSM__NO_SIMD) && (!defined(COHSM__COMPILER_VECTORS) || defined(__i386__))
 #define COHSM__SCALAR 1
 #else
@@ -1332,34 +1431,26 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
 #define cohsm__lanes_sub COHSM__NAME_IN_SET(cohsm__lanes_sub, COHSM__SET)
 #define cohsm__lanes_mul COHSM__NAME_IN_SET(cohsm__lanes_mul, COHSM__SET)
 #define cohsm__lanes_div COHSM__NAME_IN_SET(cohsm__lanes_div, COHSM__SET)
-#define cohsm__lanes_muladd COHSM__NAME_IN_SET(cohsm__lanes_muladd, COHSM__SET)
 #define cohsm__lanes_max COHSM__NAME_IN_SET(cohsm__lanes_max, COHSM__SET)
 #define cohsm__lanes_min COHSM__NAME_IN_SET(cohsm__lanes_min, COHSM__SET)
 #define cohsm__lanes_sqrt COHSM__NAME_IN_SET(cohsm__lanes_sqrt, COHSM__SET)
-#define cohsm__lanes_abs COHSM__NAME_IN_SET(cohsm__lanes_abs, COHSM__SET)
-#define cohsm__lanes_negate COHSM__NAME_IN_SET(cohsm__lanes_negate, COHSM__SET)
 #define cohsm__lanes_greater COHSM__NAME_IN_SET(cohsm__lanes_greater, COHSM__SET)
 #define cohsm__lanes_at_least COHSM__NAME_IN_SET(cohsm__lanes_at_least, COHSM__SET)
-#define cohsm__lanes_differ COHSM__NAME_IN_SET(cohsm__lanes_differ, COHSM__SET)
 #define cohsm__lanes_select COHSM__NAME_IN_SET(cohsm__lanes_select, COHSM__SET)
 #define cohsm__lanes_keep COHSM__NAME_IN_SET(cohsm__lanes_keep, COHSM__SET)
 #define cohsm__lanes_truncate COHSM__NAME_IN_SET(cohsm__lanes_truncate, COHSM__SET)
 #define cohsm__lanes_of_ints COHSM__NAME_IN_SET(cohsm__lanes_of_ints, COHSM__SET)
-#define cohsm__lanes_of_shorts COHSM__NAME_IN_SET(cohsm__lanes_of_shorts, COHSM__SET)
-#define cohsm__lanes_gather COHSM__NAME_IN_SET(cohsm__lanes_gather, COHSM__SET)
 #define cohsm__lanes3 COHSM__NAME_IN_SET(cohsm__lanes3, COHSM__SET)
 #define cohsm__lanes3_load COHSM__NAME_IN_SET(cohsm__lanes3_load, COHSM__SET)
 #define cohsm__lanes3_load_packed COHSM__NAME_IN_SET(cohsm__lanes3_load_packed, COHSM__SET)
 #define cohsm__lanes3_all COHSM__NAME_IN_SET(cohsm__lanes3_all, COHSM__SET)
 #define cohsm__lanes3_scale COHSM__NAME_IN_SET(cohsm__lanes3_scale, COHSM__SET)
 #define cohsm__lanes3_sub COHSM__NAME_IN_SET(cohsm__lanes3_sub, COHSM__SET)
-#define cohsm__lanes3_store_packed COHSM__NAME_IN_SET(cohsm__lanes3_store_packed, COHSM__SET)
 #define cohsm__lanes3_dot COHSM__NAME_IN_SET(cohsm__lanes3_dot, COHSM__SET)
 #define cohsm__mask_and COHSM__NAME_IN_SET(cohsm__mask_and, COHSM__SET)
 #define cohsm__mask_or COHSM__NAME_IN_SET(cohsm__mask_or, COHSM__SET)
 #define cohsm__mask_any COHSM__NAME_IN_SET(cohsm__mask_any, COHSM__SET)
 #define cohsm__mask_bits COHSM__NAME_IN_SET(cohsm__mask_bits, COHSM__SET)
-#define cohsm__mask_of_bits COHSM__NAME_IN_SET(cohsm__mask_of_bits, COHSM__SET)
 #define cohsm__ints_load COHSM__NAME_IN_SET(cohsm__ints_load, COHSM__SET)
 #define cohsm__ints_store COHSM__NAME_IN_SET(cohsm__ints_store, COHSM__SET)
 #define cohsm__ints_all COHSM__NAME_IN_SET(cohsm__ints_all, COHSM__SET)
@@ -1369,7 +1460,7 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
 #define cohsm__ints_keep COHSM__NAME_IN_SET(cohsm__ints_keep, COHSM__SET)
 #define cohsm__ints_equal COHSM__NAME_IN_SET(cohsm__ints_equal, COHSM__SET)
 
-/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
 static inline int cohsm__simd_level(void)
 {
     if (!COHSM__SIMD_SETS || !cohsm__cpu_has_avx2()) return 0;
@@ -1378,17 +1469,17 @@ static inline int cohsm__simd_level(void)
 
 /* ==== src/shared/part.h ==== */
 
-
 /* unit part: the caller's progress within parts of a call, and whether it cancels */
 
-/* progress may be NULL; from..to of 0..1. */
+/* The share from..to of a call's progress, 0..1. progress may be NULL. */
 typedef struct cohsm__part {
     int (*progress)(void *user, float fraction);
     void *user;
     float from, to;
 } cohsm__part;
 
-/* Where progress is not NULL; fraction: of the part. */
+/* Tells the caller that this fraction of the part is done. Returns not 0 if the caller cancels. progress
+   must not be NULL. */
 static inline int cohsm__part_tell(const cohsm__part *p, float fraction)
 {
     return p->progress(p->user, p->from + (p->to - p->from) * fraction);
@@ -1402,14 +1493,13 @@ static inline cohsm__part cohsm__part_of(const cohsm__part *whole, float from, f
     return p;
 }
 
-/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+/* Returns 1 if the caller cancels before step i of count; the caller is asked every so many steps. */
 static inline int cohsm__cancelled(const cohsm__part *p, size_t i, size_t count, size_t every)
 {
     return p->progress && i % every == 0 && cohsm__part_tell(p, (float)((double)i / (double)count)) != 0;
 }
 
 /* ==== src/shared/prefetch.h ==== */
-
 
 /* unit prefetch: asks for a cache line before it is read */
 
@@ -1421,17 +1511,17 @@ static inline int cohsm__cancelled(const cohsm__part *p, size_t i, size_t count,
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* COHSM__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__COLD __attribute__((cold))
 #else
 #define COHSM__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct cohsm__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1440,7 +1530,7 @@ typedef struct cohsm__logger {
 
 typedef struct cohsm__message { char text[256]; size_t used; } cohsm__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline COHSM__COLD void cohsm__message_text(cohsm__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1457,8 +1547,8 @@ static inline COHSM__COLD void cohsm__message_count(cohsm__message *m, uint64_t 
     cohsm__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline COHSM__COLD int cohsm__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1477,7 +1567,8 @@ static inline COHSM__COLD int cohsm__message_digits(double value, char digits[8]
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline COHSM__COLD void cohsm__message_number(cohsm__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1517,7 +1608,7 @@ static inline COHSM__COLD void cohsm__message_number(cohsm__message *m, double v
     for (i = count; i <= exponent; i++) cohsm__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline COHSM__COLD void cohsm__message_begin(cohsm__message *m, const cohsm__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1526,7 +1617,7 @@ static inline COHSM__COLD void cohsm__message_begin(cohsm__message *m, const coh
     cohsm__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline COHSM__COLD void cohsm__log_text(const cohsm__logger *logger, const char *field, const char *text)
 {
     cohsm__message m;
@@ -1537,8 +1628,10 @@ static inline COHSM__COLD void cohsm__log_text(const cohsm__logger *logger, cons
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline COHSM__COLD void cohsm__log_value(const cohsm__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline COHSM__COLD void cohsm__log_value(const cohsm__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     cohsm__message m;
     if (!logger->log) return;
@@ -1550,10 +1643,10 @@ static inline COHSM__COLD void cohsm__log_value(const cohsm__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline COHSM__COLD void cohsm__log_element(const cohsm__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline COHSM__COLD void cohsm__log_element(const cohsm__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     cohsm__message m;
     if (!logger->log) return;
@@ -1569,9 +1662,10 @@ static inline COHSM__COLD void cohsm__log_element(const cohsm__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     cohsm__message m;
     if (!logger->log) return;
@@ -1592,7 +1686,8 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
 
 /* ---- types ---- */
 
-/* The block is 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of either byte order:
+/* The block consists of 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of
+   either byte order:
 
      header        COHSM__HEADER_WORDS words, cohsm__header below
      order table   HILBERT only: place in the sequence of each cell, 16 bits each up to 65,536 cells, else 32
@@ -1600,7 +1695,8 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
      lookup        one word for each 65,536 views (a chunk) and pixel: where its directory begins,
                    or COHSM__CONSTANT | depth where all maps of the chunk store the same depth there
      directories   see "lists" below; filled up to a multiple of 16 words from the beginning
-     lines         the blocks of all lists, 16 words each, then 4 words of padding so that readers may load ahead */
+     lines         the blocks of all lists, 16 words each, then 4 words of padding so that readers may load
+                   ahead */
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
@@ -1620,9 +1716,11 @@ enum {
 typedef struct cohsm__header {          /* 32-bit fields only */
     uint32_t magic, format, words, crc; /* crc of everything after this field */
     uint32_t domain, layers, order, orientation;
-    uint32_t side[3], map_count, view_count, map_side, depth_bits, dimensions;
+    uint32_t side[3], map_count, view_count;
+    uint32_t map_side, depth_bits, dimensions;
     uint32_t positional, self_only, pixel_begin, pixel_end;
-    uint32_t order_words, location_words, lookup_words, directory_words, line_words;
+    uint32_t order_words, location_words, lookup_words;
+    uint32_t directory_words, line_words;
     uint32_t segments_low, segments_high;
     float    center[3], radius, depth_far, open_thickness;
     float    origin[3], u[3], v[3], w[3];
@@ -1632,14 +1730,18 @@ typedef struct cohsm__header {          /* 32-bit fields only */
 
 typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
 
-#if COHSM__SIMD_SETS && !defined(COHSM_WITHOUT_X86)
-#define COHSM__SETS 1
-#else
-#define COHSM__SETS 0
-#endif
+/* Returns which kernels to use: 2 those of AVX-512, 1 those of AVX2, 0 those of the instruction set that the
+   program is compiled for. */
+static int cohsm__simd(void) { return cohsm__simd_level(); }
 
-/* Kernels to use: 2 those of AVX-512, 1 of AVX2, 0 of what the program is compiled for. */
-static int cohsm__simd(void) { return COHSM__SETS ? cohsm__simd_level() : 0; }
+typedef struct cohsm__trays {           /* the fast layout: see trays.h */
+    void           *memory;             /* what the allocator gave, of so many bytes */
+    size_t          bytes;
+    const uint8_t  *lines;              /* 64-byte aligned; NULL: the layout is compact */
+    const uint32_t *base;               /* for each bucket of views and group of pixels: its first line */
+    const uint16_t *at;                 /* for each bucket and pixel: where the tray is, from that line on */
+    uint32_t        groups;             /* of pixels, in a bucket */
+} cohsm__trays;
 
 struct cohsm_maps {
     cohsm__allocator  allocator;
@@ -1654,6 +1756,9 @@ struct cohsm_maps {
     float             dop[2 * COHSM__DOP_AXES]; /* in radii about the centre */
     uint16_t          depth_of[512];    /* stored grid value -> 16-bit depth */
     int               simd;             /* cohsm__simd */
+    void (*log)(void *user, const char *message);   /* of the system that the maps were made with */
+    void             *log_user;
+    cohsm__trays      trays;
 };
 
 static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, void *context)
@@ -1664,10 +1769,10 @@ static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, voi
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* Allocation with a count of what is asked for at once, for cohsm_stats.peak_bytes. */
+/* An allocator with a count of the bytes that are out, for cohsm_stats.peak_bytes. */
 typedef struct cohsm__heap { cohsm__allocator allocator; size_t used, peak; } cohsm__heap;
 
-static void *cohsm__take(cohsm__heap *h, size_t count, size_t size)
+static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
 {
     void *p = cohsm__alloc_array(&h->allocator, count, size);
     if (p) {
@@ -1677,14 +1782,14 @@ static void *cohsm__take(cohsm__heap *h, size_t count, size_t size)
     return p;
 }
 
-static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
+static void cohsm__heap_free(cohsm__heap *h, void *p, size_t count, size_t size)
 {
     if (!p) return;
     h->used -= count * size;
     cohsm__free(&h->allocator, p);
 }
 
-/* A system for one step of a call: its progress is a part of the whole, all else goes through. */
+/* A system for one step of a call: its progress is a part of the whole, and all else goes through. */
 typedef struct cohsm__step_system { cohsm__part part; cohsm_system whole; } cohsm__step_system;
 
 static void cohsm__step_run(void *user, size_t count, cohsm_task task, void *context)
@@ -1733,6 +1838,16 @@ static cohsm__logger cohsm__logger_of(const cohsm_system *s, const char *functio
     return log;
 }
 
+/* Returns the log that maps keep; maps may be NULL. */
+static cohsm__logger cohsm__logger_of_maps(const cohsm_maps *m, const char *function)
+{
+    cohsm__logger log;
+    log.log = m ? m->log : NULL;
+    log.user = m ? m->log_user : NULL;
+    log.function = function;
+    return log;
+}
+
 static int cohsm__system_valid(const cohsm_system *s)
 {
     return cohsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn);
@@ -1746,15 +1861,23 @@ static cohsm_result cohsm__refuse(const cohsm__logger *log, cohsm_result result,
     return result;
 }
 
-/* As a call that has found its arguments right ends: says of ALLOC what was missing. */
+/* Says that a field of a desc or a query is out of range; returns COHSM_ERR_DESC. */
+static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
+                                 const char *wanted)
+{
+    cohsm__log_value(log, field, value, wanted);
+    return COHSM_ERR_DESC;
+}
+
+/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
 static cohsm_result cohsm__ended(const cohsm__logger *log, cohsm_result result)
 {
     if (result == COHSM_ERR_ALLOC) cohsm__log_text(log, "system.allocator", "returned no memory");
     return result;
 }
 
-/* The allocator of a system, which may be NULL, and the whole of its progress; 0: the allocator is half, as
-   the log is told. */
+/* Writes the allocator of a system, which may be NULL, and the whole of its progress. Returns 0, and logs so,
+   if the allocator has one function of the two. */
 static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *log, cohsm__allocator *a,
                               cohsm__part *part)
 {
@@ -1779,6 +1902,18 @@ static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *l
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
+/* Locations so far away that distances overflow leave something that is not finite here. */
+static int cohsm__floats_finite(const cohsm__header *h)
+{
+    const float *f;
+    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
+        if (!cohsm__finite(*f)) return 0;
+    return 1;
+}
+
+/* Lists that are copied or coded between two calls of progress: milliseconds. */
+enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };
+
 /* ==== src/csm/order.h ==== */
 
 /* ---- order: from cells to places in the sequence ---- */
@@ -1788,10 +1923,10 @@ typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
 static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
 static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-/* A Hilbert-like curve through a rectangle of any size: starts at (x, y) and covers the cells spanned by the
-   vectors a (the way it ends up) and b. Long rectangles are cut in two along a; others in three, as Hilbert's
-   square is in four with the middle two joined. Halves are made even where possible, which leaves at most one
-   diagonal step. */
+/* Walks a Hilbert-like curve through a rectangle of any size: the curve starts at (x, y) and covers the cells
+   spanned by the vectors a (along which it ends up) and b. Long rectangles are cut in two along a; others in
+   three, as Hilbert's square is in four with the middle two joined. Halves are made even where possible,
+   which leaves at most one diagonal step. */
 static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay, int bx, int by)
 {
     int w = abs(ax + ay), h = abs(bx + by), i;
@@ -1825,11 +1960,14 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
                         -(ax - ax2), -(ay - ay2));
 }
 
-/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions
-   Hilbert's cube for powers of two, else layers of the 2-D curve, every other one backwards. */
+/* Writes into cells[i] the cell at place i. Zig-zag takes any size, and so does Hilbert in 1 and 2
+   dimensions; in 3 dimensions Hilbert is the cube's curve for powers of two, else layers of the 2-D curve,
+   every other one backwards. */
 static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_order order)
 {
-    uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2, i, x, y, z, bits, c[3];
+    uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2;
+    uint32_t i, x, y, z;
+    uint32_t bits, c[3];
     cohsm__walk walk;
 
     if (order == COHSM_ORDER_HILBERT && n2 > 1 && n0 == n1 && n1 == n2 && (n0 & (n0 - 1u)) == 0) {
@@ -1893,10 +2031,11 @@ static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r
     return cohsm__v3_madd(p, cohsm__v3_load(h->w), r);
 }
 
-/* The analytic D of every kind but TABLE and LIST. */
+/* Returns D at the parameters s, t, r, for every kind but TABLE and LIST. */
 static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, float r)
 {
-    float sine, cosine, ring, x, y;
+    float sine, cosine, ring;
+    float x, y;
     cohsm__v3 p;
 
     switch (h->domain) {
@@ -1961,7 +2100,8 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
     return f;
 }
 
-/* LATLONG with the polar frame, from its four angles: the pole has a right direction too. */
+/* Returns the polar frame of a LATLONG map from the cosines and sines of its two angles, by which the poles
+   have a right direction too. */
 static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
 {
     cohsm__frame f;
@@ -1971,7 +2111,7 @@ static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos
     return f;
 }
 
-/* angles = cos, sin of each column's azimuth, then of each row's polar angle; 2 (side[0] + side[1]) floats */
+/* Writes cos, sin of each column's azimuth, then of each row's polar angle: 2 (side[0] + side[1]) floats. */
 static void cohsm__latlong_angles(const uint32_t *side, float *angles)
 {
     uint32_t i;
@@ -1994,9 +2134,10 @@ static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table
     return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__frame_of(h->orientation, f.back);
 }
 
-/* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y
-   along the one after, in every face: neighbours along an edge need no rotation, and the mirroring harms
-   nothing. */
+/* Writes the coordinates of q for a face of a cube, on which q lies at x / w and y / w within -1..1. A face
+   has the number 2 axis, + 1 if it looks along the negative axis. Pixel x runs along the next axis and y
+   along the one after, in every face: so neighbours along an edge need no rotation, and the mirroring of some
+   faces does no harm. */
 static void cohsm__face_coordinates(uint32_t face, cohsm__v3 q, float *x, float *y, float *w)
 {
     float c[3];
@@ -2020,17 +2161,19 @@ static uint32_t cohsm__face_of(cohsm__v3 q)
 
 /* ---- raster: the first layers of a triangle mesh ---- */
 
-/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see the same
-   corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
-   Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
+/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see
+   the same corners, and the fill rule gives every sample of that edge to one of them: no sample is counted
+   twice or missed. Every bit of the result follows from + - * / and integers; the order of triangles does not
+   matter. */
 
 enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
 
-typedef struct cohsm__soup {            /* corners in units of the bounding sphere, clusters of 16 triangles */
-    float   *v;                         /* per cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last cluster is
-                                           filled up with triangles of no area */
-    float   *bounds;                    /* boxes of the clusters, 8 at a time: the middles' x of all eight, y, z, then
-                                           half sides; then likewise boxes of each 8 clusters */
+typedef struct cohsm__soup {            /* triangles in units of the bounding sphere, clusters of 16 */
+    float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
+                                           cluster is filled up with triangles of no area */
+    float   *bounds;                    /* boxes of the clusters, 8 at a time: x of the middles of all eight,
+                                           y, z, then half sides; after them likewise a box of each 8
+                                           clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
@@ -2082,7 +2225,8 @@ static uint16_t cohsm__depth16(float z)
 /* A corner on the image plane: fixed-point position, and depth or 1/w. */
 typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
 
-/* The edge from a to b takes the samples exactly on it or leaves them to the neighbour, who sees it from b to a. */
+/* Says whether the edge from a to b leaves the samples exactly on it to the neighbouring triangle, which sees
+   the edge from b to a; else the edge takes these samples. */
 static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
 {
     return !(b->y > a->y || (b->y == a->y && b->x > a->x));
@@ -2093,13 +2237,42 @@ static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32
     return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
 }
 
+/* Columns x0..x1 and rows y0..y1 of samples. */
+typedef struct cohsm__samples { int32_t x0, x1, y0, y1; } cohsm__samples;
+
+/* Finds the samples in the box of a triangle that are on the image and in the wanted rows. Returns 0 if there
+   are none. */
+static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0, const cohsm__corner *p1,
+                                 const cohsm__corner *p2, cohsm__samples *s)
+{
+    int32_t lx = p0->x < p1->x ? p0->x : p1->x, hx = p0->x > p1->x ? p0->x : p1->x;
+    int32_t ly = p0->y < p1->y ? p0->y : p1->y, hy = p0->y > p1->y ? p0->y : p1->y;
+
+    if (p2->x < lx) lx = p2->x;
+    if (p2->x > hx) hx = p2->x;
+    if (p2->y < ly) ly = p2->y;
+    if (p2->y > hy) hy = p2->y;
+    /* The samples are those x * 256 + 128 within lx..hx; lx and hx are clamped first, since shifts of
+       negative numbers are not portable. */
+    s->x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
+    s->y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
+    s->x1 = hx < 128 ? -1 : (hx - 128) >> 8;
+    s->y1 = hy < 128 ? -1 : (hy - 128) >> 8;
+    if (s->x1 >= t->size) s->x1 = t->size - 1;
+    if (s->y1 >= t->row_end) s->y1 = t->row_end - 1;
+    return s->x0 <= s->x1 && s->y0 <= s->y1;
+}
+
+/* Enters the depths of a triangle, sample by sample. */
 static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
                         const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
-    int64_t w0, w1, w2, s0, s1, s2;
+    int64_t w0, w1, w2;
+    int64_t s0, s1, s2;
     int e0, e1, e2;
-    int32_t lx, hx, ly, hy, x0, x1, y0, y1, x, y;
+    int32_t x, y;
+    cohsm__samples box;
     const cohsm__corner *swap;
     float scale, z;
 
@@ -2110,35 +2283,19 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
         p2 = swap;
         area = -area;
     }
-    lx = p0->x < p1->x ? p0->x : p1->x;
-    hx = p0->x > p1->x ? p0->x : p1->x;
-    ly = p0->y < p1->y ? p0->y : p1->y;
-    hy = p0->y > p1->y ? p0->y : p1->y;
-    if (p2->x < lx) lx = p2->x;
-    if (p2->x > hx) hx = p2->x;
-    if (p2->y < ly) ly = p2->y;
-    if (p2->y > hy) hy = p2->y;
-    /* the samples x * 256 + 128 within lx..hx; clamped first, since shifts of negative numbers are not portable */
-    x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
-    y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
-    x1 = hx < 128 ? -1 : (hx - 128) >> 8;
-    y1 = hy < 128 ? -1 : (hy - 128) >> 8;
-    if (x1 >= t->size) x1 = t->size - 1;
-    if (y1 >= t->row_end) y1 = t->row_end - 1;
-    if (x0 > x1 || y0 > y1) return;
-
-    s0 = cohsm__edge(p1, p2, x0 * 256 + 128, y0 * 256 + 128);
-    s1 = cohsm__edge(p2, p0, x0 * 256 + 128, y0 * 256 + 128);
-    s2 = cohsm__edge(p0, p1, x0 * 256 + 128, y0 * 256 + 128);
+    if (!cohsm__samples_in_box(t, p0, p1, p2, &box)) return;
+    s0 = cohsm__edge(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s1 = cohsm__edge(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s2 = cohsm__edge(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
     e0 = cohsm__edge_loses(p1, p2);
     e1 = cohsm__edge_loses(p2, p0);
     e2 = cohsm__edge_loses(p0, p1);
     scale = 1.0f / (float)area;
-    for (y = y0; y <= y1; y++) {
+    for (y = box.y0; y <= box.y1; y++) {
         w0 = s0;
         w1 = s1;
         w2 = s2;
-        for (x = x0; x <= x1; x++) {
+        for (x = box.x0; x <= box.x1; x++) {
             if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
@@ -2159,7 +2316,7 @@ static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
     return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
 }
 
-/* 8 boxes at a time: of clusters, and of 8 clusters each. */
+/* Returns how many groups of eight boxes hold count boxes, of clusters or of 8 clusters each. */
 static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
 static size_t cohsm__bound_count(const cohsm__soup *soup)
 {
@@ -2170,18 +2327,21 @@ static float *cohsm__wide_bounds(const cohsm__soup *soup)
     return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
 }
 
-/* Which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
+/* Returns which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
 static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
     float half = 0.5f * (float)t->size, low = ((float)t->row_begin + 0.49f) / half - 1.0f;
-    float high = ((float)t->row_end - 0.49f) / half - 1.0f, x, y, w, ex, ey, ew;
+    float high = ((float)t->row_end - 0.49f) / half - 1.0f;
+    float x, y, w;
+    float ex, ey, ew;
     unsigned mask = 0;
     int i;
 
     for (i = 0; i < 8; i++) {
         cohsm__v3 c = cohsm__v3_make(box[i], box[8 + i], box[16 + i]);
         cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
-        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]), &ex, &ey, &ew);
+        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]),
+                                &ex, &ey, &ew);
         ex = fabsf(ex);
         ey = fabsf(ey);
         ew = fabsf(ew);
@@ -2192,9 +2352,9 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait here until there are many; then as many as there are lanes are drawn
-   together. One in five does on a fine mesh, and no branch predictor knows which: a branch after each costs more than
-   its set-up. */
+/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
+   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
+   one: a branch after each triangle costs more than setting the triangle up. */
 enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
 typedef struct cohsm__queue {
     int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
@@ -2202,11 +2362,11 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* Those in sight of COHSM__STRETCH clusters that are neighbours; lists are written eight at a time. */
+/* The clusters in sight among COHSM__STRETCH that are neighbours; the list is written eight at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 
-/* Of 8 bits those that stand for one of count. */
+/* Returns a mask of 8 bits with the first count set. */
 static unsigned cohsm__first8(uint32_t count) { return count < 8 ? (1u << count) - 1u : 255u; }
 
 /* ==== src/csm/mesh.h ==== */
@@ -2271,8 +2431,8 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     return COHSM_OK;
 }
 
-/* The order of a triangle's corners by position, so that copies of it compare equal whatever their
-   winding. */
+/* Says whether a comes before b. By this order of a triangle's corners, copies of the triangle compare equal
+   whatever their winding. */
 static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
 {
     if (a.x < b.x || a.x > b.x) return a.x < b.x;
@@ -2306,17 +2466,18 @@ static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
     return h;
 }
 
-/* used[t] = 1 for triangles that are rendered: finite, with three different corners, the first of its copies.
-   Copies would put two equal depths into every map and so a segment of its own into every entry. */
-static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
-                                  cohsm_stats *stats)
+/* Sets used[t] to 1 for the triangles that are rendered: finite, with three different corners, and the first
+   of their copies. Copies would put two equal depths into every map and so a segment of its own into every
+   entry. */
+static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
+                                            cohsm_stats *stats)
 {
     size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
     uint32_t *table, scratch[3], scratch2[3];
     int k, copy;
 
     while (slots < 2 * count) slots *= 2;
-    table = (uint32_t *)cohsm__take(heap, slots, sizeof *table);
+    table = (uint32_t *)cohsm__heap_alloc(heap, slots, sizeof *table);
     if (!table) return COHSM_ERR_ALLOC;
     memset(table, 0, slots * sizeof *table);
     for (t = 0; t < count; t++) {
@@ -2345,7 +2506,7 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
         used[t] = 1;
         stats->triangles++;
     }
-    cohsm__give(heap, table, slots, sizeof *table);
+    cohsm__heap_free(heap, table, slots, sizeof *table);
     return stats->triangles ? COHSM_OK : COHSM_ERR_INPUT;
 }
 
@@ -2353,20 +2514,20 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
 
 /* ---- bounds: the sphere and the k-DOP of a mesh ---- */
 
-/* Corners of used triangles, each once, in the order in which the triangles name them. */
+/* The corners of used triangles, each once, in the order in which the triangles name them. */
 typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
 static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used,
                               uint32_t triangles, cohsm__heap *heap)
 {
     size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
-    uint8_t *met = (uint8_t *)cohsm__take(heap, bytes, 1);
+    uint8_t *met = (uint8_t *)cohsm__heap_alloc(heap, bytes, 1);
     uint32_t scratch[3], i;
     int k;
 
     points->count = 0;
     points->room = 3 * (size_t)triangles < mesh->vertex_count ? 3 * (size_t)triangles : mesh->vertex_count;
-    points->at = (float (*)[3])cohsm__take(heap, points->room, sizeof *points->at);
+    points->at = (float (*)[3])cohsm__heap_alloc(heap, points->room, sizeof *points->at);
     if (met && points->at) {
         memset(met, 0, bytes);
         for (t = 0; t < count; t++)
@@ -2377,19 +2538,21 @@ static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, con
                 cohsm__v3_store(points->at[points->count++], cohsm__vertex(mesh, i));
             }
     }
-    cohsm__give(heap, met, bytes, 1);
+    cohsm__heap_free(heap, met, bytes, 1);
     return points->count != 0;
 }
 
 static void cohsm__points_free(cohsm__points *points, cohsm__heap *heap)
 {
-    cohsm__give(heap, points->at, points->room, sizeof *points->at);
+    cohsm__heap_free(heap, points->at, points->room, sizeof *points->at);
 }
 
-/* Squared distance of the farthest; of equals the first. */
+/* Returns the squared distance of the point that is farthest from the centre, and writes its number; of
+   equals the first. */
 static double cohsm__farthest(const cohsm__points *points, const double *c, size_t *where)
 {
-    double far2 = -1.0, x, y, z, d2;
+    double far2 = -1.0, d2;
+    double x, y, z;
     size_t i;
 
     *where = 0;
@@ -2405,8 +2568,9 @@ static double cohsm__farthest(const cohsm__points *points, const double *c, size
     return far2;
 }
 
-/* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest
-   corner (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
+/* Finds nearly the smallest sphere about the points: from the middle of their box, the centre goes steps of
+   1/2, 1/3, 1/4 ... towards the farthest point (Badoiu and Clarkson, "Smaller core-sets for balls", SODA
+   2003). */
 static void cohsm__fit_sphere(const cohsm__points *points, float *center, float *radius)
 {
     double c[3], best = -1.0, far2;
@@ -2433,7 +2597,8 @@ static void cohsm__fit_sphere(const cohsm__points *points, float *center, float 
     *radius = (float)(sqrt(cohsm__farthest(points, c, &i)) * 1.00001);
 }
 
-/* A little beyond what rounding of the centre may have lost. */
+/* Says whether the sphere holds all points. The radius may be short by a little more than rounding of the
+   centre can make it. */
 static int cohsm__sphere_holds(const cohsm__points *points, const float *center, float radius)
 {
     double c[3];
@@ -2443,9 +2608,9 @@ static int cohsm__sphere_holds(const cohsm__points *points, const float *center,
     return cohsm__farthest(points, c, &i) <= (double)radius * (double)radius * 1.0001;
 }
 
-/* The convex hull of an object is kept as a k-DOP: for each of 13 directions the two planes across it between
-   which the object lies. The directions are those from the centre of a cube to its faces, edges and
-   corners. */
+/* Returns a direction of the k-DOP. The convex hull of an object is kept as a k-DOP (discrete oriented
+   polytope): for each of 13 directions the two planes across it between which the object lies. The directions
+   are those from the centre of a cube to its faces, edges and corners. */
 static cohsm__v3 cohsm__dop_axis(int i)
 {
     static const signed char axis[COHSM__DOP_AXES][3] = {
@@ -2482,7 +2647,7 @@ static void cohsm__dop_of_points(float *dop, const cohsm__points *points)
 
 /* ---- soup: triangles sorted in space ---- */
 
-/* Corners of a triangle in units of the sphere. */
+/* Writes the corners of a triangle in units of the sphere. */
 static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse,
                                 cohsm__v3 *p)
 {
@@ -2501,11 +2666,13 @@ static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scal
     return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
 }
 
-/* The first half of them on one side of the rest, along the longest axis of their box. Counted in 256 bins:
-   those in the bin of the limit may go to either side, so that time is linear whatever the mesh. */
+/* Moves so many of the triangles to the front that lie on one side of the others, along the longest axis of
+   their box. They are counted in 256 bins; those in the bin of the limit may go to either side, so that time
+   is linear whatever the mesh. */
 static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
 {
-    uint32_t bins[256], i, middle, left, store, bin;
+    uint32_t bins[256], i, middle;
+    uint32_t left, store, bin;
     float low[3], high[3], scale;
     cohsm__spot moved;
     int axis = 0, k;
@@ -2533,8 +2700,8 @@ static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
     }
 }
 
-/* In the order of the mesh, whose neighbours often share what becomes of them: branches are foreseen
-   better. */
+/* Sorts the triangles of a leaf into the order of the mesh: neighbours of a mesh often fare alike, so that
+   branches are foreseen better. */
 static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
 {
     uint32_t i, j;
@@ -2545,8 +2712,9 @@ static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
     }
 }
 
-/* Neighbours in space one after the other: halves of halves, in whole clusters and, above these, in eights of
-   clusters. todo has room for any: a half is no larger than the rest by more than a unit. */
+/* Sorts triangles so that neighbours in space stand one after the other: by halves of halves, in whole
+   clusters and, above these, in eights of clusters. todo has room for any mesh: a half is no larger than the
+   rest by more than a unit. */
 static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
 {
     enum { LEAF = COHSM__CLUSTER };
@@ -2569,7 +2737,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
         }
 }
 
-/* The box of clusters that lie one after the other, a little enlarged. */
+/* Writes the box of clusters that lie one after the other, a little enlarged. */
 static void cohsm__bound(const float *v, uint32_t clusters, float *box)
 {
     float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
@@ -2585,7 +2753,7 @@ static void cohsm__bound(const float *v, uint32_t clusters, float *box)
     }
 }
 
-/* Boxes of each span clusters, from bounds on. */
+/* Writes the boxes of each span clusters, from bounds on. */
 static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
     uint32_t i, at;
@@ -2622,7 +2790,8 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
     }
 }
 
-/* Triangles sorted in space, so that clusters are small and a shard need not look into most of them. */
+/* Makes the clusters of a mesh: triangles are sorted in space, so that clusters are small and a shard need
+   not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
                             uint32_t triangles, const float *center, float radius, cohsm__heap *heap)
 {
@@ -2633,9 +2802,9 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     soup->triangles = triangles;
     soup->clusters = (triangles + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
     floats = (size_t)soup->clusters * 9 * COHSM__CLUSTER;
-    soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
-    soup->bounds = (float *)cohsm__take(heap, cohsm__bound_count(soup), 48 * sizeof(float));
-    spot = (cohsm__spot *)cohsm__take(heap, triangles, sizeof *spot);
+    soup->v = (float *)cohsm__heap_alloc(heap, floats, sizeof(float));
+    soup->bounds = (float *)cohsm__heap_alloc(heap, cohsm__bound_count(soup), 48 * sizeof(float));
+    spot = (cohsm__spot *)cohsm__heap_alloc(heap, triangles, sizeof *spot);
     made = soup->v && soup->bounds && spot;
     if (made) {
         memset(soup->v, 0, floats * sizeof(float));
@@ -2644,15 +2813,98 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
         cohsm__bound_all(soup, 1, soup->bounds);
         cohsm__bound_all(soup, 8, cohsm__wide_bounds(soup));
     }
-    cohsm__give(heap, spot, triangles, sizeof *spot);
+    cohsm__heap_free(heap, spot, triangles, sizeof *spot);
     return made;
 }
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
-    cohsm__give(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
-    cohsm__give(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
+    cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
+    cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
     soup->v = soup->bounds = NULL;
+}
+
+/* ==== src/csm/trays.h ==== */
+
+/* ---- trays: the fast layout ---- */
+
+/* Maps in the fast layout keep, beside the block, a tray for each pixel and bucket of 256 views: the depths
+   of the pixel over these views, within one line of 64 bytes, so that a question reads a pointer and one line
+   and decodes nothing. Three tables, in the order of their size:
+
+     lines   64 bytes each, 64-byte aligned: trays
+     at      16 bits for each bucket and pixel, the pixel running fastest. Bits 14 and 15: split, the tray
+             stands in 2^split lines of its own, one for each 256 >> split views. Bits 0..13: where it begins,
+             counted from the line `base` in steps of 2 bytes (split 0) or of lines
+     base    32 bits for each bucket and group of 256 pixels: the number of a line
+
+   A tray, or the line of a part of a split tray, is
+
+     1 byte       n, at most 31
+     n bytes      the first views of its segments but the first one's, rising, counted from the bucket's first
+                  view
+     n + 1 bytes  codes: the depth on the block's grid, 2^depth_bits - 1 = infinite; COHSM__EXACT_CODE = exact
+     2 bytes each the exact depths, low byte first, in the order of their codes
+
+   so that its length is even, and n and the number of exact depths are together at most 31. Segment j holds a
+   view if j of the n first views are not above it.
+
+   Depths that do not fit into a line even if a tray is split in eight have n = 31 and codes that are all
+   exact, for which no line has room: the byte behind n says how many lines further on the 16-bit depths of
+   these 32 views stand, low bytes first. So every list can be kept. */
+
+enum {
+    COHSM__LINE_BYTES = 64,
+    COHSM__BUCKET_BITS = 8,             /* of views */
+    COHSM__BUCKET = 1 << COHSM__BUCKET_BITS,
+    COHSM__GROUP_BITS = 8,              /* of pixels */
+    COHSM__GROUP = 1 << COHSM__GROUP_BITS,
+    COHSM__SPLITS = 3,                  /* a bucket's lines at most: 2^3 */
+    COHSM__SPREAD_VIEWS = COHSM__BUCKET >> COHSM__SPLITS,
+    COHSM__TRAY_FIRSTS = 31,            /* first views and exact depths that a line has room for */
+    COHSM__EXACT_CODE = 254
+};
+
+/* The tray, or the line of its part, that holds a view. */
+static inline const uint8_t *cohsm__tray_at(const cohsm_maps *m, uint32_t pixel, uint32_t place)
+{
+    const cohsm__trays *c = &m->trays;
+    const size_t bucket = place >> COHSM__BUCKET_BITS;
+    const uint32_t at = c->at[bucket * m->range + pixel], split = at >> 14;
+    const uint32_t part = (place & (COHSM__BUCKET - 1u)) >> (COHSM__BUCKET_BITS - split);
+    const size_t line = c->base[bucket * c->groups + (pixel >> COHSM__GROUP_BITS)];
+    return c->lines + COHSM__LINE_BYTES * (line + part) + ((at & 0x3fffu) << (split ? 6 : 1));
+}
+
+static inline uint32_t cohsm__tray_half(const uint8_t *p) { return p[0] | (uint32_t)p[1] << 8; }
+
+/* The line stands for one of the depths of its views one by one. */
+static inline int cohsm__tray_is_spread(const uint8_t *line)
+{
+    return line[0] == COHSM__TRAY_FIRSTS && line[COHSM__LINE_BYTES - 1] == COHSM__EXACT_CODE;
+}
+
+/* The depth of a view whose code is exact, which is number j of the codes. */
+static uint32_t cohsm__tray_exact(const uint8_t *tray, uint32_t j, uint32_t view)
+{
+    uint32_t n = tray[0], exact = 0, i;
+    if (n == COHSM__TRAY_FIRSTS) {
+        tray += COHSM__LINE_BYTES * (size_t)tray[1];
+        return cohsm__tray_half(tray + 2u * (view % COHSM__SPREAD_VIEWS));
+    }
+    for (i = 0; i < j; i++) exact += tray[1u + n + i] == COHSM__EXACT_CODE;
+    return cohsm__tray_half(tray + 2u + 2u * n + 2u * exact);
+}
+
+/* The 16-bit depth of a view in its tray. */
+static inline uint32_t cohsm__tray_depth(const cohsm_maps *m, const uint8_t *tray, uint32_t place)
+{
+    uint32_t n = tray[0], view = place & (COHSM__BUCKET - 1u);
+    uint32_t j = 0, i, code;
+
+    for (i = 1; i <= n; i++) j += tray[i] <= view;
+    code = tray[1u + n + j];
+    return code == COHSM__EXACT_CODE ? cohsm__tray_exact(tray, j, view) : m->depth_of[code];
 }
 
 /* ==== src/csm/lists.h ==== */
@@ -2690,9 +2942,9 @@ typedef struct cohsm__segment {
     uint16_t exact;
 } cohsm__segment;
 
-/* A field of up to 30 bits of a block, 32 bits or more from its begin. Read with the word before its last one
-   and never with the one after, which may be another line's: that miss would cost more than the whole
-   search. */
+/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. It reads the
+   word before the field's last one and never the word after, which may be another line's: that miss would
+   cost more than the whole search. */
 static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
     uint32_t i = ((bit + count - 1u) >> 5) - 1u;
@@ -2735,13 +2987,13 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
     return f;
 }
 
-/* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of
-   all ones before j. */
+/* Returns the 16-bit depth of segment j in a block of n. An exact depth has as many exact depths before it as
+   there are codes of all ones before j. */
 static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
                                           uint32_t j)
 {
-    uint32_t head = block[0], bits = head >> 12 & 15u, palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones,
-             codes_at;
+    uint32_t head = block[0], bits = head >> 12 & 15u;
+    uint32_t palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones, codes_at;
     uint32_t code, value, i, rank = 0;
 
     bits -= (uint32_t)COHSM__WIDEST & palette;
@@ -2752,22 +3004,23 @@ static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t 
         for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * bits, bits) == ones;
         return cohsm__bits(block, cohsm__block_fields(block, n).exact_at + 16 * rank, 16);
     }
-    /* Infinite, as all places from the grid's top. */
+    /* This place of the table means infinite, as all places from the grid's top on do. */
     value = code + 1u == ones ? 511u : (head & 255u) + code;
     code = cohsm__bits(block, codes_at + ((n * bits + 8u * code) & palette), 8);
     return depth_of[(code & palette) | (value & ~palette)];
 }
 
-/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in
-   the marks. No branches that data decides but for rare cases: a mispredicted one costs as much as ten
-   instructions. */
+/* Returns the segment of a block that holds a view. offset is the view less the block's first; at is where
+   the view's bucket begins in the marks. The data decides no branches but for rare cases: a mispredicted
+   branch costs as much as ten instructions. */
 static inline uint32_t cohsm__segment_at(const uint32_t *block, uint64_t marks, uint32_t offset, uint32_t at)
 {
     uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask;
     uint32_t run, more, lows;
 
     run = (uint32_t)((marks >> (at & 63u)) & (at < 64 ? 7u : 0u));
-    /* Two, or one and what follows: codes, never less. */
+    /* This reads the low bits of two segments, or of one and what follows, which are codes and never too
+       short. */
     lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k);
     more = run & (uint32_t)((lows & mask) <= low);
     j += more & 1u;
@@ -2787,7 +3040,7 @@ static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
     return cohsm__segment_at(block, marks, offset, bucket ? cohsm__select_bit(~marks, bucket - 1u) + 1u : 0u);
 }
 
-/* Words of a block, from its exact codes. */
+/* Returns how many words a block takes, by its exact codes. */
 static uint32_t cohsm__block_words(const uint32_t *block)
 {
     cohsm__fields f = cohsm__block_fields(block, cohsm__popcount(cohsm__marks(block)));
@@ -2810,7 +3063,8 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
-/* The last block that begins at or before the view, which becomes relative to it. */
+/* Returns the last block of a list that begins at or before the view, which becomes relative to that block.
+   */
 static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
     uint32_t lo = 0, count = cohsm__block_count(directory), half;
@@ -2831,7 +3085,11 @@ static uint32_t cohsm__depth_in_block(const cohsm_maps *m, const uint32_t *block
 static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
     const uint32_t *block;
-    uint32_t entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
+    uint32_t entry;
+#ifndef COHSM_WITHOUT_FAST
+    if (m->trays.lines) return cohsm__tray_depth(m, cohsm__tray_at(m, pixel, place), place);
+#endif
+    entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
     if (entry & COHSM__CONSTANT) return entry & 0xffffu;
     place &= COHSM__CHUNK - 1u;
     block = cohsm__list_block(m, m->directories + entry, &place);
@@ -2845,9 +3103,9 @@ static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_
 /* The grid of stored depths: values 0..top, top = infinite. */
 typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
 
-/* Of the values lo..hi, the middle leaves the most room on both sides (paper 3.1). But a value far behind the
-   first hit lets light through to whatever is there, other objects among them; so it stays within two pixels
-   of it. */
+/* Returns the grid value that is stored for an interval lo..hi. The middle leaves the most room on both sides
+   (paper 3.1). But a value far behind the first hit lets light through to whatever is there, other objects
+   among them, so the value stays within two pixels of the first hit. */
 static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
 {
     uint32_t middle = (lo + hi) / 2u;
@@ -2862,12 +3120,14 @@ static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_side)
     return g;
 }
 
-/* What the first n segments would take in one block. */
+/* A block of the first n segments: how they would be coded, and what that would take. */
 typedef struct cohsm__plan {
-    uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far */
-    uint32_t k, bits, base, values, size;
-    uint32_t palette;                           /* entries, 0: none */
-    uint8_t  value[COHSM__MARKS];
+    uint32_t n, exact;                  /* segments taken so far; those of them with exact depths */
+    uint32_t least_hi, greatest_lo;     /* of the intervals of these segments */
+    uint32_t k, bits, base;             /* the block's fields, see "lists" */
+    uint32_t values, size;              /* grid values that the codes span; bits that the block takes */
+    uint32_t palette;                   /* entries of the palette; 0: there is none */
+    uint8_t  value[COHSM__MARKS];       /* the palette */
 } cohsm__plan;
 
 static void cohsm__plan_start(cohsm__plan *p)
@@ -2876,14 +3136,15 @@ static void cohsm__plan_start(cohsm__plan *p)
     p->least_hi = COHSM__INFINITE;
 }
 
-/* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as
-   late as possible meets the most others. Each value then moves to the middle of what its intervals have in
+/* Finds the fewest grid values with one in each interval: the least hi that is left must be met, and a value
+   as large as that meets the most others. Each value then moves to the middle of what its intervals have in
    common. */
 static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
                               uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
-    uint32_t i, count = 0, left = 0, at, lo;
+    uint32_t i, count = 0, left = 0;
+    uint32_t at, lo;
 
     for (i = 0; i < n; i++)
         if (!s[i].exact) todo[left++] = (uint8_t)i;
@@ -2917,7 +3178,8 @@ static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const co
     return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
 }
 
-/* Takes one more segment; 0 where the block would become too long. end = first view after it. */
+/* Takes one more segment into a plan; returns 0 if the block would become too long. end is the first view
+   after the segment. */
 static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid, uint32_t end)
 {
     uint32_t span = end - s[0].first;
@@ -2932,7 +3194,8 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm
     }
     for (p->k = 0; p->n + ((span - 1u) >> p->k) > COHSM__MARKS; p->k++)
         if (p->k == 15) return 0;
-    /* the narrowest range of grid values with one in each interval: from the least hi to the greatest lo */
+    /* This is the narrowest range of grid values with one in each interval: from the least hi to the greatest
+       lo. */
     p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
     p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
     if (p->least_hi == COHSM__INFINITE) p->base = 0;
@@ -2947,7 +3210,7 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
     return i + 1 < count ? s[i + 1].first : views;
 }
 
-/* As many segments as fit; the shorter kind for a tail. */
+/* Plans a block of as many segments as fit; for a tail by whichever coding is shorter. */
 static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, const cohsm__grid *grid,
                                      uint32_t views)
 {
@@ -2972,7 +3235,9 @@ static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p,
 static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__plan *p,
                                const cohsm__grid *grid)
 {
-    uint32_t i, offset, bucket = 0, at = 16, code, head = p->palette ? p->palette : p->base;
+    uint32_t i, offset, code;
+    uint32_t bucket = 0, at = 16;
+    uint32_t head = p->palette ? p->palette : p->base;
     uint8_t place[COHSM__MARKS];
     cohsm__fields f;
 
@@ -2995,8 +3260,8 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
     for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
 }
 
-/* Blocks of a list are at most this many: one takes 10 segments at least, all of them exact, or all that are
-   left. */
+/* Returns the most blocks that a list of count segments can have: a block takes 10 segments at least, all of
+   them exact, or all that are left. */
 static size_t cohsm__blocks_bound(size_t count) { return count / 10 + 1; }
 
 static size_t cohsm__list_bound(size_t count)
@@ -3010,7 +3275,8 @@ static size_t cohsm__list_bound(size_t count)
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count,
                                 const cohsm__grid *grid, uint32_t views)
 {
-    size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
+    size_t i, blocks = 0;
+    size_t gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
 
     for (i = 0; i < count; i += p.n, blocks++) {
@@ -3030,20 +3296,20 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
 
 /* ---- layout: blocks to lines ---- */
 
-/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with
-   NULL pointers counts, a second one writes. Tails go where they fit best among a few lines that are still
-   open. */
+/* Gives lists their places. Lists come in order of chunk and pixel, whoever made them, and so always get the
+   same places: a dry run with NULL pointers counts, a second one writes. Tails go where they fit best among a
+   few lines that still have room. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
 typedef struct cohsm__layout {
-    uint32_t *directories, *lines;      /* NULL: count only */
-    uint64_t  directory_words, line_count;
-    uint64_t  open[COHSM__OPEN_LINES];
-    uint32_t  used[COHSM__OPEN_LINES];  /* words; 0: no line */
+    uint32_t *directories, *lines;      /* NULL: a dry run */
+    uint64_t  directory_words, line_count;  /* how many were given out */
+    uint64_t  open[COHSM__OPEN_LINES];  /* lines that still have room */
+    uint32_t  used[COHSM__OPEN_LINES];  /* words of them that are taken; 0: there is no such line */
 } cohsm__layout;
 
-/* A line with room for a tail, near enough to the next list; a new one where there is none. */
+/* Returns a line with room for a tail, near enough to the next list; a new line if there is none. */
 static int cohsm__open_line(cohsm__layout *l, uint32_t words)
 {
     int i, best = -1, oldest = 0;
@@ -3120,6 +3386,7 @@ typedef struct cohsm__range {           /* neighbouring pixels, compressed by on
 
 typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
 
+#ifndef COHSM_WITHOUT_BUILD
 struct cohsm_builder {
     cohsm__heap       heap;
     cohsm_desc        desc;             /* defaults filled in */
@@ -3144,14 +3411,16 @@ struct cohsm_builder {
     size_t            list_words;
     int               finished;         /* or failed: it can only be destroyed */
 };
+#endif
 
-/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the
-   greatest whose depth is at most d. */
+/* Grid value i stands for the depth floor(i 65535 / grid). These return the least i whose depth is at least
+   d, and the greatest i whose depth is at most d. */
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
-/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias
-   of one pixel, so it stays two pixels away from it where more than four are left for the first. */
+/* Ends the open segment of a pixel. With flag 0 its depth is a grid value within lo..hi. A depth right before
+   the second layer would let that layer be lit under a bias of one pixel, so the depth stays two pixels away
+   from that layer if more than four are left for the first. */
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
                                  uint32_t lo, uint32_t hi)
 {
@@ -3166,8 +3435,9 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     r->segments++;
 }
 
-/* A page with room for what one view can close: two segments a pixel, one before and one of an exact
-   depth. */
+/* Sees to it that the last page of a range has room for what one view can close: two segments a pixel, one
+   that was open before and one of an exact depth. Returns 0 if that takes a new page and no spare one is
+   there. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 {
     cohsm__page *p = r->last;
@@ -3183,8 +3453,9 @@ static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
     return 1;
 }
 
-/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that
-   bounds it. 1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
+/* Writes the interval [lo, hi] in which a stored depth must lie: from the first hit to just before the layer
+   that bounds it. Returns 1 if that layer lies at the first hit: then z = z1, and the query's bias has to
+   keep the surface from shadowing itself. */
 static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *lo, uint32_t *hi)
 {
     uint32_t z2 = z[1], upper;
@@ -3206,13 +3477,17 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     return upper <= z[0];
 }
 
-/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1). No
-   sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by
-   induction the greedy segments end no earlier than those of any other sequence. A view that no grid value
-   separates is a segment of its own, and stored exactly, in every sequence. */
+/* Adds a view to the segments of a range of pixels, greedily: a segment goes on as long as one grid value
+   separates the layers of all its views (equation 1). No sequence of segments is shorter: any part of a
+   segment that can be stored can be stored too, so by induction the greedy segments end no earlier than those
+   of any other sequence. A view that no grid value separates is a segment of its own, and stored exactly, in
+   every sequence. */
 static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
 {
-    uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
+    uint32_t p, depth;
+    uint32_t lo, hi;                     /* what the view at hand can store */
+    uint32_t glo, ghi;                   /* the same on the grid */
+    uint32_t nlo, nhi;                   /* what the open segment can store with this view in it */
 
     for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
         r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
@@ -3261,15 +3536,15 @@ static size_t cohsm__page_size(const cohsm_builder *b)
     return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
 }
 
-/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not
-   be safe to call from several threads. */
+/* Gets a spare page for each range. Allocation happens here, between tasks, since the caller's allocator need
+   not be safe to call from several threads. */
 static cohsm_result cohsm__take_spares(cohsm_builder *b)
 {
     int i;
     for (i = 0; i < COHSM__RANGES; i++) {
         cohsm__range *r = &b->ranges[i];
         if (r->spare || r->begin == r->end) continue;
-        r->spare = (cohsm__page *)cohsm__take(&b->heap, 1, cohsm__page_size(b));
+        r->spare = (cohsm__page *)cohsm__heap_alloc(&b->heap, 1, cohsm__page_size(b));
         if (!r->spare) return COHSM_ERR_ALLOC;
         r->spare->next = NULL;
     }
@@ -3293,7 +3568,7 @@ static void cohsm__free_pages(cohsm_builder *b, cohsm__page *p)
 {
     while (p) {
         cohsm__page *next = p->next;
-        cohsm__give(&b->heap, p, 1, cohsm__page_size(b));
+        cohsm__heap_free(&b->heap, p, 1, cohsm__page_size(b));
         p = next;
     }
 }
@@ -3316,13 +3591,13 @@ static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the
-   other. */
+/* Writes the lists of one range: sorts the log of the range by pixel (views are in order already), then
+   writes one list after the other. */
 static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
 {
     uint32_t pixels = r->end - r->begin, p, i;
     size_t total = 0, bound = 0, used = 0, n;
-    size_t *at = (size_t *)cohsm__take(&b->heap, (size_t)pixels + 1, sizeof *at);
+    size_t *at = (size_t *)cohsm__heap_alloc(&b->heap, (size_t)pixels + 1, sizeof *at);
     cohsm__segment *segments = NULL;
     cohsm__words *words = NULL, *exact;
     cohsm__page *page;
@@ -3337,8 +3612,8 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
         at[p] = total - at[p];
     }
     at[pixels] = total;
-    segments = (cohsm__segment *)cohsm__take(&b->heap, total, sizeof *segments);
-    words = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *words + 4 * bound);
+    segments = (cohsm__segment *)cohsm__heap_alloc(&b->heap, total, sizeof *segments);
+    words = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *words + 4 * bound);
     if (segments && words) {
         for (page = r->first; page; page = page->next)
             for (i = 0; i < page->count; i++)
@@ -3352,7 +3627,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
             lookup[p] = (uint32_t)used;
             used += cohsm__write_list(words->data + used, segments + n, at[p] - n, &b->grid, views);
         }
-        exact = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *exact + 4 * used);
+        exact = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *exact + 4 * used);
         if (exact) {
             exact->next = NULL;
             exact->count = used;
@@ -3363,13 +3638,13 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
             b->list_words += used;
         }
     } else exact = NULL;
-    cohsm__give(&b->heap, words, 1, sizeof *words + 4 * bound);
-    cohsm__give(&b->heap, segments, total, sizeof *segments);
-    cohsm__give(&b->heap, at, (size_t)pixels + 1, sizeof *at);
+    cohsm__heap_free(&b->heap, words, 1, sizeof *words + 4 * bound);
+    cohsm__heap_free(&b->heap, segments, total, sizeof *segments);
+    cohsm__heap_free(&b->heap, at, (size_t)pixels + 1, sizeof *at);
     return exact ? COHSM_OK : COHSM_ERR_ALLOC;
 }
 
-/* A chunk of views is complete: closes every segment and turns the log into lists. */
+/* Ends a chunk of views: closes every segment and turns the log into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
     uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,
@@ -3401,61 +3676,83 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 
 static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
 
-static int cohsm__check_sides(cohsm_domain *d)
+/* Fills in the sides that are 0, and refuses those that the kind cannot have. */
+static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log)
 {
+    static const char *const name[3] = { "desc.domain.side[0]", "desc.domain.side[1]",
+                                         "desc.domain.side[2]" };
     uint32_t *s = d->side, dims, i, fallback;
     uint64_t n = 1;
 
     if (d->kind == COHSM_DOMAIN_LIST) {
-        if (d->location_count == 0 || d->location_count > 1u << 24) return 0;
+        if (d->location_count == 0 || d->location_count > 1u << 24)
+            return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count, "1..2^24");
         s[0] = (uint32_t)d->location_count;
         s[1] = s[2] = 1;
-        return 1;
+        return COHSM_OK;
     }
     if (d->kind == COHSM_DOMAIN_TABLE)
         for (i = 0; i < 3; i++) s[i] = s[i] ? s[i] : 1u;
     dims = cohsm__dimensions(d->kind, s);
     fallback = dims == 3 ? 32u : 128u;
     for (i = 0; i < 3; i++) {
-        if (i >= dims && s[i] > 1) return 0;
+        if (i >= dims && s[i] > 1)
+            return cohsm__wrong(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
         if (!s[i]) s[i] = i < dims ? fallback : 1u;
-        if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE) return 0;
+        if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE)
+            return cohsm__wrong(log, name[i], (double)s[i], "0, or 1..4096");
         n *= s[i];
-        if (n > 1u << 24) return 0;
+        if (n > 1u << 24)
+            return cohsm__wrong(log, name[i], (double)s[i], "less: sides may make 2^24 cells together");
     }
-    if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1]) return 0;
-    return d->kind != COHSM_DOMAIN_TABLE || d->location_count == n;
+    if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1])
+        return cohsm__wrong(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
+    if (d->kind == COHSM_DOMAIN_TABLE && d->location_count != n)
+        return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count,
+                            "the product of side");
+    return COHSM_OK;
 }
 
-static int cohsm__check_shape(const cohsm_domain *d)
+static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__logger *log)
 {
-    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+    static const char field[] = "desc.domain.locations";
     const float *p = d->locations;
     size_t i;
 
-    if (cohsm__has_table((uint32_t)d->kind)) {
-        if (!p) return 0;
-        for (i = 0; i < d->location_count; i++, p += 4) {
-            if (!cohsm__finite3(p) || (p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) return 0;
-            if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) return 0;
+    if (!p) return cohsm__refuse(log, COHSM_ERR_DESC, field, "is NULL");
+    for (i = 0; i < d->location_count; i++, p += 4) {
+        if ((p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) {
+            cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
+            return COHSM_ERR_DESC;
         }
-        return 1;
+        if (!cohsm__finite3(p)) {
+            cohsm__log_element(log, field, i, "has the x", (double)p[0], "finite, and y and z");
+            return COHSM_ERR_DESC;
+        }
+        if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
+            cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
+            return COHSM_ERR_DESC;
+        }
     }
-    if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return 1;
-    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
-        return 0;
-    if (!(cohsm__v3_length(u) > 0.0f)) return 0;
-    if (d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC)
-        return cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f;
-    return d->kind != COHSM_DOMAIN_VOLUME || fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f;
+    return COHSM_OK;
 }
 
-/* Says that a field of the desc is out of range; returns COHSM_ERR_DESC. */
-static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
-                                 const char *wanted)
+static cohsm_result cohsm__check_shape(const cohsm_domain *d, const cohsm__logger *log)
 {
-    cohsm__log_value(log, field, value, wanted);
-    return COHSM_ERR_DESC;
+    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+
+    if (cohsm__has_table((uint32_t)d->kind)) return cohsm__check_locations(d, log);
+    if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
+    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain", "has origin, u, v or w that is not finite");
+    if (!(cohsm__v3_length(u) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "has no length");
+    if ((d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC) &&
+        !(cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "and v span no area");
+    if (d->kind == COHSM_DOMAIN_VOLUME && !(fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "and v and w span no volume");
+    return COHSM_OK;
 }
 
 static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
@@ -3472,12 +3769,18 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         return cohsm__wrong(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
     if ((unsigned)d->orientation >= COHSM_ORIENTATION_COUNT)
         return cohsm__wrong(log, "desc.orientation", (double)d->orientation, "a COHSM_ORIENTATION_...");
+#ifdef COHSM_WITHOUT_FAST
+    if (d->layout == COHSM_LAYOUT_FAST)
+        return cohsm__wrong(log, "desc.layout", (double)d->layout, "another one in a header without fast");
+#endif
+    if ((unsigned)d->layout >= COHSM_LAYOUT_COUNT)
+        return cohsm__wrong(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
     if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
     return COHSM_OK;
 }
 
-/* Fills in defaults; order and the sphere may stay open until the mesh is known. */
+/* Checks a desc and fills in its defaults; order and sphere may stay open until the mesh is known. */
 static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
 {
     uint32_t pixels;
@@ -3493,17 +3796,13 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
         return cohsm__wrong(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
     if (d->depth_bits < 4 || d->depth_bits > 8)
         return cohsm__wrong(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
-    if (!cohsm__check_sides(&d->domain))
-        return cohsm__wrong(log, "desc.domain.side[0]", (double)d->domain.side[0],
-                            "0, or 1..4096 like the other sides that the kind has, with 2^24 cells or fewer");
-    if (!cohsm__check_shape(&d->domain)) {
-        cohsm__log_text(log, "desc.domain", "has a shape without extent, or locations that cannot be used");
-        return COHSM_ERR_DESC;
-    }
+    if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
+    if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
-    if (!cohsm__finite3(d->center) || !cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and it and center finite");
+    if (!cohsm__finite3(d->center)) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.center", "is not finite");
+    if (!cohsm__finite(d->radius) || d->radius < 0.0f)
+        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
@@ -3511,7 +3810,7 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
                         "above pixel_begin, and map_side^2 or less");
 }
 
-/* As a build ends whose desc and mesh were right. */
+/* Returns the result of a build whose desc and mesh were right, and logs why it failed if it did. */
 static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
 {
     if (result == COHSM_ERR_LIMIT)
@@ -3522,7 +3821,7 @@ static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, 
     return cohsm__ended(log, result);
 }
 
-/* Far enough from the ends of the float range for squares and inverses. */
+/* Says whether a radius is far enough from the ends of the float range for squares and inverses. */
 static int cohsm__radius_usable(float r) { return r > 1e-18f && r < 1e18f; }
 
 static int cohsm__is_positional(const cohsm_domain *d)
@@ -3566,7 +3865,8 @@ static void cohsm__fill_header(cohsm__header *h, const cohsm_desc *d)
 
 static uint32_t cohsm__chunks(const cohsm__header *h) { return (h->view_count - 1u) / COHSM__CHUNK + 1u; }
 
-/* Depth 1 of positional maps: as far as anything of the object is from any location. */
+/* Returns the distance that depth 1 stands for in maps of positions: as far as anything of the object is from
+   any location. */
 static float cohsm__far_distance(const cohsm__header *h, const float *locations)
 {
     cohsm__v3 c = cohsm__v3_load(h->center);
@@ -3594,11 +3894,12 @@ static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locat
     return cam;
 }
 
-/* Depth at which the ray through a pixel's centre leaves the bounding sphere. */
+/* Returns the depth at which the ray through a pixel's centre leaves the bounding sphere. */
 static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint32_t pixel)
 {
     float x = ((float)(pixel % size) + 0.5f) / (float)size * 2.0f - 1.0f;
-    float y = ((float)(pixel / size) + 0.5f) / (float)size * 2.0f - 1.0f, a, b, c, disc;
+    float y = ((float)(pixel / size) + 0.5f) / (float)size * 2.0f - 1.0f;
+    float a, b, c, disc;
     cohsm__v3 e = cam->eye;
     float ex, ey, ew;
 
@@ -3630,26 +3931,26 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     n = b->range_pixels;
     for (w = b->lists; w; w = next) {
         next = w->next;
-        cohsm__give(&b->heap, w, 1, sizeof *w + 4 * w->count);
+        cohsm__heap_free(&b->heap, w, 1, sizeof *w + 4 * w->count);
     }
     for (i = 0; i < COHSM__RANGES; i++) {
         cohsm__free_pages(b, b->ranges[i].first);
         cohsm__free_pages(b, b->ranges[i].spare);
     }
-    cohsm__give(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
-    cohsm__give(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
-    cohsm__give(&b->heap, b->first, n, sizeof *b->first);
-    cohsm__give(&b->heap, b->hi, n, 1);
-    cohsm__give(&b->heap, b->lo, n, 1);
-    cohsm__give(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
-    cohsm__give(&b->heap, b->locations, b->head.location_words, sizeof(float));
-    cohsm__give(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
+    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
+    cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
+    cohsm__heap_free(&b->heap, b->hi, n, 1);
+    cohsm__heap_free(&b->heap, b->lo, n, 1);
+    cohsm__heap_free(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    cohsm__heap_free(&b->heap, b->locations, b->head.location_words, sizeof(float));
+    cohsm__heap_free(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
     heap = b->heap;
-    cohsm__give(&heap, b, 1, sizeof *b);
+    cohsm__heap_free(&heap, b, 1, sizeof *b);
 }
 
-/* The header's table of locations: directions made unit length. One that is so but for rounding stays: the
-   desc of a built block must give the same rays again. */
+/* Copies the locations of the desc and makes directions unit length. A direction that is unit but for
+   rounding stays as it is: the desc of a built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
@@ -3671,15 +3972,6 @@ static void cohsm__split_ranges(cohsm_builder *b)
     b->page_records = cohsm__max_u32(4 * widest, 256);
 }
 
-/* Locations so far away that distances overflow leave something that is not finite here. */
-static int cohsm__floats_finite(const cohsm__header *h)
-{
-    const float *f;
-    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
-        if (!cohsm__finite(*f)) return 0;
-    return 1;
-}
-
 static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
 {
     heap->peak = b->heap.peak;
@@ -3687,10 +3979,11 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
     cohsm_builder_free(b);
 }
 
-/* desc is checked and complete. On success the builder's heap takes over what heap had counted. */
+/* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
+   had counted. */
 static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *heap, cohsm_builder **out)
 {
-    cohsm_builder *b = (cohsm_builder *)cohsm__take(heap, 1, sizeof *b);
+    cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
     uint32_t n = desc->pixel_end - desc->pixel_begin;
     size_t lookup;
 
@@ -3705,19 +3998,20 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
-        cohsm__give(heap, b, 1, sizeof *b);
+        cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
     }
-    b->cells = (uint32_t *)cohsm__take(&b->heap, b->head.map_count, sizeof *b->cells);
+    b->cells = (uint32_t *)cohsm__heap_alloc(&b->heap, b->head.map_count, sizeof *b->cells);
     b->angles =
-        (float *)cohsm__take(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+        (float *)cohsm__heap_alloc(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
     if (b->head.location_words)
-        b->locations = (float *)cohsm__take(&b->heap, b->head.location_words, sizeof(float));
-    b->lo = (uint8_t *)cohsm__take(&b->heap, n, 1);
-    b->hi = (uint8_t *)cohsm__take(&b->heap, n, 1);
-    b->first = (uint32_t *)cohsm__take(&b->heap, n, sizeof *b->first);
-    b->lookup = (uint32_t *)cohsm__take(&b->heap, lookup, sizeof *b->lookup);
-    b->batch = (uint16_t *)cohsm__take(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+        b->locations = (float *)cohsm__heap_alloc(&b->heap, b->head.location_words, sizeof(float));
+    b->lo = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
+    b->hi = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
+    b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
+    b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
+    b->batch =
+        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
     cohsm__split_ranges(b);
     if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi ||
         !b->first || !b->lookup || !b->batch) {
@@ -3776,7 +4070,8 @@ static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
 static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
 {
     float half = 0.5f * (float)h->map_side, scale = half / h->radius;
-    cohsm__v3 c = cohsm__v3_load(h->center), axis[3], x, y, w;
+    cohsm__v3 c = cohsm__v3_load(h->center);
+    cohsm__v3 axis[3], x, y, w;
     int i = (int)(cam->face >> 1);
 
     memset(m, 0, 16 * sizeof *m);
@@ -3841,7 +4136,7 @@ static cohsm_result cohsm__close_batch(cohsm_builder *b)
     return result;
 }
 
-/* 16-bit layers of the shard's pixels. */
+/* Turns the caller's depths into 16-bit layers of the shard's pixels. */
 static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2,
                                const float *z3)
 {
@@ -3874,8 +4169,12 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
     if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
     if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
-    if (b->finished || index != b->batch_begin + b->batch_count || index >= b->head.view_count)
+    if (b->finished || index >= b->head.view_count)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has all its views, or failed before");
+    if (index != b->batch_begin + b->batch_count) {
+        cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
         return COHSM_ERR_ORDER;
+    }
     pixels = b->head.map_side * b->head.map_side;
     for (i = 0; i < pixels; i++)
         if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) {
@@ -3889,6 +4188,547 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     b->batch_count++;
     if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
     return cohsm__ended(&log, cohsm__close_batch(b));
+}
+
+/* ==== src/csm/trays_make.h ==== */
+
+/* ---- trays: made from a block ---- */
+
+/* A column is a group of pixels through the buckets of one chunk. Its lists are read in step, bucket by
+   bucket, and each bucket's trays are placed in lines of their own. */
+
+enum {
+    COHSM__LARGE_LINES = 16 * COHSM__GROUP,     /* of split trays: 8 each, and 8 of depths one by one */
+    COHSM__LINE_STEPS = COHSM__LINE_BYTES / 2,
+    COHSM__SHARED_LINES = 2 * COHSM__GROUP,     /* that trays of less than a line can begin in */
+    COHSM__NO_TRAY = 0xffff
+};
+
+/* A list that is being read: the segments of one of its blocks, and the one that was read last. */
+typedef struct cohsm__cursor {
+    const uint32_t *directory;
+    uint32_t block, at, count;
+    uint32_t first[COHSM__MARKS + 1];   /* within the chunk; the last one is where the block ends */
+    uint16_t depth[COHSM__MARKS];
+} cohsm__cursor;
+
+/* Segments of a bucket. */
+typedef struct cohsm__pieces {
+    uint32_t count;
+    uint8_t  first[COHSM__BUCKET], code[COHSM__BUCKET];
+    uint16_t depth[COHSM__BUCKET];
+} cohsm__pieces;
+
+typedef struct cohsm__tray_work {       /* of one column */
+    cohsm__cursor cursor[COHSM__GROUP];
+    cohsm__pieces pieces;
+    uint8_t       tiny[COHSM__GROUP][COHSM__LINE_BYTES];   /* trays of less than a line */
+    uint8_t       large[COHSM__LARGE_LINES][COHSM__LINE_BYTES];
+    uint16_t      steps[COHSM__GROUP];  /* length of a tray in steps of 2 bytes; 0: it is a split one */
+    uint16_t      line[COHSM__GROUP], split[COHSM__GROUP];  /* of a split tray: its first line in large */
+    uint16_t      same[COHSM__GROUP];   /* this tray, or one of a single segment that stands for it too */
+    uint16_t      place[COHSM__GROUP];  /* of a tray, in steps from the bucket's first line */
+    uint32_t      large_lines;
+} cohsm__tray_work;
+
+/* ---- reading lists ---- */
+
+static void cohsm__cursor_decode(cohsm__cursor *c, const cohsm_maps *m, uint32_t views)
+{
+    const uint32_t *d = c->directory, *block = cohsm__block_at(d, m->lines, c->block);
+    const uint32_t begin = c->block ? cohsm__block_first(d, c->block) : 0u, head = block[0];
+    const uint64_t marks = cohsm__marks(block);
+    const cohsm__fields f = cohsm__block_fields(block, cohsm__popcount(marks));
+    const uint32_t ones = (1u << f.bits) - 1u;
+    uint32_t j, at, bucket = 0;
+    uint32_t exact = f.exact_at, code;
+
+    for (j = 0, at = 0; j < f.n; at++) {
+        if (!(marks >> at & 1u)) bucket++;
+        else {
+            c->first[j] = begin + (bucket << f.k | cohsm__bits(block, COHSM__LOW_AT + j * f.k, f.k));
+            j++;
+        }
+    }
+    for (j = 0; j < f.n; j++) {
+        code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits);
+        if (code == ones) {
+            c->depth[j] = (uint16_t)cohsm__bits(block, exact, 16);
+            exact += 16;
+        } else if (f.palette) c->depth[j] = m->depth_of[cohsm__bits(block, f.palette_at + 8u * code, 8)];
+        else c->depth[j] = code + 1u == ones ? (uint16_t)COHSM__INFINITE : m->depth_of[(head & 255u) + code];
+    }
+    c->count = f.n;
+    c->at = 0;
+    c->first[f.n] = c->block + 1u < cohsm__block_count(d) ? cohsm__block_first(d, c->block + 1u) : views;
+}
+
+static void cohsm__cursor_start(cohsm__cursor *c, const cohsm_maps *m, uint32_t entry, uint32_t views)
+{
+    memset(c, 0, sizeof *c);
+    if (!(entry & COHSM__CONSTANT)) {
+        c->directory = m->directories + entry;
+        cohsm__cursor_decode(c, m, views);
+        return;
+    }
+    c->count = 1;
+    c->depth[0] = (uint16_t)entry;
+    c->first[1] = views;
+}
+
+static void cohsm__cursor_step(cohsm__cursor *c, const cohsm_maps *m, uint32_t views)
+{
+    if (++c->at < c->count) return;
+    c->block++;
+    cohsm__cursor_decode(c, m, views);
+}
+
+/* Segments of the views from begin up to end, which is not beyond the chunk. */
+static void cohsm__cursor_read(cohsm__cursor *c, const cohsm_maps *m, uint32_t begin, uint32_t end,
+                               uint32_t views, cohsm__pieces *pieces)
+{
+    uint32_t n = 0;
+
+    if (c->first[c->at + 1u] <= begin) cohsm__cursor_step(c, m, views);
+    for (;;) {
+        const uint16_t depth = c->depth[c->at];
+        if (!n || pieces->depth[n - 1u] != depth) {
+            pieces->first[n] = (uint8_t)(n ? c->first[c->at] - begin : 0u);
+            pieces->depth[n++] = depth;
+        }
+        if (c->first[c->at + 1u] >= end) break;
+        cohsm__cursor_step(c, m, views);
+    }
+    pieces->count = n;
+}
+
+/* ---- trays of a bucket ---- */
+
+static void cohsm__pieces_codes(const cohsm_maps *m, cohsm__pieces *pieces)
+{
+    const uint32_t top = (1u << m->head.depth_bits) - 1u;
+    uint32_t i, code;
+
+    for (i = 0; i < pieces->count; i++) {
+        code = (pieces->depth[i] * top + 65534u) / 65535u;
+        if (m->depth_of[code] != pieces->depth[i]) code = COHSM__EXACT_CODE;
+        pieces->code[i] = (uint8_t)code;
+    }
+}
+
+/* First views and exact depths that the segments from..to - 1 need. */
+static uint32_t cohsm__pieces_load(const cohsm__pieces *pieces, uint32_t from, uint32_t to)
+{
+    uint32_t load = to - from - 1u, i;
+    for (i = from; i < to; i++) load += pieces->code[i] == COHSM__EXACT_CODE;
+    return load;
+}
+
+/* Segments from..to - 1 as a tray; returns its length. */
+static uint32_t cohsm__tray_write(const cohsm__pieces *pieces, uint32_t from, uint32_t to, uint8_t *tray)
+{
+    uint32_t n = to - from - 1u, i;
+    uint8_t *exact = tray + 2u + 2u * n;
+
+    tray[0] = (uint8_t)n;
+    for (i = 0; i < n; i++) tray[1u + i] = pieces->first[from + 1u + i];
+    for (i = from; i < to; i++) {
+        tray[1u + n + i - from] = pieces->code[i];
+        if (pieces->code[i] != COHSM__EXACT_CODE) continue;
+        *exact++ = (uint8_t)(pieces->depth[i] & 255u);
+        *exact++ = (uint8_t)(pieces->depth[i] >> 8);
+    }
+    return (uint32_t)(exact - tray);
+}
+
+/* The segments of part `part` of 2^split: the last one that begins at or before it, and those within it. */
+static void cohsm__pieces_part(const cohsm__pieces *pieces, uint32_t split, uint32_t part, uint32_t *from,
+                               uint32_t *to)
+{
+    const uint32_t views = (uint32_t)COHSM__BUCKET >> split, begin = part * views;
+
+    for (*from = 0; *from + 1u < pieces->count && pieces->first[*from + 1u] <= begin; ++*from) continue;
+    for (*to = *from + 1u; *to < pieces->count && pieces->first[*to] < begin + views; ++*to) continue;
+}
+
+static uint32_t cohsm__pieces_split(const cohsm__pieces *pieces)
+{
+    uint32_t split, part, from, to;
+
+    for (split = 1; split < COHSM__SPLITS; split++) {
+        for (part = 0; part < 1u << split; part++) {
+            cohsm__pieces_part(pieces, split, part, &from, &to);
+            if (cohsm__pieces_load(pieces, from, to) > COHSM__TRAY_FIRSTS) break;
+        }
+        if (part == 1u << split) break;
+    }
+    return split;
+}
+
+/* The depths of a part one by one. */
+static void cohsm__tray_list(const cohsm__pieces *pieces, uint32_t from, uint32_t part, uint8_t *line)
+{
+    uint32_t begin = part * COHSM__SPREAD_VIEWS, i;
+
+    for (i = 0; i < COHSM__SPREAD_VIEWS; i++) {
+        while (from + 1u < pieces->count && pieces->first[from + 1u] <= begin + i) from++;
+        line[2u * i] = (uint8_t)(pieces->depth[from] & 255u);
+        line[2u * i + 1u] = (uint8_t)(pieces->depth[from] >> 8);
+    }
+}
+
+/* A tray that needs lines of its own. */
+static void cohsm__tray_split(cohsm__tray_work *w, uint32_t p)
+{
+    const uint32_t split = cohsm__pieces_split(&w->pieces), parts = 1u << split;
+    uint32_t part, from, to, spread = parts;
+    uint8_t(*lines)[COHSM__LINE_BYTES] = w->large + w->large_lines;
+
+    w->steps[p] = 0;
+    w->split[p] = (uint16_t)split;
+    w->line[p] = (uint16_t)w->large_lines;
+    for (part = 0; part < parts; part++) {
+        memset(lines[part], 0, COHSM__LINE_BYTES);
+        cohsm__pieces_part(&w->pieces, split, part, &from, &to);
+        if (cohsm__pieces_load(&w->pieces, from, to) <= COHSM__TRAY_FIRSTS) {
+            cohsm__tray_write(&w->pieces, from, to, lines[part]);
+            continue;
+        }
+        memset(lines[part], COHSM__EXACT_CODE, COHSM__LINE_BYTES);
+        lines[part][0] = COHSM__TRAY_FIRSTS;
+        lines[part][1] = (uint8_t)(spread - part);
+        cohsm__tray_list(&w->pieces, from, part, lines[spread++]);
+    }
+    w->large_lines += spread;
+}
+
+/* All trays of a bucket, not yet placed. views: of the chunk. */
+static void cohsm__bucket_trays(cohsm__tray_work *w, const cohsm_maps *m, uint32_t pixels, uint32_t begin,
+                                uint32_t views)
+{
+    const uint32_t end = cohsm__min_u32(begin + COHSM__BUCKET, views);
+    uint16_t alone[COHSM__BUCKET];      /* the first tray of one segment with this code */
+    uint32_t p;
+
+    memset(alone, 0xff, sizeof alone);  /* COHSM__NO_TRAY */
+    w->large_lines = 0;
+    for (p = 0; p < pixels; p++) {
+        cohsm__pieces *pieces = &w->pieces;
+        cohsm__cursor_read(&w->cursor[p], m, begin, end, views, pieces);
+        cohsm__pieces_codes(m, pieces);
+        w->same[p] = (uint16_t)p;
+        if (cohsm__pieces_load(pieces, 0, pieces->count) > COHSM__TRAY_FIRSTS) {
+            cohsm__tray_split(w, p);
+            continue;
+        }
+        w->steps[p] = (uint16_t)(cohsm__tray_write(pieces, 0, pieces->count, w->tiny[p]) / 2u);
+        if (pieces->count > 1 || pieces->code[0] == COHSM__EXACT_CODE) continue;
+        if (alone[pieces->code[0]] == COHSM__NO_TRAY) alone[pieces->code[0]] = (uint16_t)p;
+        w->same[p] = alone[pieces->code[0]];
+    }
+}
+
+/* ---- places of trays ---- */
+
+/* Lines by the steps that are left in them, as lists. */
+typedef struct cohsm__room {
+    uint64_t some;                      /* bit r: a line has r steps left */
+    uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__SHARED_LINES];
+} cohsm__room;
+
+static void cohsm__room_add(cohsm__room *r, uint32_t line, uint32_t left)
+{
+    if (!left) return;
+    r->next[line] = r->some >> left & 1u ? r->head[left] : (uint16_t)COHSM__NO_TRAY;
+    r->head[left] = (uint16_t)line;
+    r->some |= (uint64_t)1 << left;
+}
+
+/* Takes a line with the least room of at least so many steps, which it stores in *left; COHSM__NO_TRAY: none
+   has it. */
+static uint32_t cohsm__room_take(cohsm__room *r, uint32_t steps, uint32_t *left)
+{
+    const uint64_t fit = r->some >> steps << steps;
+    uint32_t line;
+
+    if (!fit) return COHSM__NO_TRAY;
+    *left = cohsm__popcount((fit & (0u - fit)) - 1u);
+    line = r->head[*left];
+    r->head[*left] = r->next[line];
+    if (r->head[*left] == COHSM__NO_TRAY) r->some &= ~((uint64_t)1 << *left);
+    return line;
+}
+
+/* Steps that a line of a split tray leaves free. */
+static uint32_t cohsm__line_left(const uint8_t *line)
+{
+    const uint32_t n = line[0];
+    uint32_t i, used = 1u + n;
+
+    if (cohsm__tray_is_spread(line)) return 0;
+    for (i = 0; i <= n; i++) used += line[1u + n + i] == COHSM__EXACT_CODE;
+    return COHSM__LINE_STEPS - used;
+}
+
+/* The lines of the split trays that come before all others, as many as trays of less than a line can begin
+   in; what is left in them is free for those. */
+static uint32_t cohsm__room_start(cohsm__room *r, const cohsm__tray_work *w, uint32_t pixels)
+{
+    uint32_t p, part, lines = 0, next;
+
+    r->some = 0;
+    for (p = 0; p < pixels; p++) {
+        if (w->steps[p]) continue;
+        next = w->line[p] + (1u << w->split[p]);
+        for (part = 0; part < 1u << w->split[p]; part++) {
+            const uint8_t *line = w->large[w->line[p] + part];
+            if (cohsm__tray_is_spread(line)) next++;
+        }
+        if (next > COHSM__GROUP) break;
+        for (part = 0; part < 1u << w->split[p]; part++)
+            cohsm__room_add(r, w->line[p] + part, cohsm__line_left(w->large[w->line[p] + part]));
+        lines = next;
+    }
+    return lines;
+}
+
+/* Places the trays, the longest first, each in the line that it leaves least of. Returns how many lines there
+   are; *before: of these, lines of split trays that stand before the others. */
+static uint32_t cohsm__bucket_place(cohsm__tray_work *w, uint32_t pixels, uint32_t *before)
+{
+    uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__GROUP];
+    cohsm__room room;
+    uint32_t p, steps;
+    uint32_t line, left, fresh;
+
+    *before = fresh = cohsm__room_start(&room, w, pixels);
+    memset(head, 0xff, sizeof head);    /* COHSM__NO_TRAY */
+    for (p = 0; p < pixels; p++) {
+        if (!w->steps[p] || w->same[p] != p) continue;
+        next[p] = head[w->steps[p]];
+        head[w->steps[p]] = (uint16_t)p;
+    }
+    for (steps = COHSM__LINE_STEPS; steps > 0; steps--)
+        for (p = head[steps]; p != COHSM__NO_TRAY; p = next[p]) {
+            line = cohsm__room_take(&room, steps, &left);
+            if (line == COHSM__NO_TRAY) {
+                line = fresh++;
+                left = COHSM__LINE_STEPS;
+            }
+            w->place[p] = (uint16_t)(COHSM__LINE_STEPS * line + COHSM__LINE_STEPS - left);
+            cohsm__room_add(&room, line, left - steps);
+        }
+    return fresh + w->large_lines - *before;
+}
+
+/* Copies the trays to their places. `to` is the bucket's first line, zeroed. */
+static void cohsm__bucket_write(const cohsm__tray_work *w, uint32_t pixels, uint32_t before, uint32_t lines,
+                                uint8_t *to, uint16_t *at)
+{
+    const uint32_t behind = lines - w->large_lines;     /* lines between the first and the last split trays */
+    uint32_t p, line;
+
+    memcpy(to, w->large, (size_t)before * COHSM__LINE_BYTES);
+    memcpy(to + (size_t)(before + behind) * COHSM__LINE_BYTES, w->large[before],
+           (size_t)(w->large_lines - before) * COHSM__LINE_BYTES);
+    for (p = 0; p < pixels; p++) {
+        if (w->steps[p]) {
+            if (w->same[p] == p) memcpy(to + 2u * w->place[p], w->tiny[p], 2u * (size_t)w->steps[p]);
+            at[p] = w->place[w->same[p]];
+            continue;
+        }
+        line = w->line[p] + (w->line[p] < before ? 0u : behind);
+        at[p] = (uint16_t)(line | (uint32_t)w->split[p] << 14);
+    }
+}
+
+/* ==== src/csm/trays_all.h ==== */
+
+/* ---- trays: all of a block, in memory ---- */
+
+/* All columns are gone through twice: once for the count of their lines, and once to write them. */
+
+enum { COHSM__TRAY_WORKERS = 8 };
+
+typedef struct cohsm__tray_maker {
+    const cohsm_maps *maps;
+    uint32_t groups, buckets, columns, first;       /* first: the column of the first worker */
+    int      writing;
+    cohsm__tray_work *work;
+    uint32_t *lines;                    /* of each column: how many, then the number of its first one */
+    uint8_t  *to;                       /* line 0 */
+    uint32_t *base;
+    uint16_t *at;
+} cohsm__tray_maker;
+
+static void cohsm__column_trays(const cohsm__tray_maker *k, uint32_t column, cohsm__tray_work *w)
+{
+    const cohsm_maps *m = k->maps;
+    const uint32_t chunk = column / k->groups, group = column % k->groups, pixel = group << COHSM__GROUP_BITS;
+    const uint32_t views = cohsm__min_u32(COHSM__CHUNK, m->head.view_count - (chunk << COHSM__CHUNK_BITS));
+    const uint32_t pixels = cohsm__min_u32(COHSM__GROUP, m->range - pixel);
+    uint32_t p, begin, sum = k->writing ? k->lines[column] : 0u;
+    uint32_t lines, before;
+    size_t bucket = (size_t)chunk * (COHSM__CHUNK / COHSM__BUCKET);
+
+    for (p = 0; p < pixels; p++)
+        cohsm__cursor_start(&w->cursor[p], m, m->lookup[(size_t)chunk * m->range + pixel + p], views);
+    for (begin = 0; begin < views; begin += COHSM__BUCKET, bucket++) {
+        cohsm__bucket_trays(w, m, pixels, begin, views);
+        lines = cohsm__bucket_place(w, pixels, &before);
+        if (k->writing) {
+            uint8_t *to = k->to + (size_t)sum * COHSM__LINE_BYTES;
+            memset(to, 0, (size_t)lines * COHSM__LINE_BYTES);
+            cohsm__bucket_write(w, pixels, before, lines, to, k->at + bucket * m->range + pixel);
+            k->base[bucket * k->groups + group] = sum;
+        }
+        sum += lines;
+    }
+    if (!k->writing) k->lines[column] = sum;
+}
+
+static void cohsm__column_task(void *context, size_t index)
+{
+    const cohsm__tray_maker *k = (const cohsm__tray_maker *)context;
+    const uint32_t column = k->first + (uint32_t)index;
+
+    if (column < k->columns) cohsm__column_trays(k, column, k->work + index);
+}
+
+/* What is wanted, and how to run the tasks. */
+typedef struct cohsm__wish {
+    cohsm_layout layout;
+    size_t       bytes;                 /* of COHSM_LAYOUT_BUDGET */
+    const cohsm_system *system;         /* may be NULL */
+} cohsm__wish;
+
+static cohsm_result cohsm__run_columns(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
+                                       cohsm__part part)
+{
+    for (k->first = 0; k->first < k->columns; k->first += workers) {
+        if (cohsm__cancelled(&part, k->first, k->columns, 1)) return COHSM_ERR_CANCELLED;
+        if (workers > 1) wish->system->parallel_for(wish->system->user, workers, cohsm__column_task, k);
+        else cohsm__column_task(k, 0);
+    }
+    return COHSM_OK;
+}
+
+/* Bytes of all trays, from the lines of each column, which become the number of its first line; 0 if there
+   are too many. */
+static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
+{
+    size_t pointers, bases, bytes;
+    uint64_t sum = 0;
+    uint32_t i, lines;
+
+    for (i = 0; i < k->columns; i++) {
+        lines = k->lines[i];
+        k->lines[i] = (uint32_t)sum;
+        sum += lines;
+        if (sum > 0xffffffffu) return 0;
+    }
+    if (sum > SIZE_MAX / COHSM__LINE_BYTES - 1u) return 0;
+    bytes = ((size_t)sum + 1u) * COHSM__LINE_BYTES;     /* 1: for the alignment */
+    if (!cohsm__mul_size(k->buckets, k->maps->range, &pointers) || !cohsm__mul_size(pointers, 2, &pointers) ||
+        !cohsm__mul_size(k->buckets, 4 * (size_t)k->groups, &bases) ||
+        !cohsm__add_size(bytes, pointers, &bytes) || !cohsm__add_size(bytes, bases, &bytes))
+        return 0;
+    return bytes;
+}
+
+/* Makes the trays, whose lines were counted, in memory that it takes. */
+static cohsm_result cohsm__trays_fill(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
+                                      cohsm__part part, cohsm__trays *trays)
+{
+    const size_t pointers = (size_t)k->buckets * k->maps->range, bases = (size_t)k->buckets * k->groups;
+    const size_t line_bytes = trays->bytes - 4 * bases - 2 * pointers;
+    cohsm_result result;
+
+    trays->memory = cohsm__alloc(&k->maps->allocator, trays->bytes);
+    if (!trays->memory) return COHSM_ERR_ALLOC;
+    k->to = (uint8_t *)trays->memory;
+    k->to += (size_t)COHSM__LINE_BYTES - (uintptr_t)k->to % COHSM__LINE_BYTES;
+    k->base = (uint32_t *)(void *)((uint8_t *)trays->memory + line_bytes);
+    k->at = (uint16_t *)(void *)(k->base + bases);
+    k->writing = 1;
+    result = cohsm__run_columns(k, wish, workers, part);
+    if (result != COHSM_OK) {
+        cohsm__free(&k->maps->allocator, trays->memory);
+        return result;
+    }
+    trays->lines = k->to;
+    trays->base = k->base;
+    trays->at = k->at;
+    trays->groups = k->groups;
+    return COHSM_OK;
+}
+
+#ifdef COHSM_WITHOUT_FAST
+/* Gives maps the log that they keep; their layout is compact in this header. */
+static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm__part part, size_t *peak)
+{
+    (void)part;
+    *peak = 0;
+    if (wish->system) {
+        m->log = wish->system->log;
+        m->log_user = wish->system->user;
+    }
+    return COHSM_OK;
+}
+#else
+/* Gives maps the layout that is wanted, and the log that they keep; their layout stays compact where this
+   fails. *peak: the most bytes that were asked for at once, the trays included. */
+static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm__part part, size_t *peak)
+{
+    const uint32_t workers = wish->system && wish->system->parallel_for ? (uint32_t)COHSM__TRAY_WORKERS : 1u;
+    const size_t most = wish->layout == COHSM_LAYOUT_BUDGET ? wish->bytes : SIZE_MAX;
+    const size_t block = 4 * (size_t)m->head.words;
+    cohsm__trays trays;
+    cohsm__tray_maker k;
+    cohsm_result result = COHSM_ERR_ALLOC;
+
+    *peak = 0;
+    if (wish->system) {
+        m->log = wish->system->log;
+        m->log_user = wish->system->user;
+    }
+    if (wish->layout == COHSM_LAYOUT_COMPACT || most < block) return COHSM_OK;
+    memset(&trays, 0, sizeof trays);
+    memset(&k, 0, sizeof k);
+    k.maps = m;
+    k.groups = ((m->range - 1u) >> COHSM__GROUP_BITS) + 1u;
+    k.buckets = ((m->head.view_count - 1u) >> COHSM__BUCKET_BITS) + 1u;
+    k.columns = k.groups * cohsm__chunks(&m->head);
+    if ((uint64_t)2 * k.buckets * m->range > most - block) return COHSM_OK;
+    k.work = (cohsm__tray_work *)cohsm__alloc_array(&m->allocator, workers, sizeof *k.work);
+    k.lines = (uint32_t *)cohsm__alloc_array(&m->allocator, k.columns, sizeof *k.lines);
+    if (k.work && k.lines) {
+        result = cohsm__run_columns(&k, wish, workers, cohsm__part_of(&part, 0.0f, 0.5f));
+        if (result == COHSM_OK) trays.bytes = cohsm__trays_bytes(&k);
+        if (result == COHSM_OK && !trays.bytes) result = COHSM_ERR_LIMIT;
+        if (result == COHSM_ERR_LIMIT && most < SIZE_MAX) result = COHSM_OK;
+        if (result == COHSM_OK && trays.bytes && trays.bytes <= most - block) {
+            *peak = trays.bytes + workers * sizeof *k.work + k.columns * sizeof *k.lines;
+            result = cohsm__trays_fill(&k, wish, workers, cohsm__part_of(&part, 0.5f, 1.0f), &trays);
+            if (result == COHSM_OK) m->trays = trays;
+        }
+    }
+    cohsm__free(&m->allocator, k.lines);
+    cohsm__free(&m->allocator, k.work);
+    return result;
+}
+#endif
+
+/* Gives maps that were opened or merged their layout and hands them out, or frees them. */
+static cohsm_result cohsm__lay_out_opened(cohsm_maps *maps, const cohsm__wish *wish, cohsm__part part,
+                                          cohsm_maps **out)
+{
+    size_t peak;
+    cohsm_result result = cohsm__lay_out(maps, wish, part, &peak);
+
+    if (result == COHSM_OK) *out = maps;
+    else cohsm_free(maps);
+    return result;
 }
 
 /* ==== src/csm/assemble.h ==== */
@@ -3924,8 +4764,8 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
-/* Sections of a block whose header is sound. */
-static void cohsm__point(cohsm_maps *m)
+/* Points at the sections of a block whose header is sound. */
+static void cohsm__find_sections(cohsm_maps *m)
 {
     const uint32_t *at = m->words + COHSM__HEADER_WORDS;
     uint32_t i, grid = (1u << m->head.depth_bits) - 1u;
@@ -3950,7 +4790,8 @@ static void cohsm__point(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* Zeroed words at a cache line's boundary; the allocator promises 8 bytes only. */
+/* Words of a block, zeroed, that begin at a cache line's boundary within memory: the allocator promises
+   alignment to 8 bytes only. */
 typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
@@ -3959,7 +4800,7 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     size_t size;
 
     b.memory = b.words = NULL;
-    /* 32-bit targets. */
+    /* The sum may overflow on 32-bit targets. */
     if (!cohsm__mul_size(words, 4, &size) || !cohsm__add_size(size, 64, &size)) return b;
     b.memory = cohsm__alloc(a, size);
     if (!b.memory) return b;
@@ -3968,7 +4809,7 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     return b;
 }
 
-/* An object for a block in host order whose header is sound. Takes the memory over, or frees it where it
+/* Makes maps of a block in host order whose header is sound. Takes the memory over, or frees it if this
    fails. */
 static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory block, cohsm_maps **out)
 {
@@ -3992,7 +4833,7 @@ static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory bl
         cohsm__free(a, block.memory);
         return COHSM_ERR_ALLOC;
     }
-    cohsm__point(m);
+    cohsm__find_sections(m);
     *out = m;
     return COHSM_OK;
 }
@@ -4002,6 +4843,7 @@ COHSM_DEF void cohsm_free(cohsm_maps *maps)
     cohsm__allocator a;
     if (!maps) return;
     a = maps->allocator;
+    cohsm__free(&a, maps->trays.memory);
     cohsm__free(&a, maps->angles);
     cohsm__free(&a, maps->memory);
     cohsm__free(&a, maps);
@@ -4015,7 +4857,8 @@ static void cohsm__write_order(uint32_t *words, const uint32_t *cells, uint32_t 
         else words[cells[i]] = i;
 }
 
-/* All lists of a builder. lookup: where each list begins in its piece, replaced by where its directory is. */
+/* Lays out all lists of a builder. lookup says where each list begins in its piece; the call replaces that by
+   where the list's directory is. */
 static void cohsm__lay_builder(const cohsm_builder *b, cohsm__layout *l, uint32_t *lookup)
 {
     const cohsm__words *piece = b->lists;
@@ -4031,7 +4874,7 @@ static void cohsm__lay_builder(const cohsm_builder *b, cohsm__layout *l, uint32_
         }
 }
 
-/* Lengths of the last sections, from a dry run of the layout. */
+/* Sets the lengths of the last sections from a dry run of the layout. */
 static cohsm_result cohsm__size_block(cohsm__header *h, const cohsm__layout *l)
 {
     uint64_t before = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words + h->lookup_words;
@@ -4052,13 +4895,13 @@ static void cohsm__layout_into(cohsm__layout *l, const cohsm__header *h, uint32_
     l->lines = l->directories + h->directory_words;
 }
 
-static void cohsm__seal(uint32_t *words, const cohsm__header *h)
+static void cohsm__seal_block(uint32_t *words, const cohsm__header *h)
 {
     memcpy(words, h, sizeof *h);
     words[3] = cohsm__block_crc(words, h->words);
 }
 
-/* words[] is zeroed and as long as the header says. */
+/* Writes the block of a builder into words, which are zeroed and as many as the header says. */
 static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
 {
     const cohsm__header *h = &b->head;
@@ -4071,7 +4914,7 @@ static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
         memcpy(words + COHSM__HEADER_WORDS + h->order_words, b->locations, 4 * (size_t)h->location_words);
     memcpy(lookup, b->lookup, 4 * (size_t)h->lookup_words);
     cohsm__lay_builder(b, &layout, lookup);
-    cohsm__seal(words, h);
+    cohsm__seal_block(words, h);
 }
 
 static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
@@ -4087,7 +4930,14 @@ static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
     s->peak_bytes = b->heap.peak;
 }
 
-/* Every field of stats but the mesh's. */
+/* Returns the bytes that maps with this header take in the compact layout. */
+static size_t cohsm__maps_bytes(const cohsm__header *h)
+{
+    return 4 * (size_t)h->words + 64 + sizeof(cohsm_maps) +
+           8 * ((size_t)h->side[0] + h->side[1]) * (h->domain == COHSM_DOMAIN_LATLONG);
+}
+
+/* Makes the maps of a builder, and fills in every field of stats but those of the mesh. */
 static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm__header *h = &b->head;
@@ -4103,8 +4953,7 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
     cohsm__lay_builder(b, &dry, b->lookup);
     result = cohsm__size_block(h, &dry);
     if (result != COHSM_OK) return result;
-    stats->peak_bytes = b->heap.used + 4 * (size_t)h->words + 64 + sizeof(cohsm_maps) +
-                        8 * ((size_t)h->side[0] + h->side[1]) * (h->domain == COHSM_DOMAIN_LATLONG);
+    stats->peak_bytes = b->heap.used + cohsm__maps_bytes(h);
     if (stats->peak_bytes < b->heap.peak) stats->peak_bytes = b->heap.peak;
     block = cohsm__take_block(&b->heap.allocator, h->words);
     if (!block.words) return COHSM_ERR_ALLOC;
@@ -4112,8 +4961,31 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
     return cohsm__maps_make(&b->heap.allocator, block, out);
 }
 
+#ifndef COHSM_WITHOUT_BUILD
+/* Gives finished maps the layout of their desc, or frees them. held: bytes that the builder still has. */
+static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d, size_t held,
+                                         cohsm_stats *stats)
+{
+    const cohsm__header *h = &(*maps)->head;
+    cohsm__part whole;
+    cohsm__wish wish;
+    cohsm_result result;
+    size_t peak;
+
+    wish.layout = d->layout;
+    wish.bytes = d->layout_bytes;
+    wish.system = &d->system;
+    memset(&whole, 0, sizeof whole);            /* the build has told its progress */
+    result = cohsm__lay_out(*maps, &wish, whole, &peak);
+    if (peak) peak += held + cohsm__maps_bytes(h);
+    if (stats->peak_bytes < peak) stats->peak_bytes = peak;
+    if (result != COHSM_OK) cohsm_free(*maps);
+    return result;
+}
+
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
+    cohsm_maps *maps = NULL;
     cohsm_stats s;
     cohsm_result result;
     cohsm__logger log;
@@ -4121,14 +4993,18 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
     if (!b) return COHSM_ERR_ARGUMENT;
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_finish");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (b->finished || b->next_view != b->head.view_count || b->batch_count) return COHSM_ERR_ORDER;
+    if (b->finished || b->next_view != b->head.view_count || b->batch_count)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has not all its views, or has ended");
     memset(&s, 0, sizeof s);
-    result = cohsm__finish(b, out, &s);
+    result = cohsm__finish(b, &maps, &s);
+    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s);
     if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    *out = maps;
     b->finished = 1;
     if (stats) *stats = s;
     return COHSM_OK;
 }
+#endif
 
 /* ==== src/csm/facts.h ==== */
 
@@ -4169,12 +5045,21 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     out->depth_far = h->depth_far;
     out->segments = (uint64_t)h->segments_high << 32 | h->segments_low;
     out->bytes = 4 * (size_t)h->words;
+    out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
+    out->fast_bytes = m->trays.bytes;
     out->ratio = 2.0 * (double)h->view_count * (double)m->range / (double)out->bytes;
 }
 
 COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float out[4])
 {
-    if (!m || !out || map >= m->head.map_count) return COHSM_ERR_ARGUMENT;
+    cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_location");
+
+    if (!m) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (map >= m->head.map_count) {
+        cohsm__log_value(&log, "map", (double)map, "below map_count");
+        return COHSM_ERR_ARGUMENT;
+    }
     cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
     out[3] = m->head.positional ? 1.0f : 0.0f;
     return COHSM_OK;
@@ -4201,7 +5086,14 @@ static uint32_t cohsm__place(const cohsm_maps *m, uint32_t x, uint32_t y, uint32
 COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t *out)
 {
     uint32_t c[3], p, place;
-    if (!m || !out || view >= m->head.view_count) return COHSM_ERR_ARGUMENT;
+    cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_depths");
+
+    if (!m) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (view >= m->head.view_count) {
+        cohsm__log_value(&log, "view", (double)view, "below view_count");
+        return COHSM_ERR_ARGUMENT;
+    }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);
     place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
     for (p = 0; p < m->range; p++)
@@ -4213,11 +5105,14 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
 
 /* ---- query ---- */
 
-/* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that
-   each begin by prefetching what the next needs, so that cache misses overlap. */
+/* Samples are treated in tiles: first the map, pixel and depth of every sample are found, then the depths are
+   searched in steps that each begin by prefetching what the next step needs, so that cache misses overlap. */
 
-enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 of y, for M = 128 */
-#define COHSM__NO_PIXEL UINT32_MAX      /* outside the map, or not finite: lit */
+enum {
+    COHSM__TILE = 256,                  /* samples of a tile */
+    COHSM__KEPT = 512                   /* slots for decoded depths: by 4 bits of x and 5 of y, for M = 128 */
+};
+#define COHSM__NO_PIXEL UINT32_MAX      /* the sample is outside the map or not finite, and so lit */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__FLATTEN __attribute__((flatten))
@@ -4225,24 +5120,25 @@ enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 o
 #define COHSM__FLATTEN
 #endif
 
-typedef struct cohsm__kept {            /* one light: depths decoded for earlier samples, by cohsm__slot */
+typedef struct cohsm__kept {            /* depths of one light that earlier samples decoded, by cohsm__slot */
     int32_t pixel[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
-    uint32_t seed;                      /* roulette's: each instance draws its own, else products have another
-                                           mean */
+    uint32_t seed;                      /* of ROULETTE: each instance draws its own numbers, for else products
+                                           would have another mean than those of PCF */
     size_t   count;
-    int      one_light;                 /* light[.][0] is everyone's */
+    int      one_light;                 /* not 0: light[.][0] is the light of all samples */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
-    float    light[3][COHSM__TILE];     /* direction; position in radii; or parameters */
-    uint32_t cell[COHSM__TILE];         /* COHSM_LIGHT_INDEX */
-    size_t   id[COHSM__TILE];           /* number in the query */
-    float    visible[COHSM__TILE];
-    uint32_t pixel[COHSM__TILE], place[COHSM__TILE];
-    int32_t  depth[COHSM__TILE];
+    float    light[3][COHSM__TILE];     /* a direction, a position in radii, or parameters */
+    uint32_t cell[COHSM__TILE];         /* the cell that COHSM_LIGHT_INDEX names */
+    size_t   id[COHSM__TILE];           /* the sample's number in the query */
+    float    visible[COHSM__TILE];      /* the answers */
+    uint32_t pixel[COHSM__TILE];        /* the pixel that the sample falls into, or COHSM__NO_PIXEL */
+    uint32_t place[COHSM__TILE];        /* the place of its map in the sequence */
+    int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
     cohsm__kept kept;
 } cohsm__tile;
 
@@ -4262,7 +5158,8 @@ static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_
     if (q->one_light) cohsm__keep_nothing(&t->kept);
 }
 
-/* Continuous position in the domain: cell units, cell centres at whole numbers. */
+/* Writes the continuous position of a light in the domain, in units of cells, so that the centres of cells
+   are whole numbers. */
 static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light_kind kind, float f[3])
 {
     const uint32_t *s = m->head.side;
@@ -4319,7 +5216,7 @@ static uint32_t cohsm__cell_index(const cohsm_maps *m, const int *c)
     return (uint32_t)c[0] + m->head.side[0] * ((uint32_t)c[1] + m->head.side[1] * (uint32_t)c[2]);
 }
 
-/* A point seen in one map: position in pixels, depth in 16 bits, and where the six faces of a cube begin. */
+/* A point as one map sees it: its position in pixels, its depth in 16 bits, and the face of the cube. */
 typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
 
 static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
@@ -4374,13 +5271,15 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
 }
 
-/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). What
-   is dark is summed, so that a sample which nothing shadows is exactly 1. */
+/* Returns how dark four pixels of one map make a point. Weights of generalised PCF are products of one
+   fraction for each of the d + 2 dimensions (paper 4.5). The dark part is summed, so that a sample which
+   nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
     uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
     cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
-    float x, y, fx, fy, dark = 0.0f;
+    float x, y, fx, fy;
+    float dark = 0.0f;
     int32_t depth = cohsm__compared_depth(s.depth);
 
     if (!(fabsf(s.x) < 1e6f && fabsf(s.y) < 1e6f)) return 0.0f;
@@ -4418,7 +5317,7 @@ static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float 
     return dark;
 }
 
-/* Rounding of the weights may leave a little of either. */
+/* Returns the lit part; where all is dark, rounding of the weights may have left a little. */
 static float cohsm__lit_of(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
 
 static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
@@ -4432,21 +5331,22 @@ static cohsm__v3 cohsm__tile_light(const cohsm__tile *t, size_t i)
     return cohsm__v3_make(t->light[0][i], t->light[1][i], t->light[2][i]);
 }
 
-/* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is
-   rounded up with probability f, which is its weight in PCF. */
+/* Returns a random number for ROULETTE and 0.5 for other filters. Roulette takes the nearest neighbour of a
+   position moved at random by up to half a step: a fraction f is rounded up with probability f, which is its
+   weight in PCF. */
 static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension)
 {
     return t->query->filter == COHSM_FILTER_ROULETTE ? cohsm__random(t->seed, id, dimension) : 0.5f;
 }
 
-/* A direction whose length can be computed. */
+/* Says whether a direction has a length that can be computed. */
 static int cohsm__usable(cohsm__v3 l)
 {
     float length = cohsm__v3_length(l);
     return length > 0.0f && length < 3.4e38f;
 }
 
-/* Map, pixel and depth of sample i; or its visibility at once, with PCF. */
+/* Finds map, pixel and depth of sample i; with PCF its visibility at once. */
 static void cohsm__address(cohsm__tile *t, size_t i)
 {
     const cohsm_maps *m = t->maps;
@@ -4488,12 +5388,13 @@ static void cohsm__address(cohsm__tile *t, size_t i)
         cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
-/* A pixel of one of the tile's samples: its list, then its block, and the view in it. */
+/* A search for the depth of one of the tile's samples: at is its list, then its block, and view counts from
+   there. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
-/* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not
-   at all, the object cannot be in between (T67): one of light or hull must come first, since the light is
-   outside a convex hull. */
+/* Says whether a semi-local light must be refused, since it is inside the hull. For a light outside, the
+   object cannot be in between if the ray meets the hull only beyond the light, or not at all (T67;
+   cohsm__hull_between): one of light and hull comes first, since the light is outside a convex hull. */
 static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
 {
     int i;
@@ -4532,21 +5433,24 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
 
 /* ---- query: directions to latitude-longitude maps, in steps ---- */
 
-/* Directions to LATLONG maps, a step of samples at a time: cohsm__address, but in loops of constant length without
-   branches or calls, which compilers vectorise at -O2 for every instruction set (kernels_directions.h). Step small
-   enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
+/* Directions to LATLONG maps are treated a step of samples at a time. The result is that of cohsm__address,
+   but by loops of constant length without branches or calls, which compilers vectorise at -O2 for every
+   instruction set (kernels_directions.h). A step is so small that what one loop writes or prefetches is still
+   in the first-level cache for the next loop. */
 
 enum { COHSM__STEP = 64 };
 
 typedef struct cohsm__step {
-    float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, -, and the pixel's */
-    float at[4][COHSM__STEP];           /* jittered: in the domain, in cells; -, - or in the map, in pixels */
+    float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, [2] unused, and of the pixel's two */
+    float at[4][COHSM__STEP];           /* jittered position: [0] and [1] in the domain, in cells; [2] and [3]
+                                           in the map, in pixels */
     int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
     float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* One direction for all points: one frame. Returns the place of the map. */
+/* Writes the frame of the map that answers for one direction, the same for all points, and returns the map's
+   place in the sequence. */
 static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
 {
     int c[3] = { 0, 0, 0 };
@@ -4560,23 +5464,29 @@ static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm
     return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
 }
 
-/* Neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
+/* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
+   share pixels. */
 static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
 
-/* One light for many points: pixels and compared depths of up to a stream of them, and what is to be decoded. */
-enum { COHSM__STREAM = 1024, COHSM__AHEAD = 768 };      /* floats of points prefetched before they are wanted */
+enum {
+    COHSM__STREAM = 1024,               /* the most points of a stream */
+    COHSM__AHEAD = 768                  /* floats of points that are prefetched before they are wanted */
+};
 
-typedef struct cohsm__stream {
+typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
     cohsm__frame frame;
     uint32_t place;
     float    bias;                      /* in parts of the depth range */
     size_t   count;
-    const float *packed;                /* points as they stand in the query; NULL: x, y, z in radii about the centre */
+    const float *packed;                /* points as they stand in the query; NULL: x, y, z have them, in
+                                           radii about the centre */
     const float *x, *y, *z;
     cohsm__kept *kept;
-    int32_t  pixel[COHSM__STREAM], depth[COHSM__STREAM];
-    uint32_t list[COHSM__STREAM], listed;
+    int32_t  pixel[COHSM__STREAM];      /* of each point, or COHSM__NO_PIXEL */
+    int32_t  depth[COHSM__STREAM];      /* of each point, to be compared */
+    uint32_t list[COHSM__STREAM];       /* pixels whose depths are to be decoded */
+    uint32_t listed;
 } cohsm__stream;
 
 static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction, float bias,
@@ -4622,6 +5532,7 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__find COHSM__NAME_IN_SET(cohsm__find, COHSM__SET)
 #define cohsm__find_block COHSM__NAME_IN_SET(cohsm__find_block, COHSM__SET)
 #define cohsm__found_depth COHSM__NAME_IN_SET(cohsm__found_depth, COHSM__SET)
+#define cohsm__tray_depths COHSM__NAME_IN_SET(cohsm__tray_depths, COHSM__SET)
 #define cohsm__find_depths COHSM__NAME_IN_SET(cohsm__find_depths, COHSM__SET)
 #define cohsm__search COHSM__NAME_IN_SET(cohsm__search, COHSM__SET)
 #define cohsm__load_vectors COHSM__NAME_IN_SET(cohsm__load_vectors, COHSM__SET)
@@ -4654,7 +5565,6 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 
 /* ==== src/shared/simd_begin.h ==== */
 
-
 /* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
 
 #undef COHSM__KERNEL
@@ -4665,17 +5575,23 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 
 #if COHSM__WIDTH == 16
 #define COHSM__KERNEL COHSM__TARGET_AVX512
-#define COHSM__INTEL(name) _mm512_##name
 #elif COHSM__WIDTH == 8
 #define COHSM__KERNEL COHSM__TARGET_AVX2
-#define COHSM__INTEL(name) _mm256_##name
 #else
 #define COHSM__KERNEL
+#endif
+
+#if COHSM__WIDTH == 16
+#define COHSM__INTEL(name) _mm512_##name
+#elif COHSM__WIDTH == 8
+#define COHSM__INTEL(name) _mm256_##name
+#else
 #define COHSM__INTEL(name) _mm_##name
 #endif
 
-/* COHSM__IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
-   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+/* COHSM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__IN_KERNEL __attribute__((always_inline)) COHSM__KERNEL
 #else
@@ -4687,8 +5603,8 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define COHSM__IN_LARGE_KERNEL inline COHSM__IN_KERNEL
 #endif
 
-/* Does something with every piece of COHSM__WIDTH lanes. With constants for the pieces, so that compilers keep them in
-   registers. */
+/* COHSM__EACH executes statements for every piece of COHSM__WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
 #if COHSM__WIDTH > 1 && COHSM__LANE_COUNT == COHSM__WIDTH
 #define COHSM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
 #elif COHSM__WIDTH > 1 && COHSM__LANE_COUNT == 2 * COHSM__WIDTH
@@ -4702,7 +5618,6 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
-
 
 /* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
 
@@ -4741,7 +5656,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_greater(cohsm__lanes a, cohsm__lanes b)
 {
     cohsm__lane_mask m;
@@ -4768,7 +5683,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lan
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
 {
 #if COHSM__WIDTH == 16
@@ -4805,7 +5720,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, coh
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
 {
 #if COHSM__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
@@ -4816,7 +5731,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, coh
     return a;
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_min(cohsm__lanes a, cohsm__lanes b)
 {
 #if COHSM__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
@@ -4837,7 +5752,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m, cohsm__lanes a)
 {
 #if COHSM__WIDTH == 16
@@ -4848,7 +5763,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__lanes_truncate(cohsm__lanes a)
 {
     cohsm__lane_ints k;
@@ -4891,7 +5806,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_or(cohsm__lane_mask 
     return m;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__mask_bits(cohsm__lane_mask m)
 {
     uint32_t bits = 0;
@@ -4969,7 +5884,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_or(cohsm__lane_ints 
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_keep(cohsm__lane_mask m, cohsm__lane_ints k)
 {
 #if COHSM__WIDTH == 16
@@ -4999,7 +5914,6 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_equal(cohsm__lane_in
 
 /* ==== src/shared/simd_plain.h ==== */
 
-
 /* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
 
 #if !COHSM__SIMD_X86 && COHSM__WIDTH <= 4
@@ -5015,7 +5929,7 @@ typedef uint32_t cohsm__piece_words;
 #endif
 typedef struct cohsm__lanes { cohsm__piece v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lanes;
 typedef struct cohsm__lane_ints { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_ints;
-typedef struct cohsm__lane_mask { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_mask;    /* all bits of a lane */
+typedef struct cohsm__lane_mask { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_mask;    /* lanes of 0 or -1 */
 
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_load(const float *from)
 {
@@ -5041,7 +5955,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_greater(cohsm__lanes a, cohsm__lanes b)
 {
     cohsm__lane_mask m;
@@ -5064,11 +5978,12 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lan
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
 {
 #if COHSM__SIMD_VECTORS
-    COHSM__EACH(a.v[piece] = (cohsm__piece)((m.v[piece] & (cohsm__piece_ints)a.v[piece]) | (~m.v[piece] & (cohsm__piece_ints)b.v[piece])))
+    COHSM__EACH(a.v[piece] = (cohsm__piece)((m.v[piece] & (cohsm__piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (cohsm__piece_ints)b.v[piece])))
 #else
     COHSM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
 #endif
@@ -5099,13 +6014,13 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, coh
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
 {
     return cohsm__lanes_select(cohsm__lanes_greater(a, b), a, b);
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_min(cohsm__lanes a, cohsm__lanes b)
 {
     return cohsm__lanes_select(cohsm__lanes_greater(b, a), a, b);
@@ -5128,7 +6043,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m, cohsm__lanes a)
 {
 #if COHSM__SIMD_VECTORS
@@ -5139,7 +6054,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__lanes_truncate(cohsm__lanes a)
 {
     cohsm__lane_ints k;
@@ -5174,7 +6089,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_or(cohsm__lane_mask 
     return m;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__mask_bits(cohsm__lane_mask m)
 {
     uint32_t bits = 0;
@@ -5240,7 +6155,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_or(cohsm__lane_ints 
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_keep(cohsm__lane_mask m, cohsm__lane_ints k)
 {
     COHSM__EACH(k.v[piece] = m.v[piece] & k.v[piece])
@@ -5261,7 +6176,6 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_equal(cohsm__lane_in
 #endif
 
 /* ==== src/shared/simd_lanes3.h ==== */
-
 
 /* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
 
@@ -5298,9 +6212,12 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load_packed(const flo
 #elif COHSM__WIDTH == 8                          /* in each half: a = x y z x, b = y z x y, c = z x y z */
     COHSM__EACH(
         const float *at = xyz + 3 * COHSM__WIDTH * piece;
-        const __m256 a = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1);
-        const __m256 b = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 4)), _mm_loadu_ps(at + 16), 1);
-        const __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 8)), _mm_loadu_ps(at + 20), 1);
+        const __m256 a = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1);
+        const __m256 b = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at + 4)), _mm_loadu_ps(at + 16), 1);
+        const __m256 c = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at + 8)), _mm_loadu_ps(at + 20), 1);
         const __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
         const __m256 bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
         v.x.v[piece] = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0));
@@ -5351,8 +6268,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes3_dot(cohsm__lanes3 a, c
 
 /* ==== src/shared/simd_ints.h ==== */
 
-
-/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask one after the other, single bits */
+/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask in a row, single bits */
 
 #define cohsm__ints_mul COHSM__NAME_IN_SET(cohsm__ints_mul, COHSM__SET)
 #define cohsm__ints_greater COHSM__NAME_IN_SET(cohsm__ints_greater, COHSM__SET)
@@ -5372,7 +6288,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes3_dot(cohsm__lanes3 a, c
 #define cohsm__ints_and COHSM__NAME_IN_SET(cohsm__ints_and, COHSM__SET)
 #define cohsm__ints_gather COHSM__NAME_IN_SET(cohsm__ints_gather, COHSM__SET)
 
-/* Of a product the low 32 bits, so that signs do not matter. */
+/* Returns the low 32 bits of products, so that signs do not matter. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_mul(cohsm__lane_ints k, cohsm__lane_ints n)
 {
 #if COHSM__WIDTH > 4
@@ -5480,9 +6396,10 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_and(cohsm__lane_ints
 /* from[at] of each lane. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_gather(const int32_t *from, cohsm__lane_ints at)
 {
-#if COHSM__WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))    /* gcc -O0's turns signs */
-    const __m512i none = _mm512_setzero_si512();
-    COHSM__EACH(at.v[piece] = _mm512_mask_i32gather_epi32(none, (__mmask16)0xffff, at.v[piece], (const void *)from, 4))
+#if COHSM__WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))
+    const __m512i none = _mm512_setzero_si512();        /* the gather of gcc -O0 turns signs */
+    COHSM__EACH(at.v[piece] = _mm512_mask_i32gather_epi32(
+               none, (__mmask16)0xffff, at.v[piece], (const void *)from, 4))
     return at;
 #elif COHSM__WIDTH == 8
     COHSM__EACH(at.v[piece] = _mm256_i32gather_epi32((const int *)from, at.v[piece], 4))
@@ -5496,7 +6413,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_gather(const int32_t
 #endif
 }
 
-/* How many lanes there are in a mask. */
+/* Returns how many lanes are in a mask. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__mask_count(cohsm__lane_mask m)
 {
 #if COHSM__WIDTH > 4
@@ -5506,7 +6423,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__mask_count(cohsm__lane_mask m)
 #endif
 }
 
-/* Number of the lowest bit that is set, of some. */
+/* Returns the number of the lowest set bit; bits is not 0. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__first_bit(uint32_t bits)
 {
 #if COHSM__WIDTH > 4
@@ -5541,7 +6458,8 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__nth_bit(uint64_t bits, uint32_t n
 /* cohsm__halves_up_to of sixteen words, from which on there are count. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__halves_of16(const uint32_t *words, uint32_t count, uint32_t limit)
 {
-    const __m256i limits = _mm256_set1_epi16((short)limit), end = _mm256_set1_epi16((short)(count < 32u ? count : 32u));
+    const __m256i limits = _mm256_set1_epi16((short)limit);
+    const __m256i end = _mm256_set1_epi16((short)(count < 32u ? count : 32u));
     const __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)words);
     __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(words + 8));
@@ -5552,8 +6470,8 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__halves_of16(const uint32_t *words
 }
 #endif
 
-/* How many of the first count half words are at most the limit; they ascend, the low half of each word first. Words are
-   read sixteen at a time. */
+/* Returns how many of the first count half words, which ascend, the low half of each word first, are at most
+   the limit. Words are read sixteen at a time. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__halves_up_to(const uint32_t *words, uint32_t count, uint32_t limit)
 {
 #if COHSM__WIDTH > 4
@@ -5583,7 +6501,9 @@ static inline COHSM__IN_KERNEL __m256i cohsm__lanes_first(uint32_t bits)
 static inline COHSM__IN_KERNEL void cohsm__lanes_append(float *to, cohsm__lane_mask m, cohsm__lanes a)
 {
 #if COHSM__WIDTH == 16
-    COHSM__EACH(_mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v[piece], a.v[piece])); to += _mm_popcnt_u32(m.v[piece]))
+    COHSM__EACH(
+        _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v[piece], a.v[piece]));
+        to += _mm_popcnt_u32(m.v[piece]))
 #elif COHSM__WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
     COHSM__EACH(
         const uint32_t bits = (uint32_t)_mm256_movemask_ps(m.v[piece]);
@@ -5617,21 +6537,59 @@ static inline COHSM__IN_KERNEL void cohsm__ints_append(int32_t *to, cohsm__lane_
 #endif
 }
 
+/* ==== src/shared/simd_bytes.h ==== */
+
+/* unit simd_bytes, needs simd_begin simd_ints: bytes that are compared 32 at a time */
+
+#define cohsm__bytes_up_to COHSM__NAME_IN_SET(cohsm__bytes_up_to, COHSM__SET)
+
+/* How many of the bytes from..from + count - 1 are at most the limit, of 32 that are all read; from and count are below
+   32. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__bytes_up_to(const uint8_t *bytes, uint32_t from, uint32_t count, uint32_t limit)
+{
+#if COHSM__WIDTH > 4
+    const __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)bytes);
+    const __m256i least = _mm256_min_epu8(b, _mm256_set1_epi8((char)limit));
+    const uint32_t mask = (uint32_t)_mm256_movemask_epi8(_mm256_cmpeq_epi8(least, b));
+    return (uint32_t)_mm_popcnt_u32(_bzhi_u32(mask >> from, count));
+#elif COHSM__SIMD_X86
+    const __m128i limits = _mm_set1_epi8((char)limit);
+    const __m128i a = _mm_loadu_si128((const __m128i *)(const void *)bytes);
+    const __m128i b = _mm_loadu_si128((const __m128i *)(const void *)(bytes + 16));
+    uint32_t mask = (uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi8(_mm_min_epu8(a, limits), a));
+    mask |= (uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi8(_mm_min_epu8(b, limits), b)) << 16;
+    return cohsm__bit_count(mask >> from & ((1u << count) - 1u));
+#else
+    uint8_t n = 0;                          /* bytes throughout, so that compilers vectorise it */
+    int i;
+    for (i = 0; i < 32; i++)
+        n = (uint8_t)(n + ((bytes[i] <= (uint8_t)limit) & ((uint8_t)(i - (int)from) < (uint8_t)count)));
+    return n;
+#endif
+}
+
 /* ==== src/csm/kernels_raster.h ==== */
 
 /* ---- kernels of raster: as many triangles as there are lanes ---- */
 
-/* The same as cohsm__fill, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few: those go
-   through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
+/* These kernels give what cohsm__fill gives, to the last bit. Nearly all boxes of a fine mesh hold no sample
+   or a few: triangles with such boxes go through their samples together, a triangle a lane; triangles with
+   larger boxes take cohsm__fill. */
 
-typedef struct cohsm__triangles { cohsm__lane_ints x0, x1, x2, y0, y1, y2; cohsm__lanes z0, z1, z2; } cohsm__triangles;
+typedef struct cohsm__triangles {
+    cohsm__lane_ints x0, x1, x2;
+    cohsm__lane_ints y0, y1, y2;
+    cohsm__lanes z0, z1, z2;
+} cohsm__triangles;
 
-/* The samples lx..hx, ly..hy of the boxes. */
+/* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
-static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c, int begin,
-                                                int end, cohsm__lane_ints *low, cohsm__lane_ints *high)
+/* Finds the samples low..high between the least and the greatest of three coordinates, within begin..end - 1.
+   */
+static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
+                                                int begin, int end, cohsm__lane_ints *low,
+                                                cohsm__lane_ints *high)
 {
     const cohsm__lane_ints l = cohsm__ints_min(cohsm__ints_min(a, b), c);
     const cohsm__lane_ints h = cohsm__ints_max(cohsm__ints_max(a, b), c);
@@ -5649,17 +6607,19 @@ static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target 
     return s;
 }
 
-/* Twice the areas that a sample makes with the three sides, in order of the corners opposite. */
+/* Twice the areas that a sample makes with the three sides of a triangle, in order of the corners opposite.
+   */
 typedef struct cohsm__sides { cohsm__lane_ints w0, w1, w2; } cohsm__sides;
 
-/* The side from a to b as seen from the origin. */
+/* Returns twice the area that the side from a to b makes with the origin. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_from(cohsm__lane_ints ax, cohsm__lane_ints ay,
                                                                  cohsm__lane_ints bx, cohsm__lane_ints by)
 {
     return cohsm__ints_sub(cohsm__ints_mul(ax, by), cohsm__ints_mul(bx, ay));
 }
 
-/* cohsm__edge_loses as what the area must exceed: -1 where the side from a to b takes the samples exactly on it. */
+/* Returns what cohsm__edge_loses says as the number that the area must exceed: -1 if the side from a to b
+   takes the samples exactly on it, else 0. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_loses(cohsm__lane_ints ax, cohsm__lane_ints ay,
                                                                   cohsm__lane_ints bx, cohsm__lane_ints by)
 {
@@ -5675,11 +6635,13 @@ static inline COHSM__IN_KERNEL cohsm__sides cohsm__sides_step(cohsm__sides s, co
     return s;
 }
 
-/* Areas at sample (x, y). Coordinates relative to the sample stay below 2^11: 32 bits are enough. */
+/* Returns the areas at sample (x, y). Coordinates relative to the sample stay below 2^11, so that 32 bits are
+   enough. */
 static inline COHSM__IN_KERNEL cohsm__sides cohsm__side_areas(const cohsm__triangles *p, cohsm__lane_ints x,
                                                               cohsm__lane_ints y)
 {
-    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL), middle = cohsm__ints_all(COHSM__SUBPIXEL / 2);
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
+    const cohsm__lane_ints middle = cohsm__ints_all(COHSM__SUBPIXEL / 2);
     const cohsm__lane_ints sx = cohsm__ints_add(cohsm__ints_mul(x, pixel), middle);
     const cohsm__lane_ints sy = cohsm__ints_add(cohsm__ints_mul(y, pixel), middle);
     const cohsm__lane_ints x0 = cohsm__ints_sub(p->x0, sx), y0 = cohsm__ints_sub(p->y0, sy);
@@ -5705,10 +6667,10 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Enters the depths of a sample a lane, (x, y) with areas w. */
+/* Enters the depths of one sample a lane, that at (x, y) with the areas w. */
 static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, const cohsm__triangles *p,
-                                                        const cohsm__sides *w, cohsm__lanes scale, cohsm__lane_ints x,
-                                                        cohsm__lane_ints y, uint32_t bits)
+                                                        const cohsm__sides *w, cohsm__lanes scale,
+                                                        cohsm__lane_ints x, cohsm__lane_ints y, uint32_t bits)
 {
     const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
     cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
@@ -5726,7 +6688,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, 
     }
 }
 
-/* Through all samples of the boxes, together. */
+/* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
                                                       const cohsm__spans *span, cohsm__lane_mask use)
 {
@@ -5735,7 +6697,8 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__lane_ints area = cohsm__side_from(cohsm__ints_sub(p->x1, p->x0), cohsm__ints_sub(p->y1, p->y0),
                                              cohsm__ints_sub(p->x2, p->x0), cohsm__ints_sub(p->y2, p->y0));
     const cohsm__lane_ints end_x = cohsm__ints_add(span->hx, one), end_y = cohsm__ints_add(span->hy, one);
-    cohsm__lane_ints loses0, loses1, loses2, x, y;
+    cohsm__lane_ints loses0, loses1, loses2;
+    cohsm__lane_ints x, y;
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
     cohsm__lanes scale;
@@ -5769,7 +6732,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     }
 }
 
-/* One triangle of the queue. */
+/* Draws one triangle of the queue by cohsm__fill. */
 static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, const cohsm__camera *cam,
                                                       const cohsm__queue *q, uint32_t at)
 {
@@ -5783,7 +6746,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
     cohsm__fill(t, cam, c, c + 1, c + 2);
 }
 
-/* Triangles from number at of the queue on, as many as there are lanes or are left. */
+/* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
 static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, const cohsm__camera *cam,
                                                      const cohsm__queue *q, uint32_t at)
 {
@@ -5811,7 +6774,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
 }
 
-/* As long as there is a triangle for each lane; what is left moves to the front. */
+/* Draws triangles as long as there is one for each lane, and moves those that are left to the front. */
 COHSM__KERNEL static void cohsm__draw_whole(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
 {
     uint32_t at;
@@ -5831,7 +6794,8 @@ COHSM__KERNEL static void cohsm__draw_all(const cohsm__target *t, const cohsm__c
     if (q->count) cohsm__draw_some(t, cam, q, 0);
 }
 
-/* One corner of as many triangles as there are lanes: a row each of x, y and z, COHSM__CLUSTER floats apart. */
+/* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
+   floats apart. */
 static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__corner_load(const float *v)
 {
     return cohsm__lanes3_load(v, v + COHSM__CLUSTER, v + 2 * COHSM__CLUSTER);
@@ -5850,7 +6814,8 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, 
 }
 
 /* Puts the triangles of a mask behind those of the queue. */
-static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p, cohsm__lane_mask m)
+static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p,
+                                                     cohsm__lane_mask m)
 {
     const uint32_t at = q->count;
     cohsm__ints_append(q->x[0] + at, m, p->x0);
@@ -5865,9 +6830,9 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
     q->count = at + cohsm__mask_count(m);
 }
 
-/* Triangles of the clusters in sight, orthographic. */
-COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                                         const cohsm__sight *sight, cohsm__queue *q)
+/* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
+COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
+                                         const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
@@ -5904,9 +6869,11 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 }
 
 #if COHSM__LANE_COUNT == 8
-/* Which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a hundredth of a
-   pixel. */
-static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up, const float *box)
+
+/* Says which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a
+   hundredth of a pixel. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up,
+                                                             const float *box)
 {
     const cohsm__lanes half = cohsm__lanes_all(0.5f * (float)t->size), one = cohsm__lanes_all(1.0f);
     const cohsm__lanes3 middle = cohsm__lanes3_load(box, box + 8, box + 16);
@@ -5920,20 +6887,22 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target
         cohsm__lanes_at_least(cohsm__lanes_all((float)t->row_end - 0.5f), cohsm__lanes_sub(y, e)));
 }
 
-/* Numbers from first on, of the lanes of a mask that come before end, appended to a list. */
+/* Appends to a list the numbers, from first on, of the lanes of a mask, if they come before end. Returns the
+   new count. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t count, cohsm__lane_mask mask,
                                                        uint32_t first, uint32_t end)
 {
-    const cohsm__lane_ints number = cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
+    const cohsm__lane_ints number =
+        cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
     mask = cohsm__mask_and(mask, cohsm__ints_greater(cohsm__ints_all((int32_t)end), number));
     cohsm__ints_append((int32_t *)(void *)(list + count), mask, number);
     return count + cohsm__mask_count(mask);
 }
 
-/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of an orthographic view: by the
-   boxes of eight first. */
-COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin,
-                                      uint32_t end, cohsm__sight *sight)
+/* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of an
+   orthographic view: by the boxes of eight clusters first. */
+COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
+                                      uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
     uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
@@ -5941,10 +6910,54 @@ COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, cons
     for (i = begin / 8; i < eights; i += 8)
         count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);
     for (i = 0, sight->count = 0; i < count; i++)
-        sight->count = cohsm__append8(sight->cluster, sight->count,
-                                      cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
+        sight->count =
+            cohsm__append8(sight->cluster, sight->count,
+                           cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
 }
+
 #endif
+
+/* ==== src/csm/kernels_trays.h ==== */
+
+/* ---- kernels of query: depths of many trays ---- */
+
+/* Finds the depths of up to a tile of pixels in the fast layout, by loops that each prefetch what the next
+   one reads. No branch depends on data but that of exact depths, which few views have. Queries are faster by
+   6 to 10 % than a step at a time, since prefetched lines have longer to come. */
+COHSM__KERNEL static void cohsm__tray_depths(const cohsm_maps *m, const uint32_t *pixel,
+                                             const uint32_t *place, uint32_t count, int32_t *depth)
+{
+    const cohsm__trays t = m->trays;
+    const uint8_t *tray[COHSM__TILE];
+    size_t index[COHSM__TILE];
+    uint32_t i;
+
+    for (i = 0; i < count; i++) {
+        const uint32_t inside = 0u - (uint32_t)(pixel[i] != COHSM__NO_PIXEL);
+        index[i] = (size_t)(place[i] >> COHSM__BUCKET_BITS) * m->range + (pixel[i] & inside);
+        COHSM__PREFETCH(t.at + index[i]);
+    }
+    for (i = 0; i < count; i++) {
+        const uint32_t at = t.at[index[i]], split = at >> 14;
+        const uint32_t inside = 0u - (uint32_t)(pixel[i] != COHSM__NO_PIXEL);
+        const uint32_t part = (place[i] & (COHSM__BUCKET - 1u)) >> (COHSM__BUCKET_BITS - split);
+        const size_t group = (pixel[i] & inside) >> COHSM__GROUP_BITS;
+        const size_t line = t.base[(place[i] >> COHSM__BUCKET_BITS) * t.groups + group];
+        const uint32_t shift = 1u + (5u & (0u - (uint32_t)(split > 0)));
+        tray[i] = t.lines + COHSM__LINE_BYTES * (line + part) + ((at & 0x3fffu) << shift);
+        COHSM__PREFETCH(tray[i]);
+    }
+    for (i = 0; i < count; i++) {
+        const uint32_t view = place[i] & (COHSM__BUCKET - 1u), n = *tray[i];
+        const uint32_t at = (uint32_t)((uintptr_t)tray[i] % COHSM__LINE_BYTES) + 1u;
+        const uint32_t from = at < 32u ? at : 32u;
+        const uint8_t *half = tray[i] + 1 - (at - from);
+        const uint32_t j = cohsm__bytes_up_to(half, at - from, n, view), code = tray[i][1u + n + j];
+        uint32_t found = m->depth_of[code];
+        if (code == COHSM__EXACT_CODE) found = cohsm__tray_exact(tray[i], j, view);
+        depth[i] = (int32_t)(found | (COHSM__INFINITE & (0u - (uint32_t)(pixel[i] == COHSM__NO_PIXEL))));
+    }
+}
 
 /* ==== src/csm/kernels_lists.h ==== */
 
@@ -5955,7 +6968,8 @@ static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uin
 {
     const uint32_t *directory = f->at;
     const uint32_t where = directory[1], rest = (where & 0xffffu) - 1u;
-    const uint32_t count = cohsm__halves_up_to(directory + 2, rest, f->view), tail = 0u - (uint32_t)(count == rest);
+    const uint32_t count = cohsm__halves_up_to(directory + 2, rest, f->view);
+    const uint32_t tail = 0u - (uint32_t)(count == rest);
     const uint32_t line = directory[0] + (count & ~tail) - (where >> 20 & tail);
     f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
     f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + (where >> 16 & 15u & tail);
@@ -5972,16 +6986,23 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f
 }
 
 /* Depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
-COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
-                                             uint32_t count, int32_t *depth)
+COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel,
+                                             const uint32_t *place, uint32_t count, int32_t *depth)
 {
     cohsm__found found[COHSM__STEP + 1];
     uint32_t n = 0, i;
 
+#ifndef COHSM_WITHOUT_FAST
+    if (m->trays.lines) {
+        cohsm__tray_depths(m, pixel, place, count, depth);
+        return;
+    }
+#endif
     for (i = 0; i < count; i++) {
         const uint32_t inside = pixel[i] != COHSM__NO_PIXEL;
         const uint32_t *lookup = m->lookup + (size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range;
-        const uint32_t entry = lookup[pixel[i] & (0u - inside)], listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
+        const uint32_t entry = lookup[pixel[i] & (0u - inside)];
+        const uint32_t listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
         depth[i] = inside ? (int32_t)(entry & 0xffffu) : COHSM__INFINITE;       /* nothing is deeper */
         found[n].at = m->directories + (entry & (0u - listed));
         found[n].view = place[i] & (COHSM__CHUNK - 1u);
@@ -5997,24 +7018,26 @@ COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t
 /* Samples of the tile that lie deeper than what is stored become dark. */
 COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
 {
-    int32_t stored[COHSM__STEP];
+    int32_t stored[COHSM__TILE];
+    const uint32_t step = t->maps->trays.lines ? (uint32_t)COHSM__TILE : (uint32_t)COHSM__STEP;
     uint32_t i, k, n;
 
     for (i = 0; i < t->count; i += n) {
-        n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
+        n = cohsm__min_u32(step, (uint32_t)t->count - i);
         cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
         for (k = n; k % COHSM__LANE_COUNT; k++) stored[k] = COHSM__INFINITE;
         for (k = 0; k < n; k += COHSM__LANE_COUNT) {
             const cohsm__lane_mask dark = cohsm__ints_greater(cohsm__ints_load(t->depth + i + k),
                                                               cohsm__ints_load(stored + k));
             const cohsm__lanes visible = cohsm__lanes_load(t->visible + i + k);
-            cohsm__lanes_store(t->visible + i + k, cohsm__lanes_select(dark, cohsm__lanes_all(0.0f), visible));
+            cohsm__lanes_store(t->visible + i + k,
+                               cohsm__lanes_select(dark, cohsm__lanes_all(0.0f), visible));
         }
     }
 }
 
-/* Vectors of the query about a centre, scaled, as long as those of all lanes are consecutive: all but the last few of a
-   batch. Returns how many. */
+/* Loads vectors of the query about a centre, scaled, as long as those of all lanes are consecutive, which are
+   all but the last few of a batch. Returns how many. */
 COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const float *packed, cohsm__v3 center,
                                                 float scale, float (*out)[COHSM__TILE])
 {
@@ -6039,7 +7062,7 @@ COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const floa
 
 #if COHSM__LANE_COUNT == 8
 
-/* sqrtf may set errno, so that compilers do not vectorise it. */
+/* Takes square roots by lanes: sqrtf may set errno, so that compilers do not vectorise it. */
 static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
 {
     int k;
@@ -6052,7 +7075,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     const cohsm_maps *m = t->maps;
     const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
     int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
-    float top0 = (float)n0, top1 = (float)n1, u, v, height[COHSM__STEP], root[COHSM__STEP];
+    float top0 = (float)n0, top1 = (float)n1, u, v;
+    float height[COHSM__STEP], root[COHSM__STEP];
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
@@ -6084,7 +7108,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     }
 }
 
-/* cohsm__cell_frame */
+/* Does what cohsm__cell_frame does. */
 static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
 {
     const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
@@ -6110,7 +7134,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
     if (m->head.orientation == COHSM_ORIENTATION_POLAR) return;
     for (k = 0; k < COHSM__STEP; k++) {
-        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k], a, g, odd;
+        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k];
+        float a, g, odd;
         g = cohsm__either(!two_poles | (y >= 0.0f), 1.0f, -1.0f);
         odd = fabsf(g + y) < 1e-6f ? 1.0f : 0.0f;
         a = -1.0f / (g + y + odd);
@@ -6124,14 +7149,16 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
 }
 
-/* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
-   COHSM__NO_PIXEL. */
+/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or
+   not finite get COHSM__NO_PIXEL. */
 static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
-    int32_t side = (int32_t)m->head.map_side, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top;
+    float x, y, d;
+    int32_t side = (int32_t)m->head.map_side;
+    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
     int32_t in, p;
     int k;
 
@@ -6158,7 +7185,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile 
 static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
-    uint32_t *place = t->place + first, n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
+    uint32_t *place = t->place + first;
+    uint32_t n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
     int k;
 
     if (m->head.order == COHSM_ORDER_HILBERT)
@@ -6180,8 +7208,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
     }
 }
 
-/* NEAREST takes the cell and pixel round a sample; ROULETTE those round it moved at random by up to a half; PCF all
-   sixteen round it, one for each corner: bits 0 and 1 in the domain, 2 and 3 in the map. */
+/* Moves samples as their filter wants. NEAREST takes the cell and pixel round a sample; ROULETTE those round
+   the sample moved at random by up to a half; PCF all sixteen round it, one for each corner: bits 0 and 1 of
+   corner choose the cell, 2 and 3 the pixel. */
 static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
                                                        uint32_t corner)
 {
@@ -6201,8 +7230,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const coh
     }
 }
 
-/* weight: where not NULL, by what share each sample lies towards the next cell or pixel, in the dimensions of which the
-   corner is the lower one */
+/* If weight is not NULL, it receives by what share each sample lies towards the next cell or pixel, in the
+   dimensions of which the corner is the lower one. */
 COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
                                                                 float (*weight)[COHSM__TILE])
 {
@@ -6234,11 +7263,11 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, 
 
 /* ---- kernels of query: one light for many points ---- */
 
-/* What stays the same for all points. */
+/* What is the same for all points of a stream, in every lane. */
 typedef struct cohsm__views {
-    cohsm__lanes3 center, right, up, back;
-    cohsm__lanes per_radius, half, top, bias;
-    cohsm__lane_ints side, begin, range;
+    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the frame of the map */
+    cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias */
+    cohsm__lane_ints side, begin, range;        /* M; the first pixel and the number of pixels of the shard */
 } cohsm__views;
 
 static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream *s)
@@ -6260,8 +7289,10 @@ static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream 
     return v;
 }
 
-/* Points number k on, as many as there are lanes, in radii about the centre; 0 where there are no more. */
-static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v, size_t k)
+/* Loads the points from number k on, as many as there are lanes, in radii about the centre; 0 0 0 if there
+   are no more. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v,
+                                                                size_t k)
 {
     const float *from;
     float last[3 * COHSM__LANE_COUNT];
@@ -6278,12 +7309,15 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__str
     return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
 }
 
-/* cohsm__see, cohsm__pixel and cohsm__compared_depth, entered from number k on. Returns pixels. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v, size_t k)
+/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do, for the points from number k on. Returns
+   the pixels. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v,
+                                                                  size_t k)
 {
     const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
     const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
-    const cohsm__lanes x = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
+    const cohsm__lanes x =
+        cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
     const cohsm__lanes y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->up), v->half), v->half);
     const cohsm__lane_ints none = cohsm__ints_all(-1);      /* COHSM__NO_PIXEL */
     cohsm__lanes d = cohsm__lanes_mul(middle, cohsm__lanes3_dot(p, v->back));
@@ -6293,7 +7327,8 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream 
     d = cohsm__lanes_sub(cohsm__lanes_sub(middle, d), v->bias);
     d = cohsm__lanes_mul(d, cohsm__lanes_all((float)COHSM__HIT_MAX));
     in = cohsm__mask_and(cohsm__lanes_at_least(x, zero), cohsm__lanes_greater(v->top, x));
-    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero), cohsm__lanes_greater(v->top, y)));
+    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero),
+                                             cohsm__lanes_greater(v->top, y)));
     in = cohsm__mask_and(in, cohsm__lanes_at_least(d, zero));
     pixel = cohsm__ints_mul(cohsm__lanes_truncate(cohsm__lanes_keep(in, y)), v->side);
     pixel = cohsm__ints_add(pixel, cohsm__lanes_truncate(cohsm__lanes_keep(in, x)));
@@ -6306,15 +7341,15 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream 
     return pixel;
 }
 
-/* cohsm__slot */
+/* Does what cohsm__slot does. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pixel)
 {
     const cohsm__lane_ints high = cohsm__ints_and(cohsm__ints_shift_right(pixel, 3), cohsm__ints_all(0x1f0));
     return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
 }
 
-/* Pixels and compared depths. Pixels that no slot holds take theirs and join the list, but where another one of the
-   list has taken it: a depth of -1 marks those. */
+/* Finds pixels and compared depths. A pixel that no slot holds takes its slot and joins the list, unless
+   another one of the list has taken the slot: a depth of -1 marks such a slot. */
 static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 {
     const cohsm__views v = cohsm__views_of(s);
@@ -6325,8 +7360,10 @@ static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
         const cohsm__lane_ints pixel = cohsm__stream_see(s, &v, k);
-        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
-        uint32_t missed = cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
+        const cohsm__lane_mask held =
+            cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
+        uint32_t missed =
+            cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
         for (; missed; missed &= missed - 1u) {
             const int32_t wanted = s->pixel[k + cohsm__first_bit(missed)];
             const uint32_t slot = cohsm__slot((uint32_t)wanted);
@@ -6351,7 +7388,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_decode(cohsm__stream *s)
     }
 }
 
-/* Answers; points whose pixels have no slot are listed. */
+/* Writes the answers of points whose pixels have a slot, and lists the others. */
 static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, float *visible)
 {
     const cohsm__lane_ints one = cohsm__ints_all(1), none = cohsm__ints_all(-1);
@@ -6365,7 +7402,8 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
         const cohsm__lane_ints pixel = cohsm__ints_load(s->pixel + k), slot = cohsm__slots(pixel);
         const cohsm__lane_ints known = cohsm__ints_gather(s->kept->depth, slot);
         const cohsm__lane_mask out = cohsm__ints_equal(pixel, none);
-        const cohsm__lane_mask lit = cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
+        const cohsm__lane_mask lit =
+            cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
         const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(s->kept->pixel, slot), pixel);
         const cohsm__lanes answer = cohsm__lanes_keep(cohsm__mask_or(out, lit), cohsm__lanes_all(1.0f));
         taken = cohsm__mask_bits(cohsm__mask_or(out, held)) ^ COHSM__ALL_LANES;
@@ -6379,10 +7417,11 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
     }
 }
 
-/* Decodes for the points that are listed. */
+/* Decodes and answers for the points that are listed. */
 static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, float *visible)
 {
-    uint32_t place[COHSM__STEP], pixel[COHSM__STEP], i, k, n;
+    uint32_t place[COHSM__STEP], pixel[COHSM__STEP];
+    uint32_t i, k, n;
     int32_t depth[COHSM__STEP];
 
     for (i = 0; i < s->listed; i += n) {
@@ -6397,7 +7436,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, f
     }
 }
 
-/* The points of the stream. */
+/* Answers for the points of the stream. */
 COHSM__KERNEL static void cohsm__one_light(cohsm__stream *s, float *visible)
 {
     cohsm__stream_find(s);
@@ -6441,11 +7480,13 @@ typedef struct cohsm__kernels {
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
     void (*one_light)(cohsm__stream *s, float *visible);
+#ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
     void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+#endif
 } cohsm__kernels;
 
 static cohsm__kernels cohsm__choose_kernels(int simd)
@@ -6455,18 +7496,22 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.search = cohsm__search_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
+#ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_plain;
     k.enqueue = cohsm__enqueue_plain;
     k.draw_all = cohsm__draw_all_plain;
-#if COHSM__SETS
+#endif
+#if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
         k.search = cohsm__search_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
+#ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+#endif
     }
 #else
     (void)simd;
@@ -6488,7 +7533,7 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
     kernels->search(t);
 }
 
-/* One light for all: each pixel is decoded once. */
+/* Answers for a tile whose samples have one light: each pixel is decoded once. */
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
@@ -6500,7 +7545,7 @@ static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
     kernels->one_light(&s, t->visible);
 }
 
-/* cohsm__pcf for the whole tile: sums in the same order. */
+/* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
@@ -6525,7 +7570,7 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
     for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
 }
 
-/* 0 where the samples are of a kind that is treated one by one. */
+/* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
 static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     const cohsm_maps *m = t->maps;
@@ -6583,7 +7628,7 @@ static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
 }
 
-/* Lights of the samples in id[], or the one for all, to the object's space. */
+/* Loads the lights of the samples in id[], or the one light of all, in the object's space. */
 static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
@@ -6638,7 +7683,8 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
-/* The whole batch at once, where all of it has one light; 0 where it is of a kind that is treated in tiles. */
+/* Answers the whole batch at once if all points have one light; returns 0 if the batch is one that is treated
+   in tiles. */
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
@@ -6647,8 +7693,8 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     float v[3];
     size_t first;
 
-    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST || q->light_kind != COHSM_LIGHT_DIRECTION ||
-        (q->position_stride && q->position_stride != 12))
+    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
+        q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
         return 0;
     memcpy(v, q->lights, sizeof v);
     if (!cohsm__usable(cohsm__v3_load(v))) return 0;
@@ -6662,20 +7708,48 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     return 1;
 }
 
-static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
+/* Says whether maps can answer for lights of the query's kind. */
+static cohsm_result cohsm__check_light_kind(const cohsm_maps *m, const cohsm_query *q,
+                                            const cohsm__logger *log)
 {
-    if (!q->positions || !q->lights) return COHSM_ERR_ARGUMENT;
-    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT || (unsigned)q->filter >= COHSM_FILTER_COUNT ||
-        !cohsm__finite(q->bias))
-        return COHSM_ERR_DESC;
-    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4 || q->light_stride % 4 ||
-        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)))
-        return COHSM_ERR_ARGUMENT;
+    const double kind = (double)q->light_kind;
+
     if (q->light_kind == COHSM_LIGHT_INDEX) return COHSM_OK;
-    if (q->light_kind == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_MISMATCH;
-    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL
-               ? COHSM_OK
-               : COHSM_ERR_MISMATCH;
+    if (q->light_kind == COHSM_LIGHT_PARAMETER) {
+        if (m->head.dimensions) return COHSM_OK;
+        cohsm__log_value(log, "query.light_kind", kind,
+                         "COHSM_LIGHT_INDEX: maps of a LIST have no parameters");
+        return COHSM_ERR_MISMATCH;
+    }
+    if (m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
+    cohsm__log_value(log, "query.light_kind", kind,
+                     "COHSM_LIGHT_PARAMETER or _INDEX: these are not maps of all directions");
+    return COHSM_ERR_MISMATCH;
+}
+
+static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q, const cohsm__logger *log)
+{
+    const char *stride = NULL;
+    size_t bytes = 0;
+
+    if (!q->positions) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.positions", "is NULL");
+    if (!q->lights) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.lights", "is NULL");
+    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
+        return cohsm__wrong(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
+    if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
+        return cohsm__wrong(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
+    if (!cohsm__finite(q->bias)) return cohsm__wrong(log, "query.bias", (double)q->bias, "finite");
+    if ((q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)) || q->light_stride % 4) {
+        stride = "query.light_stride";
+        bytes = q->light_stride;
+    }
+    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4) {
+        stride = "query.position_stride";
+        bytes = q->position_stride;
+    }
+    if (!stride) return cohsm__check_light_kind(m, q, log);
+    cohsm__log_value(log, stride, (double)bytes, "0, or a multiple of 4 with room for one element");
+    return COHSM_ERR_ARGUMENT;
 }
 
 static size_t cohsm__count_refused(const float *visible, size_t count)
@@ -6700,7 +7774,7 @@ static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, f
     }
 }
 
-/* The query with its default filled in: a bias of 0 is one pixel, a negative one none. */
+/* Returns the query with its default filled in: a bias of 0 is one pixel, a negative bias is none. */
 static cohsm_query cohsm__complete_query(const cohsm_query *query)
 {
     cohsm_query q = *query;
@@ -6713,11 +7787,14 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
                                      size_t *refused)
 {
     cohsm_query q;
+    cohsm__logger log = cohsm__logger_of_maps(maps, "cohsm_visible");
     cohsm_result result;
 
-    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
+    if (!maps) return COHSM_ERR_ARGUMENT;
+    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
+    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
     if (query->count) {
-        result = cohsm__check_query(maps, query);
+        result = cohsm__check_query(maps, query, &log);
         if (result != COHSM_OK) return result;
     }
     q = cohsm__complete_query(query);
@@ -6739,7 +7816,8 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* own = 1: samples that lie on this instance, counted from 1; 0: all others that still see some light. */
+/* Asks an instance, counted from 1. own = 1: for the samples that lie on it; 0: for all others that still see
+   some light. */
 static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
                          float *visible)
 {
@@ -6753,24 +7831,43 @@ static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, 
     if (t->count) cohsm__flush_tile(t, inverse, visible);
 }
 
+static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
+                                          const cohsm__logger *log)
+{
+    const float *m = instance->transform;
+    float inverse[16], scale;
+
+    if (!instance->maps) {
+        cohsm__log_element(log, "instances", number, "has the maps", 0.0, "maps, not NULL");
+        return COHSM_ERR_ARGUMENT;
+    }
+    if (!cohsm__m4_is_rigid_uniform(m, &scale) || !cohsm__m4_affine_inverse(inverse, m)) {
+        cohsm__v3 z = cohsm__v3_cross(cohsm__v3_load(m), cohsm__v3_load(m + 4));
+        cohsm__log_element(log, "instances", number, "has a transform of the determinant",
+                           (double)cohsm__v3_dot(z, cohsm__v3_load(m + 8)),
+                           "a rotation, one scale > 0 and a translation");
+        return COHSM_ERR_ARGUMENT;
+    }
+    return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
+}
+
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
     cohsm__tile t;
     cohsm_query q;
-    float inverse[16], scale;
+    float inverse[16];
     size_t i;
     int own;
+    cohsm__logger log = cohsm__logger_of_maps(instances && instance_count ? instances[0].maps : NULL,
+                                              "cohsm_visible_scene");
     cohsm_result result;
 
-    if (!query || (instance_count && !instances) || (query->count && !visible) ||
-        instance_count >= UINT32_MAX)
-        return COHSM_ERR_ARGUMENT;
+    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
+    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
+    if ((instance_count && !instances) || instance_count >= UINT32_MAX) return COHSM_ERR_ARGUMENT;
     for (i = 0; i < instance_count; i++) {
-        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
-            !cohsm__m4_affine_inverse(inverse, instances[i].transform))
-            return COHSM_ERR_ARGUMENT;
-        result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
+        result = cohsm__check_instance(&instances[i], i, query, &log);
         if (result != COHSM_OK) return result;
     }
     q = cohsm__complete_query(query);
@@ -6789,7 +7886,8 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
 
 /* ---- raster: whole views, clipped where they are perspective ---- */
 
-/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
+/* Triangles of perspective views are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to
+   w >= near. */
 typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
 
 static float cohsm__clip_distance(const cohsm__clip *c, int plane)
@@ -6803,7 +7901,8 @@ static float cohsm__clip_distance(const cohsm__clip *c, int plane)
     }
 }
 
-/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
+/* Computes the cut from the inner end, whichever way the edge runs, so that both triangles of the edge get
+   the same corner. */
 static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
 {
     cohsm__clip c;
@@ -6838,18 +7937,22 @@ static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
 {
     cohsm__corner p;
     float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
-    /* offset by one image first: conversion to int then truncates downwards everywhere */
+    /* The offset by one image makes the number positive, so that conversion to int truncates downwards
+       everywhere. */
     p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
     p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
     p.z = inverse;
     return p;
 }
 
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v,
+                                      uint32_t lane)
 {
     cohsm__clip p[10];
     cohsm__corner c0, c1, c2;
-    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
+    int k, n = 3, behind = 0;
+    int left = 0, right = 0, below = 0, above = 0;
+    int inside = 0;
 
     for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
         cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
@@ -6873,7 +7976,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     }
 }
 
-/* Can the unit sphere be seen in this face at all? */
+/* Says whether the unit sphere can be seen in this face at all. */
 static int cohsm__face_sees_sphere(const cohsm__camera *cam)
 {
     cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
@@ -6889,8 +7992,8 @@ static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uin
     return count;
 }
 
-/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of a perspective view: by the
-   boxes of eight first. */
+/* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of a perspective
+   view: by the boxes of eight clusters first. */
 static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                                 uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
@@ -6903,7 +8006,8 @@ static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam
         count = cohsm__append(eight, count, mask, i);
     }
     for (i = 0, sight->count = 0; i < count; i++) {
-        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
+        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
+               cohsm__first8(end - 8 * eight[i]);
         sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
     }
 }
@@ -6925,7 +8029,8 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
 
 static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
 {
-    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
+    size_t first = (size_t)(t->row_begin * t->size) * t->keep;
+    size_t last = (size_t)(t->row_end * t->size) * t->keep;
     int all = t->row_begin == 0 && t->row_end == t->size;
     cohsm__kernels kernels = cohsm__choose_kernels(simd);
     uint32_t begin, end, i;
@@ -6993,7 +8098,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
     return result;
 }
 
-/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
+/* A mesh made ready for rendering: its triangles and its k-DOP. The sphere goes into the desc. */
 typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
 
 static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
@@ -7021,9 +8126,9 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
 
     if (result != COHSM_OK) return result;
     count = cohsm__triangle_count(mesh);
-    used = (uint8_t *)cohsm__take(heap, count, 1);
+    used = (uint8_t *)cohsm__heap_alloc(heap, count, 1);
     if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
-    result = cohsm__select(mesh, used, heap, stats);
+    result = cohsm__select_triangles(mesh, used, heap, stats);
     if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
     if (result == COHSM_OK) {
         result = COHSM_ERR_ALLOC;
@@ -7034,7 +8139,7 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (result == COHSM_OK &&
         !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
         result = COHSM_ERR_ALLOC;
-    cohsm__give(heap, used, count, 1);
+    cohsm__heap_free(heap, used, count, 1);
     return cohsm__ended(log, result);
 }
 
@@ -7052,7 +8157,7 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     return result;
 }
 
-/* Segments of a build with sides divided by shrink and half the map size. */
+/* Counts the segments of a build with sides divided by shrink and half the map size. */
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
                                      cohsm__heap *heap, double *segments)
 {
@@ -7076,10 +8181,10 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
-/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and
-   continued by that growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls
-   behind on many. Below 8 maps a side such growth says little, so that small domains are tried at a half, or
-   whole. */
+/* Chooses order and orientation if the desc leaves them open. Each is tried at a quarter and an eighth of
+   each side, and its segments are continued by that growth for two more doublings, since zig-zag is ahead of
+   Hilbert on few maps and falls behind on many. Below 8 maps a side such growth says little, so that small
+   domains are tried at a half, or whole. */
 static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
 {
     static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
@@ -7116,7 +8221,7 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
-/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
+/* Measures the bytes a pixel of a build with this side, whose progress runs from..to. */
 static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
                                     double *per_pixel)
 {
@@ -7128,6 +8233,7 @@ static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32
     d.domain.side[0] = d.domain.side[1] = side;
     d.map_side = 64;
     d.pixel_begin = d.pixel_end = 0;
+    d.layout = COHSM_LAYOUT_COMPACT;
     result = cohsm_build(&d, mesh, &maps, NULL);
     if (result != COHSM_OK) return result;
     *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
@@ -7140,7 +8246,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
                                     uint32_t *side, uint32_t *map_side)
 {
     cohsm_desc d;
-    double coarse, fine, pixel, error, least = 0.0, growth;
+    double coarse, fine, growth, pixel;
+    double error, least = 0.0;
     uint32_t n, m, step, maps;
     cohsm_result result;
     cohsm__logger log;
@@ -7152,20 +8259,22 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
     if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
     if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
-        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL) {
+        cohsm__log_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
         return COHSM_ERR_MISMATCH;
+    }
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
     if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
     if (result != COHSM_OK) return result;
     growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
-    /* N, and 1.5 n half a doubling on. */
+    /* Sides are n, and half a doubling on 1.5 n. */
     for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)
         for (step = 2; step <= 3; step++)
             for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
                 double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
                 size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
-                /* Lookup of every chunk but the first, in pixel. */
+                /* The lookup of the first chunk is part of pixel; this is that of the other chunks. */
                 size += 4.0 * m * m * ((maps - 1u) / 65536u);
                 if (size > 0.9 * (double)bytes) break;
                 error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
@@ -7187,6 +8296,7 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
     cohsm__heap heap;
     cohsm__model model;
     cohsm__logger log;
+    cohsm_maps *maps = NULL;
     cohsm_result result;
 
     memset(&d, 0, sizeof d);
@@ -7203,12 +8313,15 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
     result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
     if (result == COHSM_OK) {
         result = cohsm__choose_sequence(&d, &model, &heap);
-        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
         (void)cohsm__built(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
-    if (result == COHSM_OK && stats) *stats = s;
-    return result;
+    if (result == COHSM_OK) result = cohsm__built(&log, &d, cohsm__lay_out_built(&maps, &d, heap.used, &s));
+    if (result != COHSM_OK) return result;
+    *out = maps;
+    if (stats) *stats = s;
+    return COHSM_OK;
 }
 
 /* ==== src/csm/verify.h ==== */
@@ -7221,12 +8334,14 @@ typedef struct cohsm__check {
     cohsm_report         part[COHSM__RANGES];
 } cohsm__check;
 
-/* The stored depth, and the first view after its segment. */
+/* Returns the stored depth at a view, and writes the first view after its segment. */
 static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32_t view, uint32_t *end)
 {
     uint32_t begin = view & ~(COHSM__CHUNK - 1u),
              entry = m->lookup[(size_t)(view >> COHSM__CHUNK_BITS) * m->range + pixel];
-    uint32_t b = 0, count, n, j, k, at, bucket;
+    uint32_t b = 0, count;
+    uint32_t n, j, k;
+    uint32_t at, bucket;
     const uint32_t *directory = m->directories + entry, *block;
     uint64_t marks;
 
@@ -7249,20 +8364,23 @@ static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32
     return cohsm__block_depth(block, m->depth_of, n, j);
 }
 
-/* A range of pixels in all views of the batch, pixel by pixel: a list is read once for many views. */
+/* Compares a range of pixels in all views of the batch, pixel by pixel: a list is read once for many views.
+   */
 static void cohsm__verify_task(void *context, size_t index)
 {
     cohsm__check *k = (cohsm__check *)context;
     const cohsm_builder *b = k->builder;
     cohsm_report *r = &k->part[index];
-    uint32_t p, i, view, end, lo, hi, z = 0;
+    uint32_t p, i, view, end;
+    uint32_t lo, hi, z = 0;
 
     memset(r, 0, sizeof *r);
     for (p = b->ranges[index].begin; p < b->ranges[index].end; p++) {
         const uint16_t *layers = b->batch + (size_t)(b->desc.pixel_begin + p) * b->keep;
         for (i = 0, end = 0; i < b->batch_count; i++, layers += b->batch_size) {
             view = b->batch_begin + i;
-            if (view >= end) z = cohsm__segment_depth(k->maps, p, view, &end);
+            if (k->maps->trays.lines) z = cohsm__stored_depth(k->maps, p, view);
+            else if (view >= end) z = cohsm__segment_depth(k->maps, p, view, &end);
             r->empty += (uint64_t)cohsm__interval(b, layers, &lo, &hi);
             r->entries++;
             if ((z >= lo && z <= hi) || (r->wrong++ && view >= r->first_view)) continue;
@@ -7272,7 +8390,7 @@ static void cohsm__verify_task(void *context, size_t index)
     }
 }
 
-/* The desc that a block was built with, and the caller's system. */
+/* Returns the desc that a block was built with, with the caller's system. */
 static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_system *system)
 {
     const cohsm__header *h = &m->head;
@@ -7379,7 +8497,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
 
 /* ---- shards ---- */
 
-/* Shards of one build differ in their pixels, lengths and counts only. */
+/* Says whether two shards are of one build: they then differ in their pixels, lengths and counts only. */
 static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
 {
     cohsm__header x = a->head, y = b->head;
@@ -7392,10 +8510,7 @@ static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
            memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
 }
 
-/* Between two calls of progress: milliseconds. */
-enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };
-
-/* 0: cancelled. */
+/* Lays the lists of all shards one after the other. Returns 0 if the caller cancelled. */
 static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__part part,
                              cohsm__layout *l, uint32_t *lookup)
 {
@@ -7420,8 +8535,8 @@ static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohs
     return 1;
 }
 
-static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
-                                const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
+static cohsm_result cohsm__join_shards(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
+                                       const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
 {
     cohsm__layout layout;
     cohsm__memory block;
@@ -7442,7 +8557,7 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
         cohsm__free(a, block.memory);
         return COHSM_ERR_CANCELLED;
     }
-    cohsm__seal(block.words, h);
+    cohsm__seal_block(block.words, h);
     return cohsm__maps_make(a, block, out);
 }
 
@@ -7450,7 +8565,10 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
                                    cohsm_maps **out)
 {
     cohsm__allocator a;
-    cohsm__part part;
+    cohsm__part part, joined;
+    cohsm__wish wish;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
     uint64_t segments = 0;
     cohsm__header h;
     uint32_t next = 0;
@@ -7466,18 +8584,34 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
             cohsm__log_element(&log, "shards", i, "is", 0.0, "maps, not NULL");
             return COHSM_ERR_ARGUMENT;
         }
-        if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next)
+        if (!cohsm__same_build(shards[0], shards[i]))
+            return cohsm__refuse(&log, COHSM_ERR_MISMATCH, "shards", "are not all of one desc and mesh");
+        if (shards[i]->head.pixel_begin != next) {
+            cohsm__log_element(&log, "shards", i, "begins with pixel", (double)shards[i]->head.pixel_begin,
+                               "where the shard before ends, 0 for the first");
             return COHSM_ERR_MISMATCH;
+        }
         next = shards[i]->head.pixel_end;
         segments += (uint64_t)shards[i]->head.segments_high << 32 | shards[i]->head.segments_low;
     }
     h = shards[0]->head;
-    if (next != h.map_side * h.map_side) return COHSM_ERR_MISMATCH;
+    if (next != h.map_side * h.map_side) {
+        cohsm__log_element(&log, "shards", count - 1, "ends at pixel", (double)next,
+                           "map_side^2 for the last");
+        return COHSM_ERR_MISMATCH;
+    }
     h.pixel_end = next;
     h.lookup_words = next * cohsm__chunks(&h);
     h.segments_low = (uint32_t)(segments & 0xffffffffu);
     h.segments_high = (uint32_t)(segments >> 32);
-    return cohsm__ended(&log, cohsm__join(shards, count, &h, &a, &part, out));
+    wish.layout = shards[0]->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
+    wish.bytes = 0;
+    wish.system = system;
+    joined = cohsm__part_of(&part, 0.0f, wish.layout == COHSM_LAYOUT_FAST ? 0.5f : 1.0f);
+    result = cohsm__join_shards(shards, count, &h, &a, &joined, &maps);
+    part = cohsm__part_of(&part, 0.5f, 1.0f);
+    if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, &wish, part, out);
+    return cohsm__ended(&log, result);
 }
 
 /* ==== src/csm/open.h ==== */
@@ -7524,11 +8658,13 @@ static int cohsm__header_sound(const cohsm__header *h)
     return 1;
 }
 
-/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay
-   below end. */
+/* Says whether a block is sound within the words that are left of its line: its parts lie inside it, and its
+   segments rise and stay below end. */
 static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
-    uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;
+    uint32_t n, exact = 0, j, at;
+    uint32_t bucket = 0, low, offset, previous = 0;
+    uint32_t size, code;
     uint64_t marks;
     cohsm__fields f;
 
@@ -7566,8 +8702,8 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
 static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
 {
     const uint32_t *directory = m->directories + entry;
-    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS, left = m->head.directory_words - entry, blocks,
-             tail, b;
+    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS;
+    uint32_t left = m->head.directory_words - entry, blocks, tail, b;
     uint32_t first = 0, next;
 
     if (left < 2) return 0;
@@ -7618,7 +8754,7 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     return 1;
 }
 
-/* The object for a block of a file, everything in it checked. Takes the memory over, or frees it where it
+/* Makes maps of a block of a file after checking everything in it. Takes the memory over, or frees it if this
    fails. */
 static cohsm_result cohsm__open_block(const cohsm__allocator *a, cohsm__part part, cohsm__memory block,
                                       cohsm_maps **out)
@@ -7664,10 +8800,11 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
      header of the plain block, then its locations, as they are
      lists, coded (most segments 0: the rest of the plain block as it is)
 
-   The order table is derived. A list is coded as the first views of its segments, their depths, and how many go into
-   each block; everything else in it follows, because blocks are written in one way only (see cohsm__plan_block). Every
-   decision is a bit, coded with the adaptive probability of its context, and contexts come from the lists of the pixels
-   to the left, above, and above to either side. Range coder after Martin, "Range encoding", 1979, on bits. */
+   The order table is derived. A list is coded as the first views of its segments, their depths, and how many
+   go into each block; everything else in it follows, because blocks are written in one way only (see
+   cohsm__plan_block). Every decision is a bit, coded with the adaptive probability of its context, and
+   contexts come from the lists of the pixels to the left, above, and above to either side. Range coder after
+   Martin, "Range encoding", 1979, on bits. */
 
 enum {
     COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
@@ -7678,8 +8815,8 @@ enum {
 
 typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
 
-/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and
-   decoder are the same lines of code and cannot differ. */
+/* Encodes and decodes by the same lines of code, which so cannot differ: each step takes a bit to code and
+   returns the bit coded. */
 typedef struct cohsm__coder {
     uint8_t       *out;                 /* NULL: decoding */
     const uint8_t *in;
@@ -7709,7 +8846,8 @@ static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in,
     c->range = 0xffffffffu;
 }
 
-/* A 1 is the upper part of the range, a 0 the part below it. */
+/* Codes a 1, to which the upper part of the range belongs; the lower part, as large as zero, belongs to a 0.
+   */
 static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
 {
     size_t i = c->at;
@@ -7723,7 +8861,8 @@ static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
         while (i && ++c->out[--i] == 0) {}          /* carry */
 }
 
-/* Probabilities stay within 31..65505 of 65536, so that neither part is ever empty. */
+/* Codes a bit by an adaptive probability, which stays within 31..65505 of 65536, so that neither part of the
+   range is ever empty. */
 static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t bit)
 {
     uint32_t zero = (c->range >> 12) * (4096u - (*p >> 4));
@@ -7739,7 +8878,7 @@ static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t
     return bit;
 }
 
-/* A number of this many bits, high bits first; each prefix has a probability of its own. */
+/* Codes a number of so many bits, high bits first; each prefix has a probability of its own. */
 static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
 {
     uint32_t node = 1;
@@ -7748,7 +8887,7 @@ static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits,
     return node - bits;
 }
 
-/* Bits without a model. */
+/* Codes bits without a model. */
 static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 {
     uint32_t out = 0, bit;
@@ -7765,7 +8904,7 @@ static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
     return out;
 }
 
-/* Bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
+/* Returns the number of bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
 static uint32_t cohsm__length(uint32_t x)
 {
     x |= x >> 1;
@@ -7791,31 +8930,34 @@ static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t val
 
 /* ---- pack: a list as its neighbours foresee it ---- */
 
-/* One list, taken apart. */
+/* A list taken apart into its segments. */
 typedef struct cohsm__strip {
-    uint32_t        count;              /* 0: there is no such pixel */
-    cohsm__segment *s;                  /* hi: the grid value at or below an exact depth; else lo = hi */
-    uint32_t       *breaks;             /* bit COHSM__MARGIN + i: a segment begins at view i > 0 */
+    uint32_t        count;              /* segments; 0: there is no such pixel */
+    cohsm__segment *s;                  /* lo = hi is the grid value; of an exact depth lo is that depth, and
+                                           hi the grid value at or below it */
+    uint32_t       *breaks;             /* bit COHSM__MARGIN + i is set if a segment begins at view i > 0 */
 } cohsm__strip;
 
 enum { COHSM__LEFT, COHSM__UP, COHSM__UP_LEFT, COHSM__UP_RIGHT, COHSM__SELF, COHSM__STRIPS };
 enum { COHSM__MARGIN = 32, COHSM__REACH = 2, COHSM__NEAR = 1 << (2 * COHSM__REACH + 1), COHSM__RUNS = 8,
        COHSM__BREAK_WORDS = (COHSM__MARGIN + 65536 + COHSM__REACH) / 32 + 2 };
 
-typedef struct cohsm__odds {
+typedef struct cohsm__odds {            /* the adaptive probabilities of all bits, by their contexts */
     cohsm__prob hot[COHSM__NEAR * COHSM__NEAR * 3 * COHSM__RUNS];
     cohsm__prob cold[32 * 32], cold_length[32 * COHSM__NUMBER];
-    cohsm__prob exact[3], repeat[128], left[64], up[8], below[16], error[32 * COHSM__NUMBER];
+    cohsm__prob exact[3], repeat[128], left[64], up[8];
+    cohsm__prob below[16], error[32 * COHSM__NUMBER];
     cohsm__prob more[16 * 64];
     uint32_t breaks[COHSM__STRIPS][COHSM__BREAK_WORDS];     /* of the strips */
 } cohsm__odds;
 
-typedef struct cohsm__packer {
+typedef struct cohsm__packer {          /* the work on one block, of encoder or decoder */
     cohsm__coder  c;
     cohsm__odds *m;
-    cohsm__strip  strip[COHSM__STRIPS];
+    cohsm__strip  strip[COHSM__STRIPS];         /* of the pixel at hand and its neighbours */
     cohsm__segment *segments;                   /* memory of the strips, then of taken */
-    uint32_t      longest, width, views;        /* views of the chunk; width: words of strip.breaks */
+    uint32_t      longest, width, views;        /* segments of the longest list; words of strip.breaks; views
+                                                   of the chunk */
     cohsm__grid   grid;
     uint32_t     *list;                         /* one list on its way out of the decoder */
     uint8_t      *taken;                        /* segments in each block of strip[COHSM__SELF] */
@@ -7840,11 +8982,12 @@ static void cohsm__strip_breaks(cohsm__strip *t)
     for (i = 1; i < t->count; i++) cohsm__put_bits(t->breaks, COHSM__MARGIN + t->s[i].first, 1, 1);
 }
 
-/* Segments of one block appended to a strip. */
+/* Appends the segments of one block to a strip. */
 static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const uint32_t *block, uint32_t first)
 {
     uint64_t marks = cohsm__marks(block);
-    uint32_t n = cohsm__popcount(marks), bucket = 0, j, code, exact_at;
+    uint32_t n = cohsm__popcount(marks), bucket = 0;
+    uint32_t j, code, exact_at;
     cohsm__fields f = cohsm__block_fields(block, n);
     uint32_t ones = (1u << f.bits) - 1u;
 
@@ -7869,7 +9012,7 @@ static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const ui
     }
 }
 
-/* Where the lists of a block are. The decoder reads what it wrote. */
+/* Where the lists of a block are. The decoder reads from there what it wrote. */
 typedef struct cohsm__lists { const uint32_t *lookup, *directories, *lines; } cohsm__lists;
 
 static cohsm__lists cohsm__lists_of(const cohsm__header *h, const uint32_t *words)
@@ -7891,7 +9034,7 @@ static void cohsm__strip_constant(const cohsm__packer *p, cohsm__strip *t, uint3
     t->count = 1;
 }
 
-/* A list as a strip; taken may be NULL. */
+/* Reads a list into a strip; taken, which may be NULL, receives how many segments each block has. */
 static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const cohsm__lists *l, size_t index,
                               uint8_t *taken)
 {
@@ -7910,20 +9053,21 @@ static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const coh
     cohsm__strip_breaks(t);
 }
 
-/* 33 bits or more from any position: more than any field needs. */
+/* Returns 33 bits or more from any position, which is more than any field needs. */
 static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
 {
     const uint32_t *w = words + (bit >> 5);
     return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
 }
 
-/* Breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
-static uint64_t cohsm__near(const cohsm__strip *t, uint32_t view)
+/* Returns the breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
+static uint64_t cohsm__breaks_near(const cohsm__strip *t, uint32_t view)
 {
     return cohsm__window(t->breaks, COHSM__MARGIN + view - COHSM__REACH);
 }
 
-/* The first view at or after this one that has a break of either neighbour within reach, at most p->views. */
+/* Returns the first view at or after this one that has a break of either neighbour within reach, at most
+   p->views. */
 static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
 {
     const uint32_t *a = p->strip[COHSM__LEFT].breaks, *b = p->strip[COHSM__UP].breaks;
@@ -7936,14 +9080,15 @@ static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
     return at - COHSM__MARGIN - COHSM__REACH;
 }
 
-/* Views next to a break of the left or the upper list are asked one by one. Returns the first that is not, or
-   the one where the segment ends, with *ended. */
+/* Codes one by one whether the segment ends at a view, for views next to a break of the left or the upper
+   list. Returns the first view that is not next to one, or the one where the segment ends, with *ended. */
 static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view, uint32_t next, int *ended)
 {
-    uint64_t left = cohsm__near(&p->strip[COHSM__LEFT], view), up = cohsm__near(&p->strip[COHSM__UP], view);
-    uint64_t right = cohsm__near(&p->strip[COHSM__UP_RIGHT], view);
-    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH),
-             run = cohsm__length(view - first), l, u, r;
+    uint64_t left = cohsm__breaks_near(&p->strip[COHSM__LEFT], view);
+    uint64_t up = cohsm__breaks_near(&p->strip[COHSM__UP], view);
+    uint64_t right = cohsm__breaks_near(&p->strip[COHSM__UP_RIGHT], view);
+    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH);
+    uint32_t run = cohsm__length(view - first), l, u, r;
     cohsm__prob *odds;
 
     for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
@@ -7961,8 +9106,8 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     return view;
 }
 
-/* Where the segment that began at first ends. The stretches between such views are asked as a whole, and then
-   for the place. */
+/* Codes where the segment that began at first ends, and returns that view. Stretches between views that are
+   coded one by one are coded as a whole, by whether the segment ends there, and then by the place. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;
@@ -8001,7 +9146,7 @@ static void cohsm__code_breaks(cohsm__packer *p)
     if (!p->c.out) cohsm__strip_breaks(t);
 }
 
-/* The grid value that a strip has at a view; views are asked in rising sequence. */
+/* Returns the grid value that a strip has at a view; the views of successive calls rise. */
 static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t view, uint32_t otherwise)
 {
     if (!t->count) return otherwise;
@@ -8009,25 +9154,26 @@ static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t
     return t->s[*at].hi;
 }
 
-/* The median of left, up and left + up - up_left: an edge, or else a plane, through three known
-   neighbours. */
+/* Returns the median of left, up and left + up - corner, which continues an edge, or else a plane, through
+   three known neighbours. */
 static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
 {
     uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
     return corner >= most ? least : corner <= least ? most : left + up - corner;
 }
 
-/* What is known when a segment's value is coded: of the neighbours at its middle, and of the two segments
-   before. */
+/* What is known when a segment's value is coded: values of the neighbours at the segment's middle, and those
+   of the two segments before. */
 typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
 
-/* In turn: the value before last, as where two surfaces flicker; the left and the upper one's; a
-   correction. */
+/* Codes a value by asking in turn whether it is the value before last, as where two surfaces flicker, or that
+   of the left or the upper neighbour, and else by a correction of the prediction. */
 static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint32_t value)
 {
     cohsm__odds *m = p->m;
     cohsm__coder *c = &p->c;
-    uint32_t last = a->before[1], h = a->history, guess, below, error, spread;
+    uint32_t last = a->before[1], h = a->history;
+    uint32_t guess, below, error, spread;
 
     if (cohsm__code_bit(c,
                         m->repeat + ((a->left == last ? 1u : 0u) | (a->up == last ? 2u : 0u) | (h & 7u) << 2 |
@@ -8052,7 +9198,8 @@ static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint
 static void cohsm__code_values(cohsm__packer *p)
 {
     cohsm__strip *t = &p->strip[COHSM__SELF];
-    uint32_t at[COHSM__SELF], i, end, middle, exact = 0;
+    uint32_t at[COHSM__SELF], i;
+    uint32_t end, middle, exact = 0;
     cohsm__around a;
 
     memset(at, 0, sizeof at);
@@ -8084,10 +9231,11 @@ static void cohsm__code_values(cohsm__packer *p)
 
 /* ---- pack: lists cut into blocks again ---- */
 
-/* How many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
+/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
 static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
 {
-    uint32_t n, least = grid, most = 0, exact = 0, k = 0, bits = 2, span;
+    uint32_t n, least = grid, most = 0, exact = 0;
+    uint32_t k = 0, bits = 2, span;
 
     for (n = 0; n < count && n < COHSM__MARKS; n++) {
         span = cohsm__segment_end(s, n, count, views) - s[0].first;
@@ -8103,7 +9251,8 @@ static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t
     return n;
 }
 
-/* How many segments each block takes: more than fit by their values, since the planner went by intervals. */
+/* Codes how many segments each block takes, which are more than would fit by their values, since the planner
+   went by intervals. */
 static uint32_t cohsm__code_blocks(cohsm__packer *p)
 {
     const cohsm__strip *t = &p->strip[COHSM__SELF];
@@ -8120,7 +9269,7 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
     return blocks;
 }
 
-/* The plan of exactly n segments; last: as those of a tail. */
+/* Makes the plan of exactly n segments; with last, as for a tail. */
 static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n,
                                const cohsm__grid *grid, uint32_t end, int last)
 {
@@ -8142,11 +9291,13 @@ static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint3
     return 1;
 }
 
-/* The decoded list as the builder would keep it, see cohsm__write_list. 0: no builder wrote this. */
+/* Writes the decoded list as the builder would keep it, see cohsm__write_list. Returns 0 if no builder wrote
+   this. */
 static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
 {
     const cohsm__segment *s = p->strip[COHSM__SELF].s;
-    uint32_t count = p->strip[COHSM__SELF].count, i, n, end, *block = p->list + (blocks + 1u) / 2u;
+    uint32_t count = p->strip[COHSM__SELF].count, i, n, end;
+    uint32_t *block = p->list + (blocks + 1u) / 2u;
     cohsm__plan plan;
 
     if (blocks > cohsm__blocks_bound(count)) return 0;
@@ -8162,7 +9313,7 @@ static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
     return 1;
 }
 
-/* The decoded list, laid where it belongs, if there is room. */
+/* Lays the decoded list where it belongs, if there is room. */
 static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint32_t blocks, cohsm__layout *l,
                             uint32_t *entry)
 {
@@ -8192,8 +9343,8 @@ static void cohsm__slide(cohsm__packer *p)
     t[COHSM__SELF] = spare;
 }
 
-/* Strips around a pixel of the range; index: of its lookup entry. Within a row all but the upper right one
-   are at hand. */
+/* Reads the strips around a pixel of the range; index is that of its lookup entry. Within a row all but the
+   upper right strip are there already. */
 static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_t pixel, size_t index,
                                const cohsm__lists *l)
 {
@@ -8216,8 +9367,8 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
 
 /* ---- pack: files ---- */
 
-/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its
-   header. COHSM_ERR_FORMAT: no builder wrote this, or there is no room for it. */
+/* Codes all lists of a block. The decoder writes the lists and the lookup into out, which is words with its
+   header. Returns COHSM_ERR_FORMAT if no builder wrote this, or if there is no room for it. */
 static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words,
                                       uint32_t *out, cohsm__part part)
 {
@@ -8245,7 +9396,7 @@ static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, 
     return COHSM_OK;
 }
 
-/* Segments of the longest list. */
+/* Returns how many segments the longest list has. */
 static uint32_t cohsm__longest(const cohsm_maps *m)
 {
     uint32_t longest = 1, n, b;
@@ -8260,7 +9411,7 @@ static uint32_t cohsm__longest(const cohsm_maps *m)
     return longest;
 }
 
-/* Memory of the work on a block: strips, and the order table's cells. */
+/* Returns the bytes of memory that the work on a block takes: strips, and the order table's cells. */
 static uint64_t cohsm__pack_work(const cohsm__header *h, uint32_t longest)
 {
     return (uint64_t)longest * (COHSM__STRIPS * sizeof(cohsm__segment) + 1) +
@@ -8304,7 +9455,7 @@ static size_t cohsm__pack_head(const cohsm__header *h)
     return COHSM__PACK_HEADER + 4 * ((size_t)COHSM__HEADER_WORDS + h->location_words);
 }
 
-/* The words that are not coded, in place, and the order table. */
+/* Puts the words that are not coded in their places, and makes the order table. */
 static cohsm_result cohsm__unpack_head(const uint8_t *data, const cohsm__allocator *a, const cohsm__header *h,
                                        uint32_t *words)
 {
@@ -8342,8 +9493,9 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
-/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for:
-   COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB for the probabilities and the object. */
+/* Unpacks a packed file of 16 bytes or more whose magic is known; all else in it may be hostile. It asks for
+   at most COHSM__PACK_MULTIPLE bytes of memory a byte of file, and 256 KB for the probabilities and the
+   object. */
 static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a,
                                   const cohsm__part *part, cohsm_maps **out)
 {
@@ -8381,8 +9533,8 @@ static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
     cohsm__put_u32(data + 12, longest);
 }
 
-/* Codes into data; COHSM_ERR_FORMAT where it would reach room. Filled up with zeros to what opening has to
-   see before it asks for memory. */
+/* Codes maps into data; returns COHSM_ERR_FORMAT if the code would reach room. The file is filled up with
+   zeros to the size that opening has to see before it asks for memory. */
 static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, const cohsm__part *part,
                                       uint8_t *data, size_t room, size_t *size)
 {
@@ -8410,8 +9562,8 @@ static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, con
     return COHSM_OK;
 }
 
-/* COHSM_ERR_FORMAT where data does not unpack to these maps: they are sound, but our builder did not write
-   them. */
+/* Returns COHSM_ERR_FORMAT if data does not unpack to these maps: they are sound, but our builder did not
+   write them. */
 static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const cohsm__part *part,
                                       const uint8_t *data, size_t size)
 {
@@ -8481,36 +9633,80 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *bytes)
 
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_bytes)
 {
+    cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_write");
     uint32_t i;
-    if (!m || !memory) return COHSM_ERR_ARGUMENT;
-    if (memory_bytes < 4 * (size_t)m->head.words) return COHSM_ERR_MEMORY;
+
+    if (!m) return COHSM_ERR_ARGUMENT;
+    if (!memory) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "memory", "is NULL");
+    if (memory_bytes < 4 * (size_t)m->head.words) {
+        cohsm__log_value(&log, "memory_bytes", (double)memory_bytes, "cohsm_info.bytes or more");
+        return COHSM_ERR_MEMORY;
+    }
     for (i = 0; i < m->head.words; i++) cohsm__put_u32((uint8_t *)memory + 4 * (size_t)i, m->words[i]);
     return COHSM_OK;
+}
+
+static cohsm_result cohsm__open_file(const uint8_t *file, size_t bytes, const cohsm__allocator *a,
+                                     const cohsm__part *part, cohsm_maps **out)
+{
+    if (bytes < 16) return COHSM_ERR_FORMAT;
+#ifndef COHSM_WITHOUT_PACK
+    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) return cohsm__unpack(file, bytes, a, part, out);
+#endif
+    if (cohsm__get_u32(file) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(file + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    return cohsm__open_plain(file, bytes, a, part, out);
+}
+
+/* Half of the progress is the trays', where some are wanted. */
+static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const cohsm__wish *wish,
+                                       const cohsm__logger *log, cohsm_maps **out)
+{
+    cohsm__allocator a;
+    cohsm__part part, opening;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
+
+    if (!data) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "data", "is NULL");
+    if (!out) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (!cohsm__services_of(wish->system, log, &a, &part)) return COHSM_ERR_DESC;
+    opening = cohsm__part_of(&part, 0.0f, wish->layout == COHSM_LAYOUT_COMPACT ? 1.0f : 0.5f);
+    result = cohsm__open_file((const uint8_t *)data, bytes, &a, &opening, &maps);
+    part = cohsm__part_of(&part, 0.5f, 1.0f);
+    if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, wish, part, out);
+    if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
+    if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, "layout", "asks for 256 GiB or more of trays");
+    return cohsm__ended(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,
                                   cohsm_maps **out)
 {
-    const uint8_t *file = (const uint8_t *)data;
-    cohsm__allocator a;
-    cohsm__part part;
+    cohsm__wish wish;
     cohsm__logger log = cohsm__logger_of(system, "cohsm_open");
 
-    if (!data) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "data", "is NULL");
-    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
-    if (bytes < 16) return COHSM_ERR_FORMAT;
-#ifndef COHSM_WITHOUT_PACK
-    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC)
-        return cohsm__ended(&log, cohsm__unpack(file, bytes, &a, &part, out));
-#endif
-    if (cohsm__get_u32(file) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
-    if (cohsm__get_u32(file + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
-    return cohsm__ended(&log, cohsm__open_plain(file, bytes, &a, &part, out));
+    wish.layout = COHSM_LAYOUT_COMPACT;
+    wish.bytes = 0;
+    wish.system = system;
+    return cohsm__open_wished(data, bytes, &wish, &log, out);
+}
+
+COHSM_DEF cohsm_result cohsm_open_as(const void *data, size_t bytes, cohsm_layout layout, size_t layout_bytes,
+                                     const cohsm_system *system, cohsm_maps **out)
+{
+    cohsm__wish wish;
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_open_as");
+
+    if ((unsigned)layout >= COHSM_LAYOUT_COUNT)
+        return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "layout", "is no COHSM_LAYOUT_...");
+    wish.layout = layout;
+    wish.bytes = layout_bytes;
+    wish.system = system;
+    return cohsm__open_wished(data, bytes, &wish, &log, out);
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

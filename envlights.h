@@ -1,23 +1,27 @@
-/* envlights.h - v1.0.0 - a sky as k directional lights whose energy is the sky's, for any renderer - MIT-0 OR Unlicense
+/* envlights.h - v1.0.0 - a sky as k directional lights, for any renderer - MIT-0 OR Unlicense
 
    What it does
 
-   Turns a radiance map of the surroundings into k directional lights, by importance, so that their energy is
-   the map's energy; follows a map that changes from frame to frame; moves lights inside their strata; says
-   what the lights leave out; and writes them as glTF. Methods: Agarwal, Ramamoorthi, Belongie and Jensen,
-   "Structured importance sampling of environment maps", SIGGRAPH 2003; Debevec, "A median cut algorithm for
-   light probe sampling", 2005; Viriyothai and Debevec, "Variance minimization light probe sampling", 2009;
-   and inversion of the distribution.
+   Turns a radiance map of the surroundings into k directional lights, by importance, so that the lights have
+   the energy of the map; follows a map that changes from frame to frame; moves lights inside their strata;
+   computes what the lights leave out; and writes the lights as glTF. The lights are those of Knuth and
+   Fuhrmann, "Self-Shadowing of Dynamic Scenes with Environment Maps using the GPU", WSCG 2005, whose shadows
+   are in envshadow.h. There are four methods: Agarwal, Ramamoorthi, Belongie and Jensen, "Structured
+   importance sampling of environment maps", SIGGRAPH 2003, which that paper takes; Debevec, "A median cut
+   algorithm for light probe sampling", 2005; Viriyothai and Debevec, "Variance minimization light probe
+   sampling", 2009; and inversion of the distribution.
 
    What it does not do
 
-   - Lights are at infinity: no light enters from inside the scene, and all of it sees the same map.
-   - No shadows: envshadow.h renders a map for each light, csm.h and any ray tracer take lights too.
-   - No rendering of pictures, no file access, no threads.
+   - Lights are infinitely far away: no light comes from a place inside the scene, and every point of the
+     scene sees the same map.
+   - It computes no shadows: envshadow.h renders a shadow map for each light; csm.h and any ray tracer can
+     take the lights too.
+   - It renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define ENVLIGHTS_IMPLEMENTATION
        #include "envlights.h"
@@ -43,49 +47,55 @@
 
    Conventions
 
-   Right-handed, +Y up (in a scene with Z up turn the lights by envlt_rotate); matrices are column-major
-   float[16]; directions have unit length and point to the light; angles in radians, radiance in W/(sr m^2),
-   irradiance in W/m^2.
+   Coordinates are right-handed and +Y is up (turn the lights by envlt_rotate for a scene whose up is Z);
+   matrices are column-major float[16]; directions have unit length and point to the light; angles are in
+   radians, radiance in W/(sr m^2), irradiance in W/m^2.
 
      map        the environment: radiance of all directions, latitude-longitude or six cube faces, one float
                 RGB a texel
      light      a directional light that stands for a stratum
-     stratum    a region of the map, given to one light: radiance x solid angle is summed into it, per channel
-     extent     how far the stratum's radiance spreads about the light's direction: an ellipse of two half
-                axes
+     stratum    a region of the map that one light stands for: the light's irradiance is the sum of
+                radiance x solid angle over the stratum, for each channel
+     extent     how far the stratum's radiance spreads about the light's direction: an ellipse, given by its
+                two half axes
 
-   Latitude-longitude: row 0 is +Y, v = acos(y) / pi from the top, u = 0.5 + atan2(z, x) / (2 pi). Cube: faces
-   +X -X +Y -Y +Z -Z one after another, each as OpenGL stores it.
+   A latitude-longitude map has +Y in row 0; a direction lies at v = acos(y) / pi from the top and
+   u = 0.5 + atan2(z, x) / (2 pi) from the left. A cube map has its faces +X -X +Y -Y +Z -Z one after another,
+   each as OpenGL stores it.
 
    How it works
 
-   Texels weigh radiance x solid angle, computed exactly. STRUCTURED thresholds the map into six layers,
-   shares lights out among connected bright regions by importance L min(w, 0.01 sr)^(1/4) and spreads them by
-   farthest-first traversal; MEDIAN_CUT halves energy along the longer side; VARIANCE cuts where the spread
-   of directions falls most; CDF inverts the cumulative distribution on a grid of (i + 0.5) / n. Cuts of
-   latitude-longitude maps begin at the column of least energy, so that turning the map turns the lights.
+   The energy of a texel is its luminance x its solid angle, which is computed exactly. STRUCTURED thresholds
+   the map into six layers, shares the lights out among the connected bright regions by the importance
+   L min(w, 0.01 sr)^(1/4) of a region with energy L and solid angle w, and spreads them within a region by
+   farthest-first traversal. MEDIAN_CUT cuts a region across its longer side into two of the same energy.
+   VARIANCE cuts a region where the cut lowers the spread of directions most. CDF inverts the cumulative
+   distribution at the points (i + 0.5) / n of a grid. Cuts of latitude-longitude maps begin at the column of
+   least energy, so that turning the map turns the lights.
 
    From the paper to the code
 
-     Knuth 2005, 3, importance sampling    envlt_create                  T17 T18 T19 T20 T22
-     Knuth 2005, 3, rotation of the map    envlt_rotate                  T21
-     Knuth 2005, 3, jitter in a stratum    envlt_jitter                  T15
-     Knuth 2005, 6, size of the light      axis_u and axis_v of          envlt_light
-     Agarwal 2003, structured sampling     ENVLT_METHOD_STRUCTURED of    envlt_create
-     Debevec 2005, median cut              ENVLT_METHOD_MEDIAN_CUT of    envlt_create
-     Viriyothai 2009, minimum variance     ENVLT_METHOD_VARIANCE of      envlt_create
-     solid angles                          envlt_texel_solid_angle       T11 T12 T13
-     sums over large maps                  envlt_create                  T16
+     Knuth 2005, 3, Fig. 1, importance     envlt_create                            T17 T18 T19 T20 T22
+     Knuth 2005, 3, rotation of the map    envlt_rotate                            T21
+     Knuth 2005, 3, jitter in a stratum    envlt_jitter                            T15
+     Knuth 2005, 6, size of the light      envlt__find_extent; axis_u, axis_v of envlt_light
+     Agarwal 2003, structured sampling     envlt__run_structured (ENVLT_METHOD_STRUCTURED)
+     Debevec 2005, median cut              envlt__run_median (ENVLT_METHOD_MEDIAN_CUT)
+     Viriyothai 2009, minimum variance     envlt__best_cut (ENVLT_METHOD_VARIANCE)
+     inversion of the distribution         envlt__run_inversion (ENVLT_METHOD_CDF)
+     solid angles                          envlt_texel_solid_angle                 T11 T12 T13
+     sums over large maps                  envlt_create                            T16
 
    The knobs, and what each trades:
 
-     light_count   fewer lights: shadow edges of single lights; a renderer's time and memory grow with k
-     method        VARIANCE has the smallest errors by measurement (docs/measured/envlights.md)
-     split_sun     a small bright spot becomes a light of its own, with the sun's extent instead of its
-                   surroundings'
-     hemisphere    leaves out what is below the horizon, so that no light is spent on it
+     light_count   With few lights the shadow edges of single lights can be seen; with many a renderer needs
+                   more time and memory.
+     method        VARIANCE has the smallest errors by measurement (docs/measured/envlights.md).
+     split_sun     A small bright spot becomes a light of its own, with the extent of the spot and not of its
+                   surroundings.
+     hemisphere    Directions below the horizon are left out, so that no light is spent on them.
 
-   Memory: 76 bytes a texel of the map while building (79 with split_sun), 16 kept.
+   A build takes 76 bytes of memory for each texel of the map (79 with split_sun), and keeps 16 of them.
 
    Configuration
 
@@ -96,12 +106,13 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envlt_result; where it is not ENVLT_OK, outputs are untouched and nothing leaks.
-   There are no globals; const objects may be read by any number of threads, one that is written belongs to
-   one. Lights have the same bytes on every compiler and byte order (not with x87 arithmetic, nor clang's
-   -ffast-math).
+   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched and nothing
+   leaks. There are no globals: any number of threads may read the same lights at once; a call that changes
+   them needs them to itself. Lights have the same bytes on every compiler and byte order (not with x87
+   arithmetic, nor clang's -ffast-math).
 
-   Cost: docs/measured/envlights.md, build/bench envshadow_lights. History: CHANGELOG.md. Licence: at the end. */
+   Cost: docs/measured/envlights.md, build/bench envshadow_lights.   History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef ENVLIGHTS_H
 #define ENVLIGHTS_H
 
@@ -154,7 +165,7 @@ typedef enum envlt_result {
     ENVLT_RESULT_COUNT
 } envlt_result;
 
-typedef enum envlt_projection {
+typedef enum envlt_projection {     /* how the sphere of directions lies on a map */
     ENVLT_PROJECTION_DEFAULT,       /* = ENVLT_PROJECTION_LATLONG */
     ENVLT_PROJECTION_LATLONG,       /* latitude and longitude: row 0 is +Y */
     ENVLT_PROJECTION_CUBE,          /* six faces, +X -X +Y -Y +Z -Z */
@@ -163,22 +174,22 @@ typedef enum envlt_projection {
 
 typedef struct envlt_map {          /* the sky */
     envlt_projection projection;
-    uint32_t     width, height;     /* of the map, or of a face of a cube: those are squares. At most 2^27
-                                       texels in all */
-    const float *rgb;               /* linear radiance of each texel; row 0 first, the faces of a cube one
-                                       after another */
+    uint32_t     width, height;     /* of the map, or of one face of a cube, which must be a square; at most
+                                       2^27 texels in all */
+    const float *rgb;               /* linear radiance of each texel, W/(sr m^2); row 0 first, the faces of a
+                                       cube one after another */
     size_t       texel_stride;      /* bytes from one texel to the next, a multiple of 4, >= 12; 0 = 12 */
 } envlt_map;
 
 typedef struct envlt_light {        /* a directional light that stands for a stratum, a region of the map */
-    float    direction[3];          /* unit, to the light: mean of the stratum's directions, weighted by
-                                       luminance */
-    float    irradiance[3];         /* on a plane that faces it: radiance x solid angle over the stratum,
-                                       W/m^2 */
+    float    direction[3];          /* unit, towards the light: the mean of the stratum's directions, weighted
+                                       by luminance */
+    float    irradiance[3];         /* of a surface that faces the light, W/m^2: the sum of radiance x solid
+                                       angle over the stratum */
     float    solid_angle;           /* of the stratum, sr */
-    float    axis_u[3], axis_v[3];  /* extent: half axes of the ellipse with the spread of its radiance, at
-                                       right angles to direction and each other; |axis_u| >= |axis_v|,
-                                       tangents of angles, below 1e3 */
+    float    axis_u[3], axis_v[3];  /* extent: half axes of the ellipse over which the stratum's radiance
+                                       spreads, at right angles to direction and to each other, with
+                                       |axis_u| >= |axis_v|. Lengths are tangents of angles, below 1e3 */
     uint32_t id;                    /* stays with a light through envlt_follow and envlt_match */
     uint32_t flags;                 /* ENVLT_LIGHT_SUN or 0 */
 } envlt_light;
@@ -191,38 +202,44 @@ typedef struct envlt_stats envlt_stats;     /* what a call counted: below */
 
 ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
                                     envlt_stats *stats);
-/* Makes lights whose energy is the map's, which envlt_free takes back. The map is not kept.
+/* Makes lights that together have the energy of the map. The map is not kept.
    desc    NULL = all defaults: 128 lights by minimum variance
-   out     written on ENVLT_OK only; a black map gives 0 lights
-   stats   may be NULL
+   out     receives the lights, on ENVLT_OK only; give them back by envlt_free. A black map gives 0 lights
+   stats   may be NULL; receives what the call counted, on ENVLT_OK only
    Errors  ENVLT_ERR_ARGUMENT (NULL, a side of 0, the stride), ENVLT_ERR_DESC, ENVLT_ERR_INPUT (the
-           projection, or faces that are not squares), ENVLT_ERR_LIMIT, ENVLT_ERR_ALLOC
-   Cost    about 20 ms for 1024 x 512 texels and 300 lights; O(texels log k) */
+           projection, or faces that are not squares), ENVLT_ERR_LIMIT (too many texels), ENVLT_ERR_ALLOC
+   Cost    about 20 ms for 1024 x 512 texels and 300 lights; the time is O(texels log k) */
 
 ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32_t *count);
-/* Returns the lights, valid until the next envlt_follow or envlt_free. envshadow.h takes them as they lie
-   there. NULL for NULL; count may be NULL. */
+/* Returns the array of lights, which is valid until the next envlt_follow or envlt_free, and writes how many
+   there are. envshadow.h can read the array as it is: envsh_lights with a stride of sizeof(envlt_light).
+   lights  NULL gives NULL and a count of 0
+   count   may be NULL */
 
 ENVLT_DEF envlt_result envlt_follow(envlt_lights *lights, const envlt_map *map, uint32_t light_count,
                                     envlt_stats *stats);
-/* Takes the next frame of a video map, or another number of lights. Strata stay, so that a light moves by
-   what changed inside its own; where the video has made shares very uneven, at most an eighth of the lights,
-   or as many as light_count asks for, begin anew (with a new id) by splitting the stratum that spreads most,
-   and the two neighbours that lose least are merged. The same map and count give the same bytes (after
-   ENVLT_METHOD_CDF from the second call on: it then takes mean directions).
-   light_count  0 = as before; where the map was too black for that, as many as were asked for, as soon as
-                another has the texels: all begin anew then. So give what keeps the lights room for as many as
-                you ask for
-   Errors  those of envlt_create; ENVLT_ERR_MISMATCH for a map of another size or projection. The lights are
-           as they were
-   Cost    O(texels + k^2), and O(texels) for each light that begins anew, of its stratum only. Memory: 32
-           bytes a texel meanwhile, 37 with split_sun */
+/* Changes the lights to those of the next frame of a video map, or to another number of lights. Each light
+   keeps its stratum, so that it moves only by what changed there. If the video has made the shares of the
+   lights very uneven, the stratum that spreads most is split, and the two neighbours that lose least by it
+   are merged, for at most an eighth of the lights a call; lights that come of a split have a new id. The map
+   and count of the call before change nothing (but for the first call after ENVLT_METHOD_CDF, from which on
+   these lights take mean directions).
+   map          of the size and projection that envlt_create was given
+   light_count  the number of lights wanted, 1..ENVLT_MAX_LIGHTS; 0 = as many as there are. If an earlier map
+                had fewer lit texels than lights were wanted, as a nearly black sky does, 0 still wants that
+                number: the first map with more lit texels builds all lights anew, with new ids. So a copy of
+                the lights needs room for the number wanted, not for the number that came
+   stats        may be NULL; receives what the call counted, on ENVLT_OK only
+   Errors       those of envlt_create; ENVLT_ERR_ARGUMENT also for light_count; ENVLT_ERR_MISMATCH (a map of
+                another size or projection). The lights stay as they were
+   Cost         time is O(texels + k^2), and for each split the time of the stratum's texels; memory
+                meanwhile is 32 bytes a texel, 37 with split_sun */
 
 ENVLT_DEF void envlt_free(envlt_lights *lights);
-/* Takes back the lights and their memory; NULL is allowed. */
+/* Gives back the lights and their memory. NULL is allowed. */
 
 ENVLT_DEF const char *envlt_result_text(envlt_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- memory, threads, progress, log: the caller's ---- */
 
@@ -251,113 +268,130 @@ typedef struct envlt_system {       /* all zero: malloc and free, this thread al
 
 /* ---- settings and counts ---- */
 
-typedef enum envlt_method {
+typedef enum envlt_method {         /* how the map is cut into strata: "How it works" above */
     ENVLT_METHOD_DEFAULT,           /* = ENVLT_METHOD_VARIANCE, the best by measurement
                                        (docs/measured/envlights.md) */
-    ENVLT_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003. All methods are
-                                       this one where a cube map becomes fewer than 6 lights (the sun not
-                                       counted) */
-    ENVLT_METHOD_MEDIAN_CUT,        /* Debevec 2005, for any number of lights */
+    ENVLT_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003. A cube map with
+                                       fewer than 6 lights, the sun not counted, is cut by this method
+                                       whatever you set */
+    ENVLT_METHOD_MEDIAN_CUT,        /* median cut, Debevec 2005, for any number of lights */
     ENVLT_METHOD_VARIANCE,          /* minimum variance, after Viriyothai and Debevec 2009 */
-    ENVLT_METHOD_CDF,               /* stratified inversion of the distribution: the baseline */
+    ENVLT_METHOD_CDF,               /* inversion of the cumulative distribution, the simplest of the four */
     ENVLT_METHOD_COUNT
 } envlt_method;
 
-#define ENVLT_MAX_LIGHTS 8192u
+#define ENVLT_MAX_LIGHTS 8192u      /* the most lights that envlt_create makes */
 
 struct envlt_desc {                 /* zero it, then set what you care about */
     envlt_system system;
-    uint32_t     light_count;       /* k, 1..ENVLT_MAX_LIGHTS; 0 = 128. Fewer come where the map has fewer lit
-                                       texels, or cuts fall into single texels or below the horizon: take the
-                                       count that comes */
+    uint32_t     light_count;       /* k, 1..ENVLT_MAX_LIGHTS; 0 = 128. There may be fewer lights, if the map
+                                       has fewer lit texels or cuts fall into single texels or below the
+                                       horizon: use the count of envlt_get_lights */
     envlt_method method;
     int          hemisphere;        /* not 0: only directions with y > 0 count */
-    int          split_sun;         /* not 0: a small spot that outshines a light's share becomes light 0 of
-                                       its own, here or when it comes up in envlt_follow; where it goes out,
-                                       light 0 stays what it was until there is a spot again */
+    int          split_sun;         /* not 0: the brightest spot becomes light 0, with a stratum of its own,
+                                       if it is smaller than 0.03 sr and has at least a light's share of the
+                                       energy. A spot that comes up later does so in envlt_follow; after a
+                                       spot went out, light 0 stays where it was until there is one again */
 };
 
-struct envlt_stats {
-    uint32_t lights;                /* how many there are now */
-    uint32_t changed;               /* envlt_follow: lights that were split off, and thus begin anew */
-    uint64_t bad_texels;            /* with a channel that is not finite, negative or above 1e30: it counts as
-                                       0 */
-    double   energy[3];             /* integral of the map over what counts, W/m^2 */
-    float    largest_move;          /* envlt_follow: of a light that stayed, radians */
-    float    mean_move;             /* the same, weighted by energy */
-    size_t   peak_bytes;            /* asked of the allocator at once, kept memory included */
+struct envlt_stats {                /* what envlt_create and envlt_follow counted */
+    uint32_t lights;                /* how many lights there are now */
+    uint32_t changed;               /* envlt_follow: how many lights have a new id */
+    uint64_t bad_texels;            /* texels with a channel that is not finite, negative or above 1e30; such
+                                       a channel counts as 0 */
+    double   energy[3];             /* integral of radiance over all directions that count, W/m^2 */
+    float    largest_move;          /* envlt_follow: the largest angle by which a light that kept its id
+                                       turned, radians */
+    float    mean_move;             /* the mean of these angles, weighted by energy */
+    size_t   peak_bytes;            /* the most bytes that the allocator had given out at once */
 };
 
 /* ---- turning, jittering, matching ---- */
 
 ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16]);
-/* Turns directions and extents with the environment (Knuth and Fuhrmann, section 3). The lengths of extents
-   do not change.
-   rotation  columns at right angles and of equal length within 1e-4, of length 1 within 1e-3, else
-             ENVLT_ERR_INPUT */
+/* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
+   lengths of extents do not change.
+   rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
+   Errors    ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_INPUT (not a rotation) */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
                                     envlt_light *out);
-/* Writes the same lights with directions inside their strata, chosen in proportion to luminance, other ones
-   each frame (a low-discrepancy sequence): the mean of many frames tends to the exact picture. Energy stays
-   exact in each frame. Extents stay as they are, at right angles to the light's own direction.
-   out     as many as there are lights */
+/* Writes the lights with other directions, each of them inside the light's stratum and chosen in proportion
+   to luminance. Each frame has its own directions, by a low-discrepancy sequence, so that the mean of many
+   frames tends to the exact picture. Energy is exact in each frame. Extents stay as they are, at right angles
+   to the direction that the light had before.
+   frame   the number of the frame
+   seed    another seed gives other directions
+   out     receives as many lights as there are
+   Errors  ENVLT_ERR_ARGUMENT (NULL) */
 
 ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previous_count, envlt_light *lights,
                                    uint32_t count);
-/* Reorders the lights of another build, for maps that change their size or method: the previous lights,
-   brightest first, give place and id to the nearest light that is left. Of more previous lights than there
-   are now the faintest are forgotten, and a light whose place is beyond count takes a forgotten one's. The
-   rest follow with new ids.
+/* Reorders the lights of a new build so that each stands where a previous light like it stood, with the same
+   id, for maps that change their size or method. The previous lights, brightest first, give their place and
+   id to the nearest light that is left. If there are more previous lights than new ones, the faintest
+   previous lights are forgotten, and a light whose place is beyond count takes the place of a forgotten one.
+   If there are fewer, the other new lights follow with new ids.
+   Errors  ENVLT_ERR_ARGUMENT (NULL)
    Cost    O(previous_count x count) */
 
 /* ---- what a light stands for, and what all of them leave out ---- */
 
-#define ENVLT_NO_LIGHT UINT32_MAX   /* stratum of texels below the horizon of hemisphere */
+#define ENVLT_NO_LIGHT UINT32_MAX   /* in place of the light of a texel that no light stands for: below the
+                                       horizon with hemisphere, or in a black map */
 
 ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
-/* Returns for each texel of the map the index of its light, or ENVLT_NO_LIGHT. count, which may be NULL, is
-   that of the texels. */
+/* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
+   how many texels there are. The array is valid until the next envlt_follow or envlt_free.
+   lights  NULL gives NULL and a count of 0
+   count   may be NULL */
 
 ENVLT_DEF envlt_result envlt_residual(const envlt_lights *lights, const envlt_map *map, float *rgb);
-/* Writes map minus lights, each light spread evenly over its stratum: 3 floats a texel, negative ones too;
-   their integral over every stratum is 0 in every channel. For glossy or unshadowed detail by your own means.
-   Errors  those of a map; ENVLT_ERR_MISMATCH for one of another size or projection */
+/* Writes the radiance of the map minus that of the lights, each light spread evenly over its stratum: what a
+   renderer may add by other means, glossy or without shadows. The integral over every stratum is 0 in every
+   channel.
+   rgb     receives 3 floats a texel, negative ones too
+   Errors  ENVLT_ERR_ARGUMENT, ENVLT_ERR_INPUT, ENVLT_ERR_LIMIT (as for envlt_create), ENVLT_ERR_MISMATCH (a
+           map of another size or projection) */
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *lights, const envlt_map *map, float sh[27]);
-/* Writes map minus lights as directions, in 9 spherical harmonics x 3 channels (sh[3 j + channel]); those of
-   j = 0 are 0 but for rounding, since energy is exact. envlt_sh_irradiance of it makes unshadowed shading
-   exact to that order.
-   Errors  as envlt_residual */
+/* Writes the radiance of the map minus that of the lights, each light at its direction, as 9 spherical
+   harmonics for each channel. If you add envlt_sh_irradiance of them, shading without shadows is exact to
+   that order.
+   sh      receives sh[3 j + channel] for harmonic j; j = 0 is 0 but for rounding, since energy is exact
+   Errors  those of envlt_residual */
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3]);
-/* Writes the irradiance of a surface with that unit normal, W/m^2; it may be negative for a residual. */
+/* Writes the irradiance that radiance given as harmonics makes on a surface, W/m^2. It may be negative if the
+   harmonics are those of a residual.
+   normal  unit */
 
 /* ---- glTF ---- */
 
 ENVLT_DEF size_t envlt_gltf_bytes(const envlt_light *lights, uint32_t count);
-/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text. 0 for NULL. */
+/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text; 0 for NULL. */
 
 ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t count, char *text, size_t bytes);
-/* Writes a glTF 2.0 document with a node and a KHR_lights_punctual directional light for each, and a zero
-   behind it. W/m^2 go where lux are expected. Numbers that are not finite become 0.
-   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY: fewer bytes than envlt_gltf_bytes says; nothing is
-           written */
+/* Writes a glTF 2.0 document with a node and a directional light of KHR_lights_punctual for each light, and a
+   zero at the end of the text. Intensities are written in W/m^2, where glTF expects lux. Numbers that are not
+   finite become 0.
+   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY (fewer bytes than envlt_gltf_bytes returns) */
 
 /* ---- texels of a map ---- */
 
 ENVLT_DEF double envlt_texel_solid_angle(envlt_projection projection, uint32_t width, uint32_t height,
                                          uint32_t x, uint32_t y);
-/* Returns the steradians of texel x, y (of any face of a cube), exactly: all texels add up to 4 pi. 0 outside
-   the map. */
+/* Returns the solid angle of texel x, y in steradians, exactly: all texels of a map add up to 4 pi. It is the
+   same on all faces of a cube. Returns 0 for texels outside the map. */
 
 ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width, uint32_t height,
-                                     uint32_t face,
-                                     float x, float y, float direction[3]);
-/* Writes the unit direction of the point x, y in texels from the top left corner; + 0.5 is a texel's centre.
-   face    of a cube, else 0
-   x, y    beyond the map the direction goes on round the sphere, or on the face's plane, to 8 times the map's
-           size; what is not finite counts as 0 */
+                                     uint32_t face, float x, float y, float direction[3]);
+/* Writes the unit direction towards the point x, y of a map.
+   face    0..5 of a cube, else 0
+   x, y    in texels from the top left corner: x + 0.5, y + 0.5 is the centre of texel x, y. Beyond the map
+           the direction goes on round the sphere, or on the plane of the face, to 8 times the map's size; a
+           number that is not finite counts as 0 */
 
 #ifdef __cplusplus
 }
@@ -367,7 +401,7 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
 
 /* ==== src/envlights/begin.h ==== */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(ENVLIGHTS_IMPLEMENTATION) && !defined(ENVLIGHTS_IMPLEMENTED)
 #define ENVLIGHTS_IMPLEMENTED
@@ -378,12 +412,12 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define ENVLT__FINITE_MATH 1
 #else
@@ -399,7 +433,6 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -421,7 +454,7 @@ static inline void envlt__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int envlt__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -429,7 +462,7 @@ static inline int envlt__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int envlt__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -445,7 +478,7 @@ static inline envlt__allocator envlt__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *envlt__alloc(const envlt__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -464,17 +497,17 @@ static inline void envlt__free(const envlt__allocator *a, void *memory)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* ENVLT__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define ENVLT__COLD __attribute__((cold))
 #else
 #define ENVLT__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct envlt__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -483,7 +516,7 @@ typedef struct envlt__logger {
 
 typedef struct envlt__message { char text[256]; size_t used; } envlt__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline ENVLT__COLD void envlt__message_text(envlt__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -500,8 +533,8 @@ static inline ENVLT__COLD void envlt__message_count(envlt__message *m, uint64_t 
     envlt__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline ENVLT__COLD int envlt__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -520,7 +553,8 @@ static inline ENVLT__COLD int envlt__message_digits(double value, char digits[8]
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline ENVLT__COLD void envlt__message_number(envlt__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -560,7 +594,7 @@ static inline ENVLT__COLD void envlt__message_number(envlt__message *m, double v
     for (i = count; i <= exponent; i++) envlt__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline ENVLT__COLD void envlt__message_begin(envlt__message *m, const envlt__logger *logger, const char *field)
 {
     m->used = 0;
@@ -569,7 +603,7 @@ static inline ENVLT__COLD void envlt__message_begin(envlt__message *m, const env
     envlt__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline ENVLT__COLD void envlt__log_text(const envlt__logger *logger, const char *field, const char *text)
 {
     envlt__message m;
@@ -580,8 +614,10 @@ static inline ENVLT__COLD void envlt__log_text(const envlt__logger *logger, cons
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline ENVLT__COLD void envlt__log_value(const envlt__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline ENVLT__COLD void envlt__log_value(const envlt__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     envlt__message m;
     if (!logger->log) return;
@@ -594,7 +630,6 @@ static inline ENVLT__COLD void envlt__log_value(const envlt__logger *logger, con
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -648,8 +683,8 @@ static inline envlt__v3 envlt__v3_cross(envlt__v3 a, envlt__v3 b)
     return envlt__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline envlt__v3 envlt__v3_normalize(envlt__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -664,7 +699,8 @@ static inline envlt__v3 envlt__v3_normalize(envlt__v3 a)
     return envlt__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int envlt__finite(float x)
 {
     uint32_t bits;
@@ -672,8 +708,8 @@ static inline int envlt__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void envlt__v3_basis(envlt__v3 n, envlt__v3 *b1, envlt__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -684,7 +720,6 @@ static inline void envlt__v3_basis(envlt__v3 n, envlt__v3 *b1, envlt__v3 *b2)
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline envlt__v3 envlt__m4_direction(const float *m, envlt__v3 d)
@@ -693,7 +728,7 @@ static inline envlt__v3 envlt__m4_direction(const float *m, envlt__v3 d)
                      m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int envlt__m4_is_affine(const float *m)
 {
     int i;
@@ -702,8 +737,9 @@ static inline int envlt__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int envlt__m4_is_rigid_uniform(const float *m, float *scale)
 {
     envlt__v3 x = envlt__v3_load(m), y = envlt__v3_load(m + 4), z = envlt__v3_load(m + 8);
@@ -728,14 +764,14 @@ static inline int envlt__m4_is_rigid_uniform(const float *m, float *scale)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float envlt__from_bits(uint32_t bits)
 {
@@ -751,22 +787,22 @@ static inline uint32_t envlt__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
 static inline float envlt__copysign(float x, float s)
 {
     return envlt__from_bits((envlt__to_bits(x) & 0x7fffffffu) | (envlt__to_bits(s) & 0x80000000u));
 }
 
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
+/* Returns a if yes is 1 and b if it is 0, without a branch: compilers turn a chain of ?: with one condition
+   into a branch, and then do not vectorise the loop round it. */
 static inline float envlt__either(int yes, float a, float b)
 {
     uint32_t mask = 0u - (uint32_t)yes;
     return envlt__from_bits((envlt__to_bits(a) & mask) | (envlt__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void envlt__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -775,7 +811,8 @@ static inline void envlt__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -792,15 +829,15 @@ static inline float envlt__cos(float x)
     return c;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
+/* Returns asin of 0 <= x <= 0.5, with z = x * x. The functions made of it have an absolute error of 3e-7. */
 static inline float envlt__asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = envlt__acos_rooted(x, sqrtf(envlt__acos_square(x))). */
+/* acos(x) is envlt__acos_rooted(x, sqrtf(envlt__acos_square(x))). The square root stands apart, since C compilers do
+   not vectorise it. Above a half, asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)) keeps acos exact near 0. */
 static inline float envlt__acos_square(float x)
 {
     float a = fabsf(x);
@@ -832,10 +869,10 @@ static inline float envlt__asin(float x)
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t envlt__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -848,28 +885,28 @@ static inline uint32_t envlt__hash_combine(uint32_t a, uint32_t b)
     return envlt__hash32(a + 0x9e3779b9u * envlt__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float envlt__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
 /* ==== src/shared/cdf.h ==== */
 
-
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
-/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
-   cell i, sums[count] the total; the array is the caller's. */
+/* A distribution over cells. sums[i] is the sum of the weights before cell i and sums[count] that of all;
+   the array is the caller's. Sums are double, since a float sum of 1e6 small weights is wrong in the third
+   digit. */
 typedef struct envlt__cdf { const double *sums; uint32_t count; } envlt__cdf;
 
 typedef struct envlt__cdf_sample {
     uint32_t index;
     float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
-    float    probability;   /* of the cell; 0 only where all weights are 0 */
+    float    probability;   /* of the cell; 0 only if all weights are 0 */
 } envlt__cdf_sample;
 
 static inline double envlt__cdf_total(const envlt__cdf *cdf) { return cdf->sums[cdf->count]; }
 
-/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
-   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
+/* Returns the cell i with sums[i] <= u * total < sums[i + 1]. The strict upper bound keeps empty cells out,
+   even at u = 0, and keeps the index in range for u below 1. u outside [0, 1) is clamped. */
 static inline envlt__cdf_sample envlt__cdf_sample_at(const envlt__cdf *cdf, float u)
 {
     envlt__cdf_sample s;
@@ -888,7 +925,7 @@ static inline envlt__cdf_sample envlt__cdf_sample_at(const envlt__cdf *cdf, floa
         if (cdf->sums[mid] <= x) lo = mid;
         else hi = mid;
     }
-    /* Only where x rounded up to a total of denormal size. */
+    /* This happens only if x was rounded up to a total of denormal size. */
     while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
     width = cdf->sums[lo + 1u] - cdf->sums[lo];
     f = (x - cdf->sums[lo]) / width;
@@ -929,7 +966,14 @@ static envlt_result envlt__refuse(const envlt__logger *logger, const char *field
     return result;
 }
 
-/* Does the same with a text in place of the value. */
+/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
+static envlt_result envlt__end_call(const envlt__logger *logger, envlt_result result)
+{
+    if (result == ENVLT_ERR_ALLOC) envlt__log_text(logger, "system.allocator", "returned no memory");
+    return result;
+}
+
+/* Does what envlt__refuse does, with a text in place of the value. */
 static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *field, const char *text,
                                        envlt_result result)
 {
@@ -2512,7 +2556,7 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
     if (!d.light_count) d.light_count = 128;
     if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
     l = envlt__make_empty(&d, map, texels);
-    if (!l) return ENVLT_ERR_ALLOC;
+    if (!l) return envlt__end_call(&logger, ENVLT_ERR_ALLOC);
     result = envlt__make_grid(&grid, map, d.hemisphere, ENVLT_NO_LIGHT, &l->allocator);
     l->roll = grid.roll;
     l->strata = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->strata);
@@ -2523,7 +2567,7 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
     envlt__free(&l->allocator, grid.memory);
     if (result != ENVLT_OK) {
         envlt_free(l);
-        return result;
+        return envlt__end_call(&logger, result);
     }
     if (stats) envlt__fill_stats(l, &grid, stats);
     *out = l;
@@ -2563,7 +2607,10 @@ ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *c
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *l, uint32_t frame, uint32_t seed, envlt_light *out)
 {
     uint32_t i;
-    if (!l || (!out && l->count)) return ENVLT_ERR_ARGUMENT;
+    envlt__logger logger;
+    if (!l) return ENVLT_ERR_ARGUMENT;
+    logger = envlt__make_logger(&l->desc.system, "envlt_jitter");
+    if (!out && l->count) return envlt__refuse_text(&logger, "out", "is NULL", ENVLT_ERR_ARGUMENT);
     for (i = 0; i < l->count; i++) {
         uint32_t hash = envlt__hash_combine(seed, l->list[i].id), t, row, column;
         uint32_t first = l->start[i], a, b;
@@ -3029,7 +3076,7 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     }
     envlt__close_follow(&f);
     envlt__free(&l->allocator, g.memory);
-    return anew ? envlt__rebuild_lights(l, map, asked, stats) : result;
+    return anew ? envlt__rebuild_lights(l, map, asked, stats) : envlt__end_call(&logger, result);
 }
 
 /* ==== src/envlights/match.h ==== */
@@ -3372,7 +3419,6 @@ ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], fl
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

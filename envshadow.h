@@ -1,24 +1,25 @@
-/* envshadow.h - v1.0.0 - environment-map shadows: many directional lights with shadow maps - MIT-0 OR Unlicense
+/* envshadow.h - v1.0.0 - many directional lights with shadow maps, such as a sky's - MIT-0 OR Unlicense
 
    What it does
 
    Takes directional lights, lays out, fits and (on the CPU) renders one shadow map for each, and shades
    arrays of points with all of them in one pass: hundreds of lights that stand for a sky, as envlights.h
-   makes them, or your own. After Knuth and Fuhrmann, "Self-Shadowing of Dynamic Scenes with Environment Maps
-   using the GPU", WSCG 2005. Nothing is computed on the geometry beforehand: it may deform, tear, be open or
-   intersect itself.
+   makes them, or your own. The method is that of Knuth and Fuhrmann, "Self-Shadowing of Dynamic Scenes with
+   Environment Maps using the GPU", WSCG 2005. Nothing is computed on the geometry beforehand: the geometry
+   may deform, tear, be open or intersect itself.
 
    What it does not do
 
-   - Lights are at infinity: no light enters from inside the scene. envlights.h turns a sky into lights.
-   - k shadow maps see k directions. Too few lights show as separate shadow edges; too small maps as jagged
-     ones, and walls thinner than the filter's radius and four texels may leak. docs/envshadow.md has pictures
-     and figures.
-   - No bounced light, no rendering of pictures, no file access, no threads of its own.
+   - Lights are infinitely far away: no light comes from a place inside the scene. envlights.h turns a sky
+     into lights.
+   - k shadow maps see k directions. Too few lights show as separate shadow edges, too small maps as jagged
+     edges, and light may leak through walls thinner than the filter's radius and four texels.
+     docs/envshadow.md has pictures and figures.
+   - It computes no bounced light, renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define ENVSHADOW_IMPLEMENTATION
        #include "envshadow.h"
@@ -55,50 +56,60 @@
 
    Conventions
 
-   Right-handed, any axis up; matrices are column-major float[16]; directions have unit length and point from
-   the surface to the light; distances in your units, angles in radians, irradiance in W/m^2.
+   Coordinates are right-handed, and any axis may be up; matrices are column-major float[16]; directions have
+   unit length and point from the surface to the light; distances are in your units, angles in radians,
+   irradiance in W/m^2.
 
      light      a directional light: direction, irradiance, and extent
-     extent     how far what the light stands for spreads about its direction: an ellipse of two half axes,
-                which are tangents of angles. A disc such as the sun's: its radius; without extent shadows are
-                sharp
+     extent     how far a light spreads about its direction, as the sun's disc or a region of the sky does: an
+                ellipse, given by two half axes whose lengths are tangents of angles. A light without extent
+                casts sharp shadows
      map        a light's shadow map
-     tile       the shadow map of one light inside the atlas; four tiles share a texel's RGBA where that is
-                asked for
-     guard      texels around each tile that are never drawn into, so that filters find "nothing here" and no
-                neighbour
-     caster     what is drawn into shadow maps; receiver: a point that is shaded
-     depth      0 nearest to the light .. 1 farthest caster, linear in distance; 1 or more means nothing there
+     atlas      the texture, of one or several pages, that holds the maps of all lights
+     tile       the place of one light's map in the atlas; with rgba four tiles lie in the same texels, each
+                in a channel of its own
+     guard      texels around each tile that are never drawn into, so that filters find no caster there and
+                not a neighbouring tile
+     caster     geometry that is drawn into shadow maps
+     receiver   a point that is shaded
+     depth      0 nearest to the light .. 1 farthest caster, linear in distance; 1 or more means no caster
 
    How it works
 
-   One orthographic map for each light, fitted to the casters' bounds and snapped to its texels. A receiver is
-   moved along its normal by bias x texel x sine and compared with its own plane's depth at each tap, so that
-   steep light needs no more bias than flat light.
+   Each light has one orthographic map, which is fitted to the casters' bounds. Sizes go in steps of a
+   sixteenth of an octave and corners lie on whole texels, so that small changes of the bounds move no texel
+   of a resting light. A receiver is moved along its normal, by bias texels at grazing light and a quarter of
+   that at light from straight above. Each tap of a filter then compares the stored depth with the depth of
+   the receiver's plane at that tap, so that grazing light needs no larger bias than that.
 
    From the paper to the code
 
+     3, importance sampling                envlights.h
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate
-     3, Fig. 2, maps side by side          envsh_get_info envsh_get_views                     T24
+     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
+     3, Fig. 4, smoothing                  envsh__filter_smooth (ENVSH_FILTER_SMOOTH)
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
-     3, Fig. 4, smoothing                  ENVSH_FILTER_SMOOTH and ENVSH_FILTER_PCF of        envsh_query
+     4, percentage closer filtering        envsh__filter_taps (ENVSH_FILTER_PCF)
      4, load balancing                     envsh_cost_fit envsh_cost_cluster
-     6, size of the light source           ENVSH_FILTER_PENUMBRA of envsh_query, axes_u of    envsh_lights
+     6, size of the light source           envsh__filter_penumbra (ENVSH_FILTER_PENUMBRA),
+                                           axes_u and axes_v of envsh_lights
 
    The knobs, and what each trades:
 
-     lights        fewer of them: shadow edges of single lights (Fig. 3 of the paper); time and memory grow
-                   with k
-     map_side      fewer texels: jagged contact shadows, leaks through thin walls; memory grows with its
-                   square
-     filter        PLAIN is sharp; SMOOTH and PCF blur every edge alike (the paper's); PENUMBRA by the light's
-                   extent and the blocker's distance (its future work): the fewest lights for a picture
-     radius        of PENUMBRA, texels at most: with too few, shadows of a large sun stay sharp far from their
-                   casters
-     bias          too little: acne; too much: light under things that touch the ground
+     lights        With few lights the shadow edges of single lights can be seen (Fig. 3 of the paper); time
+                   and memory grow with k.
+     map_side      Fewer texels give jagged contact shadows and leaks through thin walls; memory grows with
+                   the square of map_side.
+     filter        PLAIN is sharp. SMOOTH and PCF, the paper's, blur every edge alike. PENUMBRA, the paper's
+                   future work, blurs by the light's extent and the distance of the blocker, and so needs the
+                   fewest lights for a picture.
+     radius        PENUMBRA looks no farther than radius texels: with too few, shadows of a large sun stay
+                   sharp far from their casters.
+     bias          Too little gives acne; too much lets light under things that touch the ground.
 
-   Memory: 4 bytes a texel of map_side^2 x capacity, and a 32nd for the depth bounds of cells.
+   Maps take 4 bytes for each of the map_side^2 texels of each light, and a 32nd of that for the depth bounds
+   of cells.
 
    Configuration
 
@@ -109,12 +120,13 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envsh_result; where it is not ENVSH_OK, outputs are untouched and nothing leaks.
-   There are no globals; const objects may be read by any number of threads, one that is written belongs to
-   one. Maps and shading have the same bytes on every compiler, byte order and thread count (not with x87
-   arithmetic, nor clang's -ffast-math).
+   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched and nothing
+   leaks. There are no globals: any number of threads may shade with the same maps at once; a call that
+   changes them needs them to itself. Maps and shading have the same bytes on every compiler, byte order and
+   thread count (not with x87 arithmetic, nor clang's -ffast-math).
 
-   Cost: docs/measured/envshadow.md, build/bench gl_envshadow. History: CHANGELOG.md. Licence: at the end. */
+   Cost: docs/measured/envshadow.md, build/bench gl_envshadow.   History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef ENVSHADOW_H
 #define ENVSHADOW_H
 
@@ -167,80 +179,81 @@ typedef enum envsh_result {
     ENVSH_RESULT_COUNT
 } envsh_result;
 
-typedef struct envsh_bounds { float low[3], high[3]; } envsh_bounds;    /* of the casters, world space */
+typedef struct envsh_bounds { float low[3], high[3]; } envsh_bounds;    /* a box in world space */
 
+typedef struct envsh_maps envsh_maps;               /* shadow maps of some lights */
 typedef struct envsh_lights envsh_lights;           /* arrays of directional lights: below */
 typedef struct envsh_mesh envsh_mesh;               /* triangles that cast shadows: below */
 typedef struct envsh_points envsh_points;           /* arrays of receivers: below */
-typedef struct envsh_maps envsh_maps;               /* shadow maps of some lights */
-typedef struct envsh_maps_desc envsh_maps_desc;     /* how large they are: below */
-typedef struct envsh_query envsh_query;             /* how they are filtered: below */
+typedef struct envsh_maps_desc envsh_maps_desc;     /* how large the maps are: below */
+typedef struct envsh_query envsh_query;             /* how the maps are filtered: below */
 
 ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t capacity, envsh_maps **out);
-/* Makes room for shadow maps, which envsh_maps_free takes back.
+/* Makes shadow maps, *out, without any light as yet. Give them back by envsh_maps_free.
    desc      NULL = all defaults: 256 x 256 texels a light
-   capacity  lights held at once: all of them (the paper's algorithm 1), or a cluster (its algorithm 2,
-             envsh_illuminate); 0 is allowed
-   out       written on ENVSH_OK only
-   Errors    ENVSH_ERR_ARGUMENT (out, capacity above ENVSH_MAX_LIGHTS), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT,
-             ENVSH_ERR_ALLOC */
-
-ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
-/* Returns the bounds of all finite vertices; low > high: there are none.
-   transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
+   capacity  0..ENVSH_MAX_LIGHTS, how many lights the maps hold at once: all lights of a frame (the paper's
+             algorithm 1), or a cluster of them (its algorithm 2, envsh_illuminate)
+   Errors    ENVSH_ERR_ARGUMENT (out, capacity), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT, ENVSH_ERR_ALLOC */
 
 ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds);
-/* Begins a frame: clears all tiles and fits them to bounds. Sizes go in steps of a sixteenth of an octave and
-   corners on whole texels, so that small changes of the bounds move no texel of a resting light. Casters
-   outside are cut, those nearer to the light kept. Empty bounds: nothing casts shadows.
+/* Begins a frame: clears the tiles of all lights and fits them to the bounds of the casters. Parts of casters
+   outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty bounds
+   (low > high) mean that nothing casts shadows.
    lights  NULL = none
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a count above capacity, a stride, one array of axes without the other;
-           ENVSH_ERR_INPUT: a light that is not finite, has a direction that is not unit, or an axis of 1e3 or
-           more; bounds not finite or beyond 1e15 */
+   Errors  ENVSH_ERR_ARGUMENT (NULL, a count above capacity, a stride, one array of axes without the other),
+           ENVSH_ERR_INPUT (a light that is not finite, a direction that is not unit, an axis of length 1e3 or
+           more; bounds that are not finite or beyond 1e15) */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
-/* Renders the depth of a mesh into every tile: texel centres, top-left rule, both sides. Triangles with a
-   vertex that is not finite are left out.
+/* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
+   sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a stride; ENVSH_ERR_INPUT: an index, a count that is no multiple of 3, a
-           transform that is not affine; ENVSH_ERR_ORDER; ENVSH_ERR_DESC with no_depth; ENVSH_ERR_CANCELLED:
-           some tiles have the mesh, others not; begin anew */
+   Errors     ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_INPUT (an index, a count that is no multiple of
+              3, a transform that is not affine), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC
+              (no_depth), ENVSH_ERR_CANCELLED (some tiles may have the mesh: begin the frame anew) */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
-/* Says that all is drawn: makes the depth bounds of cells that shading needs. A later draw or set asks for
-   another end. */
+/* Makes the maps ready for shading, after all casters are drawn: finds the least and greatest depth of small
+   blocks of texels (cells), by which shading saves most of its reads. After a later envsh_maps_draw or
+   envsh_maps_set the maps need another envsh_maps_end.
+   Errors  ENVSH_ERR_ARGUMENT (NULL), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
-                                   const envsh_points *points,
-                                   float *irradiance);
-/* Writes for each point the sum over all lights of visibility x cosine x irradiance: 3 floats, W/m^2; times
-   albedo / pi it is the radiance of a diffuse surface. Points or normals that are not finite give 0.
-   query   NULL = all defaults
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a stride; ENVSH_ERR_DESC: a field of the query, or no_depth;
-           ENVSH_ERR_INPUT: a normal that is not unit; ENVSH_ERR_ORDER; ENVSH_ERR_CANCELLED: some points may
-           be done */
+                                   const envsh_points *points, float *irradiance);
+/* Writes for each point the sum over all lights of visibility x cosine x irradiance, which times albedo / pi
+   is the radiance of a diffuse surface. A point or normal that is not finite gives 0.
+   query       NULL = all defaults
+   irradiance  receives 3 floats for each point, W/m^2
+   Errors      ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_DESC (a field of the query, no_depth),
+               ENVSH_ERR_INPUT (a normal that is not unit), ENVSH_ERR_ORDER (before envsh_maps_end),
+               ENVSH_ERR_CANCELLED (some points may have been written)
+   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide */
 
 ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
-/* Takes back the maps and their memory; NULL is allowed. */
+/* Gives back the maps and their memory. NULL is allowed. */
+
+ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
+/* Returns the box, in world space, of all finite vertices of the meshes; low > high if there are none.
+   transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
 
 ENVSH_DEF const char *envsh_result_text(envsh_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- structs of page one ---- */
 
-struct envsh_lights {       /* directional lights from anywhere: envlights.h makes them of a sky; or
-                                       your own */
+struct envsh_lights {               /* directional lights: your own, or those that envlights.h makes of a sky
+                                       (stride sizeof(envlt_light)) */
     uint32_t     count;
-    const float *directions;        /* x, y, z of each light, unit, towards it */
+    const float *directions;        /* x, y, z of each light, unit, towards the light */
     const float *irradiances;       /* red, green, blue on a plane that faces the light, W/m^2 */
-    const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light is spread, at
-                                       right angles to its direction, tangents of angles, below 1e3; both NULL
-                                       = no extent */
-    size_t       stride;            /* bytes from one light to the next, in each of the arrays, a multiple of
+    const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light spreads, at right
+                                       angles to the light's direction. Lengths are tangents of angles, below
+                                       1e3. Both NULL = no extent: sharp shadows */
+    size_t       stride;            /* bytes from one light to the next in each of the arrays, a multiple of
                                        4, >= 12; 0 = 12 */
 };
 
-struct envsh_mesh {         /* what casts shadows */
+struct envsh_mesh {                 /* triangles that cast shadows */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
@@ -249,18 +262,19 @@ struct envsh_mesh {         /* what casts shadows */
     const uint16_t *indices16;      /* in place of indices; not both */
 };
 
-struct envsh_points {       /* receivers */
+struct envsh_points {               /* receivers */
     size_t       count;
     const float *positions;         /* x, y, z of each, world space */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit shading normals, for the cosine; 0 0 0: no receiver, its results
                                        are 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *geometric_normals; /* unit normals of the surface itself, for offsets and which side it is;
-                                       NULL = normals. 0 0 0: results are 0 */
+    const float *geometric_normals; /* unit normals of the triangles, which say on which side of a surface a
+                                       light is and where the bias moves a point; NULL = normals. 0 0 0: no
+                                       receiver, its results are 0 */
     size_t       geometric_normal_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    uint32_t     first;             /* the number of point 0: point i turns its taps by (query.seed, first +
-                                       i) */
+    uint32_t     first;             /* the number of point 0, for pictures that are shaded in parts: point i
+                                       turns the taps of its filter by query.seed and first + i */
 };
 
 /* ---- memory, threads, progress, log: the caller's ---- */
@@ -288,8 +302,8 @@ typedef struct envsh_system {       /* all zero: malloc and free, this thread al
 
 /* ---- settings ---- */
 
-#define ENVSH_MAX_LIGHTS 8192u
-#define ENVSH_MAX_TAPS 64u
+#define ENVSH_MAX_LIGHTS 8192u      /* the most lights that maps hold at once */
+#define ENVSH_MAX_TAPS 64u          /* the most taps of a query */
 
 typedef enum envsh_rows {
     ENVSH_ROWS_DEFAULT,             /* = ENVSH_ROWS_BOTTOM_FIRST */
@@ -307,26 +321,29 @@ typedef enum envsh_clip_depth {
 } envsh_clip_depth;
 
 struct envsh_maps_desc {            /* zero it, then set what you care about */
-    envsh_system system;            /* progress: of each envsh_maps_draw, envsh_shade and envsh_visible.
-                                       envsh_illuminate counts as one call: shading advances, draws only ask
-                                       whether to go on */
+    envsh_system system;            /* progress is told by envsh_maps_draw, envsh_shade and envsh_visible,
+                                       each from 0 to 1. envsh_illuminate goes from 0 to 1 once: shading moves
+                                       the fraction on, draws only ask whether to go on */
     uint32_t map_side;              /* texels a side of a tile, guard included, 16..4096; 0 = 256 */
-    uint32_t guard;                 /* empty texels on each side, 1..map_side / 4; 0 = 4 */
-    uint32_t max_side;              /* of the atlas texture, map_side..32768; 0 = 8192. Further tiles go to
-                                       pages */
-    int      rgba;                  /* not 0: four tiles share a texel's channels */
+    uint32_t guard;                 /* empty texels on each side of a tile, 1..map_side / 4; 0 = 4 */
+    uint32_t max_side;              /* the most texels a side of the atlas, map_side..32768; 0 = 8192, or
+                                       map_side if that is more. Tiles that do not fit go to further pages */
+    int      rgba;                  /* not 0: four tiles share texels, each in a channel of its own */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
-    envsh_rows       rows;          /* of envsh_view.clip: of the textures that your GPU renders */
-    envsh_clip_depth clip_depth;    /* of envsh_view.clip, and of the depth that envsh_maps_set takes */
+    envsh_rows       rows;          /* which row comes first in the textures that your GPU renders by
+                                       envsh_view.clip */
+    envsh_clip_depth clip_depth;    /* the depth that envsh_view.clip makes, and that envsh_maps_set takes */
 };
 
-typedef enum envsh_filter {
+typedef enum envsh_filter {         /* which texels of a map answer for a point */
     ENVSH_FILTER_DEFAULT,           /* = ENVSH_FILTER_PENUMBRA */
-    ENVSH_FILTER_PLAIN,             /* one texel */
-    ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, weights falling
+    ENVSH_FILTER_PLAIN,             /* the texel that the point falls into */
+    ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, with weights that fall
                                        linearly */
-    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps jittered within radius */
-    ENVSH_FILTER_PENUMBRA,          /* taps within the penumbra: extent x distance to the blockers found */
+    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of that radius,
+                                       turned by another angle at each point */
+    ENVSH_FILTER_PENUMBRA,          /* such taps on an ellipse as large as the penumbra: the light's extent
+                                       times the distance to the blockers that a first set of taps finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
 
@@ -334,11 +351,12 @@ struct envsh_query {                /* zero it, then set what you care about */
     envsh_filter filter;
     uint32_t     taps;              /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
     float        radius;            /* texels. SMOOTH: 0.5..8, 0 = 2; PCF: up to 32, 0 = 2, negative = none;
-                                       PENUMBRA: the most, up to 64, 0 = 12, negative = none */
-    float        bias;              /* texels along the geometric normal at grazing light; 0 = 1, negative =
-                                       none */
-    float        extent_scale;      /* PENUMBRA: factor on the lights' extents; 0 = 1, negative = no extent */
-    uint32_t     seed;              /* of the taps' rotation */
+                                       PENUMBRA: the largest half axis, up to 64, 0 = 12, negative = none */
+    float        bias;              /* texels, up to 1e6, by which a point is moved along its geometric normal
+                                       at grazing light; 0 = 1, negative = none */
+    float        extent_scale;      /* PENUMBRA: factor on the lights' extents, up to 1e6; 0 = 1, negative =
+                                       no extent */
+    uint32_t     seed;              /* another seed turns the taps by other angles */
     int          add;               /* not 0: envsh_shade adds to the output */
 };
 
@@ -346,87 +364,114 @@ struct envsh_query {                /* zero it, then set what you care about */
 
 ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, const envsh_query *query,
                                      const envsh_points *points, float *visible);
-/* Writes the visibility of one light from each point, 0..1, for your own BRDF; 0 behind the geometric
-   surface. query.add is ignored.
-   Errors  as envsh_shade; ENVSH_ERR_ARGUMENT for a light that the maps do not hold */
+/* Writes how much of one light reaches each point, 0..1, for a BRDF of your own; 0 if the light is behind the
+   geometric surface.
+   light    its number in the arrays of envsh_maps_begin
+   query    NULL = all defaults; add is ignored
+   visible  receives a float for each point
+   Errors   those of envsh_shade; ENVSH_ERR_ARGUMENT also for a light that the maps do not hold */
 
 typedef envsh_result (*envsh_draw_fn)(void *user, envsh_maps *maps);
-/* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows. */
+/* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows, and return ENVSH_OK; another
+   result ends envsh_illuminate, which returns it. */
 
 ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds,
                                         envsh_draw_fn draw_fn, void *user, const envsh_query *query,
                                         const envsh_points *points, float *irradiance);
-/* Is the paper's algorithm 2: for each cluster of as many lights as there is capacity, draws their maps and
-   adds their light. With a capacity for all lights it is algorithm 1. The sums are the same, to the bit, for
+/* Shades points with more lights than the maps hold, by the paper's algorithm 2: takes the lights in clusters
+   of as many as there is capacity, has draw_fn draw the maps of a cluster, and adds the cluster's light to
+   the points. With a capacity for all lights this is algorithm 1. The sums are the same, to the bit, for
    every capacity.
-   Errors  those of envsh_maps_begin,
-       envsh_shade (of query and points before anything is drawn) and draw_fn */
+   maps        receive the lights of each cluster; envsh_maps_begin and envsh_maps_end are called for you
+   bounds      of the casters, as for envsh_maps_begin
+   draw_fn     is called once for each cluster, with user
+   query       NULL = all defaults
+   irradiance  receives 3 floats for each point, as from envsh_shade
+   Errors      those of envsh_maps_begin and envsh_shade, and the result of draw_fn. Lights, query and points
+               are checked before anything is drawn; after an error of draw_fn or ENVSH_ERR_CANCELLED some
+               clusters may have been added */
 
 /* ---- maps for and from your own renderer ---- */
 
-typedef struct envsh_view {         /* one light's shadow map: what your renderer or shader needs of it */
+typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
     float    clip[16];              /* world to clip space of the tile's viewport */
-    float    lookup[12];            /* rows of 4: world to x and y in texels of the tile (0 = its edge), and
-                                       depth */
-    float    right[3], up[3];       /* unit axes of the tile, at right angles to the direction */
+    float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
+                                       tile's corner, and to depth */
+    float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
     float    direction[3], irradiance[3];
-    float    texel[2];              /* world size of a texel, in x and y */
-    float    depth_range;           /* world distance of depth 0..1 */
-    float    spread[4];             /* extent: axis_u's x, y and axis_v's x, y, in texels for a blocker depth
-                                       1 away */
-    uint32_t x, y, page, channel;   /* of the tile in the atlas: texels of its corner */
+    float    texel[2];              /* size of a texel in the world, in x and y */
+    float    depth_range;           /* distance in the world from depth 0 to depth 1 */
+    float    spread[4];             /* extent in texels of the tile, for a blocker that is depth 1 away: x, y
+                                       of axis_u, then x, y of axis_v */
+    uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
 
 typedef struct envsh_info {         /* the atlas */
-    uint32_t width, height, pages, channels;   /* channels: 1 or 4 */
+    uint32_t width, height;         /* texels of a page */
+    uint32_t pages;
+    uint32_t channels;              /* 1, or 4 with rgba */
     uint32_t map_side, guard, capacity;
     float   *depth;                 /* channels floats a texel, row by row, page by page: 0 near .. 1 far.
                                        NULL with no_depth */
-    size_t   bytes;                 /* all that the object keeps */
+    size_t   bytes;                 /* of memory that the maps keep */
 } envsh_info;
 
 ENVSH_DEF void envsh_get_info(const envsh_maps *maps, envsh_info *out);
-/* Writes how the tiles lie in memory; nothing where a pointer is NULL. */
+/* Writes how the tiles lie in memory. Does nothing if a pointer is NULL. */
 
 ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *maps, uint32_t *count);
-/* Returns a view for each light of the last envsh_maps_begin, valid until the next. NULL for NULL; count may
-   be NULL. */
+/* Returns an array with a view for each light of the last envsh_maps_begin, valid until the next, and writes
+   how many there are.
+   maps   NULL gives NULL and a count of 0
+   count  may be NULL */
 
 ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const float *depth,
                                       size_t row_stride);
-/* Copies a tile from your own renderer: map_side rows of map_side depths, row 0 at y = 0. The guard is kept
-   empty whatever is given. NaN counts as nothing there.
-   row_stride  bytes from one row to the next, a multiple of 4; 0 = packed */
+/* Copies the depths of one light's tile from a renderer of your own. The guard stays empty whatever is given,
+   and NaN means no caster.
+   light       its number in the arrays of envsh_maps_begin
+   depth       map_side rows of map_side depths, row 0 at y = 0, as clip_depth of envsh_maps_desc says
+   row_stride  bytes from one row to the next, a multiple of 4; 0 = packed
+   Errors      ENVSH_ERR_ARGUMENT (NULL, a light that the maps do not hold, row_stride), ENVSH_ERR_ORDER
+               (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
 
-typedef struct envsh_tile {         /* a tile in memory of yours */
+typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;
-    const float      *depth;        /* its corner texel and channel; 0 near .. 1 far */
+    const float      *depth;        /* the tile's corner texel, in its channel; 0 near .. 1 far */
     size_t            row_stride, texel_stride;    /* bytes, multiples of 4 */
-    uint32_t          side;         /* texels */
+    uint32_t          side;         /* texels a side */
 } envsh_tile;
 
 ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query *query, const float point[3],
                                       const float geometric_normal[3], uint32_t index);
-/* Returns the visibility of one tile's light from one point: the C twin of the GLSL function, without the
-   shortcut of cells that envsh_visible takes. The answers are the same; 0 where a pointer is NULL or the
-   query is one that envsh_visible refuses. */
+/* Returns how much of one tile's light reaches one point, 0..1, read from depths in your memory: the twin in
+   C of the shader function in gl_envshadow.h, with which you can compare a shader that you wrote for another
+   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0 if a pointer is NULL,
+   the query is one that envsh_visible refuses, or the normal is not unit.
+   query   NULL = all defaults
+   index   the number of the point, by which its taps are turned */
 
 /* ---- how many lights a pass: the cost model ---- */
 
-typedef struct envsh_cost {         /* milliseconds of a frame with clusters of c: passes = ceil(k / c) */
-    double pass;                    /* each pass, whatever it holds: state, geometry, fetching the surface */
-    double slot;                    /* each of the passes x c places for a light, filled or not */
+typedef struct envsh_cost {         /* milliseconds of which a frame of k lights in clusters of c is made:
+                                       passes x pass + passes x c x slot, with passes = ceil(k / c) */
+    double pass;                    /* for each pass: state, geometry, fetching the surface */
+    double slot;                    /* for each place for a light in a pass, filled or not */
 } envsh_cost;
 
 ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, const double *ms, size_t count,
                              envsh_cost *out);
-/* Finds the costs by least squares through times measured with clusters of clusters[i] lights, two different
-   ones or more. Returns 0 where they cannot be found. */
+/* Finds the costs by least squares through measured times of a frame. Returns 1; returns 0 and leaves *out
+   untouched if the times do not determine the costs, or if an argument is NULL or 0.
+   light_count  k, in all measurements
+   clusters     count of them, the c of each measurement, > 0; at least two that differ
+   ms           the milliseconds of each measurement, 0..1e12 */
 
 ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_count, uint32_t most);
-/* Returns the c of 1..most with the least passes x pass + passes x c x slot; among equals the smallest, which
-   needs the least memory. most: what your atlas, uniforms or instruction limit allow. */
+/* Returns the c of 1..most for which a frame costs least; among equals the smallest, which needs the least
+   memory. Returns 1 if an argument is NULL or 0.
+   most    as many as your atlas, uniforms or instruction limit allow */
 
 #ifdef __cplusplus
 }
@@ -436,7 +481,7 @@ ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_cou
 
 /* ==== src/envshadow/begin.h ==== */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(ENVSHADOW_IMPLEMENTATION) && !defined(ENVSHADOW_IMPLEMENTED)
 #define ENVSHADOW_IMPLEMENTED
@@ -447,12 +492,12 @@ ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_cou
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define ENVSH__FINITE_MATH 1
 #else
@@ -468,7 +513,6 @@ ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_cou
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -490,7 +534,7 @@ static inline void envsh__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int envsh__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -498,7 +542,7 @@ static inline int envsh__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int envsh__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -514,7 +558,7 @@ static inline envsh__allocator envsh__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *envsh__alloc(const envsh__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -533,17 +577,17 @@ static inline void envsh__free(const envsh__allocator *a, void *memory)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* ENVSH__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define ENVSH__COLD __attribute__((cold))
 #else
 #define ENVSH__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct envsh__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -552,7 +596,7 @@ typedef struct envsh__logger {
 
 typedef struct envsh__message { char text[256]; size_t used; } envsh__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline ENVSH__COLD void envsh__message_text(envsh__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -569,8 +613,8 @@ static inline ENVSH__COLD void envsh__message_count(envsh__message *m, uint64_t 
     envsh__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline ENVSH__COLD int envsh__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -589,7 +633,8 @@ static inline ENVSH__COLD int envsh__message_digits(double value, char digits[8]
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline ENVSH__COLD void envsh__message_number(envsh__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -629,7 +674,7 @@ static inline ENVSH__COLD void envsh__message_number(envsh__message *m, double v
     for (i = count; i <= exponent; i++) envsh__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline ENVSH__COLD void envsh__message_begin(envsh__message *m, const envsh__logger *logger, const char *field)
 {
     m->used = 0;
@@ -638,7 +683,7 @@ static inline ENVSH__COLD void envsh__message_begin(envsh__message *m, const env
     envsh__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline ENVSH__COLD void envsh__log_text(const envsh__logger *logger, const char *field, const char *text)
 {
     envsh__message m;
@@ -649,8 +694,10 @@ static inline ENVSH__COLD void envsh__log_text(const envsh__logger *logger, cons
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline ENVSH__COLD void envsh__log_value(const envsh__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline ENVSH__COLD void envsh__log_value(const envsh__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     envsh__message m;
     if (!logger->log) return;
@@ -662,10 +709,10 @@ static inline ENVSH__COLD void envsh__log_value(const envsh__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline ENVSH__COLD void envsh__log_element(const envsh__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline ENVSH__COLD void envsh__log_element(const envsh__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     envsh__message m;
     if (!logger->log) return;
@@ -681,9 +728,10 @@ static inline ENVSH__COLD void envsh__log_element(const envsh__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     envsh__message m;
     if (!logger->log) return;
@@ -701,7 +749,6 @@ static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, con
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -730,7 +777,7 @@ static inline envsh__v3 envsh__v3_scale(envsh__v3 a, float s)
     return envsh__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline envsh__v3 envsh__v3_madd(envsh__v3 a, envsh__v3 b, float s)
 {
     return envsh__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -746,8 +793,8 @@ static inline float envsh__v3_length(envsh__v3 a)
     return sqrtf(envsh__v3_dot(a, a));
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline envsh__v3 envsh__v3_normalize(envsh__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -762,7 +809,8 @@ static inline envsh__v3 envsh__v3_normalize(envsh__v3 a)
     return envsh__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int envsh__finite(float x)
 {
     uint32_t bits;
@@ -775,8 +823,8 @@ static inline int envsh__v3_finite(envsh__v3 a)
     return envsh__finite(a.x) && envsh__finite(a.y) && envsh__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void envsh__v3_basis(envsh__v3 n, envsh__v3 *b1, envsh__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -787,16 +835,16 @@ static inline void envsh__v3_basis(envsh__v3 n, envsh__v3 *b1, envsh__v3 *b2)
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline envsh__v3 envsh__m4_point(const float *m, envsh__v3 p)
 {
-    return envsh__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+    return envsh__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int envsh__m4_is_affine(const float *m)
 {
     int i;
@@ -807,14 +855,14 @@ static inline int envsh__m4_is_affine(const float *m)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float envsh__from_bits(uint32_t bits)
 {
@@ -830,8 +878,8 @@ static inline uint32_t envsh__to_bits(float x)
     return bits;
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void envsh__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -840,7 +888,8 @@ static inline void envsh__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -852,10 +901,10 @@ static inline void envsh__sincos(float x, float *sine, float *cosine)
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t envsh__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -868,17 +917,16 @@ static inline uint32_t envsh__hash_combine(uint32_t a, uint32_t b)
     return envsh__hash32(a + 0x9e3779b9u * envsh__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float envsh__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
 /* ==== src/shared/batch.h ==== */
-
 
 /* unit batch: tasks of a call, some at a time */
 
 typedef struct envsh__batch { void (*task)(void *context, size_t index); void *context; size_t first; } envsh__batch;
 
-/* A task itself; context: the batch. */
+/* The task of a batch, with the batch as its context. */
 static inline void envsh__batch_task(void *context, size_t index)
 {
     const envsh__batch *b = (const envsh__batch *)context;
@@ -887,12 +935,11 @@ static inline void envsh__batch_task(void *context, size_t index)
 
 /* ==== src/shared/raster.h ==== */
 
+/* unit raster: the fill rule of rasterisers: triangles that share an edge leave no gap and do not overlap */
 
-/* unit raster: the fill rule of rasterisers, so that triangles which share an edge leave no gap and no overlap */
-
-/* A point on an edge belongs to the triangle whose edge this is, of the two that share it. The triangle lies where
-   dx (y - y0) - dy (x - x0) is positive: then these are its left edges, and its top edges where y grows downwards.
-   Exactly one of two opposite edges owns. */
+/* Returns 1 if points on an edge belong to the triangle whose edge this is, of the two that share it. The
+   triangle lies on the side where dx (y - y0) - dy (x - x0) is positive; its left edges own their points,
+   and its top edges if y grows downwards. Exactly one of two opposite edges owns. */
 static inline int envsh__edge_owns(double dx, double dy) { return dy < 0.0 || (dy <= 0.0 && dx > 0.0); }
 
 /* ==== src/envshadow/errors.h ==== */
@@ -926,7 +973,7 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
     return result;
 }
 
-/* Does the same with a text in place of the value. */
+/* Does the same, with a text in place of the value. */
 static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *field, const char *text,
                                        envsh_result result)
 {
@@ -967,7 +1014,9 @@ struct envsh_maps {
     envsh__allocator allocator;
     envsh_system system;
     float        told, span;        /* the part of the whole that the next steps are */
-    uint32_t     map_side, guard, capacity, channels, across, down, pages, cells;
+    uint32_t     map_side, guard, capacity, channels;
+    uint32_t     across, down, pages;   /* tiles side by side, rows of tiles on a page, pages */
+    uint32_t     cells;             /* cells a side of a tile */
     int          no_depth;
     envsh_rows       rows;
     envsh_clip_depth clip_depth;
@@ -1063,7 +1112,7 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     own = &d.system.allocator;
     a = envsh__allocator_make(own->alloc_fn, own->free_fn, own->user);
     m = (envsh_maps *)envsh__alloc(&a, sizeof *m);
-    if (!m) return ENVSH_ERR_ALLOC;
+    if (!m) return envsh__refuse_text(&logger, "system.allocator", "returned no memory", ENVSH_ERR_ALLOC);
     memset(m, 0, sizeof *m);
     m->allocator = a;
     m->system = d.system;
@@ -1086,7 +1135,8 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
         m->views = (envsh_view *)envsh__alloc_array(&a, capacity, sizeof *m->views);
         if (!m->no_depth) m->depth = (float *)envsh__alloc_array(&a, texels, sizeof *m->depth);
         if (!m->no_depth) m->bounds = (float *)envsh__alloc_array(&a, cells, sizeof *m->bounds);
-        if (!m->views || (!m->no_depth && (!m->depth || !m->bounds))) result = ENVSH_ERR_ALLOC;
+        if (!m->views || (!m->no_depth && (!m->depth || !m->bounds)))
+            result = envsh__refuse_text(&logger, "system.allocator", "returned no memory", ENVSH_ERR_ALLOC);
     }
     m->bytes = sizeof *m + capacity * sizeof *m->views + (m->no_depth ? 0 : 4 * (texels + cells));
     if (result != ENVSH_OK) {
@@ -1252,14 +1302,12 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
     return ENVSH_ERR_INPUT;
 }
 
-static envsh_result envsh__check_lights(const envsh_maps *m, const envsh_lights *lights,
-                                        const envsh__logger *log)
+/* Checks lights, however many they are. */
+static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
     envsh_result result = ENVSH_OK;
     uint32_t i;
-    if (lights->count > m->capacity)
-        return envsh__refuse(log, "lights.count", lights->count, "at most the capacity of the maps", bad);
     if (!lights->count) return ENVSH_OK;
     if (!lights->directions) return envsh__refuse_text(log, "lights.directions", "is NULL", bad);
     if (!lights->irradiances) return envsh__refuse_text(log, "lights.irradiances", "is NULL", bad);
@@ -1308,7 +1356,10 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     envsh_result result = ENVSH_OK;
     if (!m) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
-    if (lights) result = envsh__check_lights(m, lights, &logger);
+    if (count > m->capacity)
+        return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
+                             ENVSH_ERR_ARGUMENT);
+    if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;
     for (i = 0; i < count; i++) {
@@ -1730,7 +1781,8 @@ typedef struct envsh__lookup {
 } envsh__lookup;
 
 typedef struct envsh__receiver {
-    float x, y, z, gx, gy;          /* texels, depth, and its slope over texels */
+    float x, y, z;                  /* texels, and depth */
+    float gx, gy;                   /* slope of depth over texels */
     /* depth of one texel; how far the slope may bring a tap towards the light */
     float texel_depth, limit;
 } envsh__receiver;
@@ -2228,7 +2280,8 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
     if (!maps->capacity && count)
         return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
-    result = envsh__check_query(query, &q, &logger);
+    result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
+    if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);
     if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
     if (result != ENVSH_OK) return result;
     memset(&part, 0, sizeof part);
@@ -2310,7 +2363,6 @@ ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_cou
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

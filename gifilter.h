@@ -1,20 +1,19 @@
-/* gifilter.h - v1.0.0 - pictures of noisy light made smooth over frames and over neighbours - MIT-0 OR Unlicense
+/* gifilter.h - v1.0.0 - noisy pictures of light made smooth over frames and neighbours - MIT-0 OR Unlicense
 
    What it does
 
-   Bounced light from few samples is a picture of noise. This header takes such pictures, one each frame, with
-   the place and the normal of what every pixel shows. It brings along what the frames before knew of the same
-   surfaces (temporal accumulation with reprojection), and then takes means of neighbours on the same surface
-   (the a-trous filter of Dammertz, Sewtz, Hanika and Lensch, "Edge-Avoiding A-Trous Wavelet Transform for
-   fast Global Illumination Filtering", HPG 2010). Where the light comes from does not matter: rsm.h with few
-   samples, ism.h with few lights, or a path tracer.
+   This header smooths noisy pictures of light, such as bounced light from few samples. It takes one picture
+   each frame, with the place and the normal of what every pixel shows. It first adds what the frames before
+   knew of the same surfaces (temporal accumulation with reprojection), and then takes means of neighbours on
+   the same surface (the a-trous filter of Dammertz, Sewtz, Hanika and Lensch, "Edge-Avoiding A-Trous Wavelet
+   Transform for fast Global Illumination Filtering", HPG 2010). The light may come from rsm.h with few
+   samples, from ism.h with few lights, or from a path tracer.
 
    What it does not do
 
-   - It knows of no textures: give it the light (irradiance), and multiply by the albedo afterwards.
-   - It does not look for motion: it finds the surfaces of the last frame by that frame's matrix, or where you
-     say.
-   - No rendering of pictures, no threads of its own, no file access.
+   - Textures would be blurred: give the light (irradiance), and multiply by the albedo afterwards.
+   - Motion is not looked for: surfaces are found in the last frame by that frame's matrix, or where you say.
+   - The header renders no pictures, starts no threads and opens no files.
 
    Quick start
 
@@ -68,8 +67,8 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; distances in your units. Linear colours: three floats,
-   interleaved. Pictures are row by row; gifilt_frame says which row comes first.
+   Space is right-handed. Matrices are column-major float[16]. Distances are in your units. Colours are
+   linear, three floats r, g, b. Pictures lie row by row; gifilt_frame.rows says which row comes first.
 
    How it works
 
@@ -77,31 +76,38 @@
 
    gifilt_apply, step by step:
 
-     - Each pixel's place is projected by the last frame's matrix, or its motion is taken. The four pixels of
-       the last frame about that point count, bilinearly, as far as they show the same surface: not farther
-       than four of this frame's pixels, not off the plane, with a like normal.
-     - What they knew and the new sample are mixed, the new one as 1 of n frames, n growing to the frame's
-       history.
-     - Each pass takes the mean of 3 x 3 pixels, 1, 2, 4, ... apart, weighted 1 2 1 by 1 2 1 and by how much
-       they are of one surface.
+     - Each pixel's place is projected by the last frame's matrix, or moved by the pixel's motion. The four
+       pixels of the last frame about that point count, with bilinear weights, if they show the same surface:
+       not farther away than four of this frame's pixels are wide, not off the plane, with a like normal.
+     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows by
+     1
+       each frame, up to the frame's history.
+     - Each pass takes the mean of 3 x 3 pixels, which are 1, 2, 4, ... apart in the first, second, third
+     pass.
+       Their weights are 1 2 1 by 1 2 1, times how much they are of one surface.
 
-   A filter takes 80 bytes a pixel and 4 KB a row. gifilt_apply takes no memory. The knobs, and what each
+   A filter takes 80 bytes a pixel and 4 KB a row; gifilt_apply allocates nothing. The knobs, and what each
    trades:
 
-     history    more: less noise, and light that moves lags behind. 8 mostly does
-     passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 mostly do
-     normal_cosine, plane_slope    stricter: edges and fine shapes stay sharp, with less help from neighbours
+     history    more: less noise, and light that moves lags behind. 8 is mostly enough
+     passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 are mostly
+                enough
+     normal_cosine   more: edges and fine shapes stay sharp, and fewer neighbours help
+     plane_slope     less: the same
 
    From the paper to the code
 
-     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame
-     section 2.1  weights that stop at edges                          gifilt_frame
+     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame (passes)
+     section 2.1  weights that stop at edges                          gifilt_frame (normal_cosine,
+     plane_slope)
+
+   The paper has no history: that is temporal accumulation with reprojection, gifilt_frame (history).
 
    Where this departs from the paper
 
      - The kernel is 3 x 3 (1 2 1), not 5 x 5 (1 4 6 4 1): with two passes every one of 4 x 4 interleaved
        sample sets counts alike, with three of 8 x 8. A larger kernel costs three times as much.
-     - Colours are not compared: edges of light are no edges, since noise looks like them.
+     - Colours are not compared, since noise looks like an edge of light.
      - Weights fall to 0 at a cosine and at a slope off the plane, where the paper has exponentials.
      - A pixel with few neighbours like it is made no brighter than its brightest neighbour
        (docs/gifilter.md).
@@ -118,9 +124,10 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in the system, called from the thread that called us. Every function
-   that can fail returns a gifilt_result; where it is not GIFILT_OK, outputs are untouched and nothing leaks.
-   No globals: a filter belongs to one thread at a time. Same input, same bytes, on every compiler, processor,
-   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
+   leaks, and the system's log is told which field or element is wrong. There are no globals; a filter belongs
+   to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
+   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/gifilter.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef GIFILTER_H
@@ -188,13 +195,13 @@ GIFILT_DEF gifilt_result gifilt_create(const struct gifilt_desc *desc, gifilt_fi
 GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt_frame *frame,
                                       const struct gifilt_points *points, const float *light, float *out);
 /* Filters the light of one frame, and remembers it for the next.
-   frame    NULL = all defaults; the frame then starts anew, since no camera is known
-   points   the picture: width x height of them, row by row
-   light    3 floats a pixel: irradiance, noisy
-   out      3 floats a pixel: the same, smooth. May be light. 0 where a pixel shows nothing
+   frame    NULL = all defaults; the history then starts anew, since no camera is known
+   points   what each pixel shows: width x height points, row by row
+   light    the noisy irradiance, 3 floats a pixel, up to 1e30; more, and what is not finite, counts as 0
+   out      the smooth irradiance, 3 floats a pixel; 0 for a pixel that shows nothing. May be light
    Errors   GIFILT_ERR_ARGUMENT, GIFILT_ERR_DESC, GIFILT_ERR_INPUT (a normal that is not unit). The filter and
             out are then as they were
-   Cost     no memory; a thread takes some 20 ns a pixel with two passes */
+   Cost     about 20 ns a pixel with two passes, on one thread; nothing is allocated */
 
 GIFILT_DEF void gifilt_reset(gifilt_filter *filter);
 /* Forgets the frames so far, for a cut to another scene. Accepts NULL. */
@@ -213,29 +220,29 @@ typedef enum gifilt_rows {          /* which row of a picture in memory comes fi
     GIFILT_ROWS_COUNT
 } gifilt_rows;
 
-typedef struct gifilt_frame {
+typedef struct gifilt_frame {       /* the camera and the settings of one frame */
     const float *view_projection;   /* the camera's matrix of this frame, world to clip, 16 floats,
-                                       column-major. The next frame finds its surfaces in this one by it.
-                                       NULL: nothing is known of the camera, and neither this frame nor the
-                                       next finds what was before */
-    const float *motion;            /* where the surface of each pixel was: x, y in pixels of the last frame,
-                                       centres at 0.5, rows counted as they lie in memory. NULL: by
-                                       view_projection alone */
+                                       column-major. The next frame finds its surfaces in this one by the
+                                       matrix. NULL: the camera is unknown, so that neither this frame nor the
+                                       next one has a history */
+    const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
+                                       that frame's pixels, centres at 0.5, rows counted as they lie in
+                                       memory. NULL: view_projection alone says so */
     gifilt_rows  rows;              /* of the pictures */
-    uint32_t     history;           /* frames that count at most, 1..1000: of a static light the noise's
-                                       variance falls to 1 / history, a moving light lags by as many. 0 = 8;
-                                       1 = this frame alone */
-    int          passes;            /* of the a-trous filter over neighbours, steps of 1, 2, 4, .. pixels, at
-                                       most 6; 0 = 2, negative = none */
-    float        normal_cosine;     /* neighbours whose normals have a smaller cosine do not count, below 1;
-                                       0 = 0.9 */
-    float        plane_slope;       /* neighbours that lie off the pixel's plane by more than this times their
-                                       distance do not count; 0 = 0.1 */
+    uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
+                                       variance of the noise falls to 1 / history; if it moves, the picture
+                                       lags behind by as many frames. 0 = 8; 1 = this frame alone */
+    int          passes;            /* passes of the a-trous filter over neighbours that are 1, 2, 4, ...
+                                       pixels apart, at most 6; 0 = 2, negative = none */
+    float        normal_cosine;     /* neighbours count if the cosine between their normal and the pixel's is
+                                       above this, below 1; 0 = 0.9 */
+    float        plane_slope;       /* neighbours count if they lie off the pixel's plane by less than this
+                                       times their distance; 0 = 0.1 */
 } gifilt_frame;
 
 typedef struct gifilt_points {      /* what the pixels show, row by row */
     size_t       count;             /* width x height */
-    const float *positions;         /* x, y, z of each, world */
+    const float *positions;         /* x, y, z of each, world, up to 1e9; a pixel beyond shows nothing */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: the pixel shows nothing, its result is 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
@@ -264,8 +271,8 @@ typedef struct gifilt_system {      /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } gifilt_system;
 
-typedef struct gifilt_desc {
-    gifilt_system system;           /* kept: frames run on its threads */
+typedef struct gifilt_desc {        /* what gifilt_create is given; width and height have no default */
+    gifilt_system system;           /* kept: the filter's later calls use it too */
     uint32_t   width, height;       /* of the pictures, 1..65536 */
 } gifilt_desc;
 
@@ -298,12 +305,12 @@ typedef struct gifilt_desc {
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define GIFILT__FINITE_MATH 1
 #else
@@ -319,7 +326,6 @@ typedef struct gifilt_desc {
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -341,7 +347,7 @@ static inline void gifilt__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int gifilt__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -356,13 +362,14 @@ static inline int gifilt__add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int gifilt__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int gifilt__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -378,7 +385,7 @@ static inline gifilt__allocator gifilt__allocator_make(void *(*alloc_fn)(size_t,
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *gifilt__alloc(const gifilt__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -396,7 +403,6 @@ static inline void gifilt__free(const gifilt__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -418,7 +424,6 @@ static inline gifilt__v3 gifilt__v3_make(float x, float y, float z)
 }
 
 static inline gifilt__v3 gifilt__v3_load(const float *p) { return gifilt__v3_make(p[0], p[1], p[2]); }
-static inline void gifilt__v3_store(float *p, gifilt__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
 
 static inline float gifilt__v3_dot(gifilt__v3 a, gifilt__v3 b)
 {
@@ -430,7 +435,8 @@ static inline float gifilt__v3_length(gifilt__v3 a)
     return sqrtf(gifilt__v3_dot(a, a));
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int gifilt__finite(float x)
 {
     uint32_t bits;
@@ -440,18 +446,19 @@ static inline int gifilt__finite(float x)
 
 /* ==== src/shared/cpu.h ==== */
 
-
 /* unit cpu: run-time detection of x86 vector units */
 
-/* GIFILT__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   GIFILT__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
-#if !defined(GIFILT__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+/* GIFILT__X86 is 1 if functions with target attributes can be compiled and chosen at run time. GIFILT__NO_SIMD, which
+   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
+   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+#if defined(GIFILT__NO_SIMD) || defined(__TINYC__)
+#define GIFILT__X86 0
+#elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define GIFILT__X86 1
 #define GIFILT__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define GIFILT__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(GIFILT__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
+#elif defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define GIFILT__X86 1
 #define GIFILT__TARGET_AVX2
 #define GIFILT__TARGET_AVX512
@@ -459,35 +466,43 @@ static inline int gifilt__finite(float x)
 #define GIFILT__X86 0
 #endif
 
+/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
 #if GIFILT__X86 && defined(_MSC_VER)
 #include <intrin.h>
-/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline void gifilt__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
+static inline unsigned gifilt__cpu_xcr0(void) { return (unsigned)_xgetbv(0); }
+#elif GIFILT__X86
+#include <cpuid.h>
+static inline void gifilt__cpu_ask(unsigned leaf, unsigned *r)
+{
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+}
+static inline unsigned gifilt__cpu_xcr0(void)
+{
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+#endif
+
+#if GIFILT__X86
+/* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
 static inline int gifilt__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
-    int r[4];
-    __cpuid(r, 0);
+    const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
+    unsigned r[4];
+    gifilt__cpu_ask(0, r);
     if (r[0] < 7) return 0;
-    __cpuid(r, 1);
-    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
-    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
-    __cpuidex(r, 7, 0);
-    return ((unsigned)r[1] & ebx) == ebx;
+    gifilt__cpu_ask(1, r);
+    if ((r[2] & wanted) != wanted || (gifilt__cpu_xcr0() & xcr0) != xcr0) return 0;
+    gifilt__cpu_ask(7, r);
+    return (r[1] & ebx) == ebx;
 }
+/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
 static inline int gifilt__cpu_has_avx2(void) { return gifilt__cpu_leaf7(0x06u, 0x00000128u); }
+/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
 static inline int gifilt__cpu_has_avx512(void) { return gifilt__cpu_leaf7(0xe6u, 0xc0030128u); }
-#elif GIFILT__X86
-/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
-static inline int gifilt__cpu_has_avx2(void)
-{
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-static inline int gifilt__cpu_has_avx512(void)
-{
-    return gifilt__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-}
 #else
 static inline int gifilt__cpu_has_avx2(void) { return 0; }
 static inline int gifilt__cpu_has_avx512(void) { return 0; }
@@ -495,17 +510,17 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/hot.h ==== */
 
-
 /* unit hot, needs fp_begin: what compilers are told of hot code */
 
-/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
+/* GIFILT__HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
+   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !GIFILT__FINITE_MATH
 #define GIFILT__HOT __attribute__((optimize("O3")))
 #else
 #define GIFILT__HOT
 #endif
 
-/* Into kernels of several targets. */
+/* GIFILT__INLINE stands before what must be inlined into kernels of several targets. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GIFILT__INLINE static inline __attribute__((always_inline))
 #elif defined(_MSC_VER)
@@ -522,23 +537,23 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/simd.h ==== */
 
-
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for gifilt__lanes: GIFILT__LANE_COUNT floats, computed GIFILT__WIDTH at a time by the instruction set GIFILT__SET.
-   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
-   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
-   128 bits of WebAssembly, or one float at a time); then, where GIFILT__SIMD_SETS says so, by the header that includes itself
-   with GIFILT__SET, GIFILT__WIDTH and GIFILT__LANE_COUNT defined anew: avx2 and 8, avx512 and 16. gifilt__simd_level says which one to call.
-   With GIFILT__NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if GIFILT__COMPILER_VECTORS is
-   defined. GIFILT__FILE is the header's name; a header that was pasted into another file cannot include itself and stays
-   with "plain".
+/* A kernel is written once, for gifilt__lanes: GIFILT__LANE_COUNT floats, which the instruction set GIFILT__SET computes
+   GIFILT__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   GIFILT__SIMD_SETS is 1, the header includes itself with GIFILT__SET, GIFILT__WIDTH and GIFILT__LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. gifilt__simd_level returns which set to call. With GIFILT__NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if GIFILT__COMPILER_VECTORS is defined. GIFILT__FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes gifilt__lanes_add the name
    gifilt__lanes_add_avx2 in set avx2; the header has such a list for its kernels. GIFILT__KERNEL stands before a kernel,
    GIFILT__IN_KERNEL before what is inlined into kernels.
 
-   Every set gives the same bits, but for gifilt__lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+   Every set gives the same bits, but for gifilt__lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
 #if defined(GIFILT__NO_SIMD) && (!defined(GIFILT__COMPILER_VECTORS) || defined(__i386__))
 #define GIFILT__SCALAR 1
 #else
@@ -590,12 +605,9 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 #define gifilt__lanes_sub GIFILT__NAME_IN_SET(gifilt__lanes_sub, GIFILT__SET)
 #define gifilt__lanes_mul GIFILT__NAME_IN_SET(gifilt__lanes_mul, GIFILT__SET)
 #define gifilt__lanes_div GIFILT__NAME_IN_SET(gifilt__lanes_div, GIFILT__SET)
-#define gifilt__lanes_muladd GIFILT__NAME_IN_SET(gifilt__lanes_muladd, GIFILT__SET)
 #define gifilt__lanes_max GIFILT__NAME_IN_SET(gifilt__lanes_max, GIFILT__SET)
 #define gifilt__lanes_min GIFILT__NAME_IN_SET(gifilt__lanes_min, GIFILT__SET)
-#define gifilt__lanes_sqrt GIFILT__NAME_IN_SET(gifilt__lanes_sqrt, GIFILT__SET)
 #define gifilt__lanes_abs GIFILT__NAME_IN_SET(gifilt__lanes_abs, GIFILT__SET)
-#define gifilt__lanes_negate GIFILT__NAME_IN_SET(gifilt__lanes_negate, GIFILT__SET)
 #define gifilt__lanes_greater GIFILT__NAME_IN_SET(gifilt__lanes_greater, GIFILT__SET)
 #define gifilt__lanes_at_least GIFILT__NAME_IN_SET(gifilt__lanes_at_least, GIFILT__SET)
 #define gifilt__lanes_differ GIFILT__NAME_IN_SET(gifilt__lanes_differ, GIFILT__SET)
@@ -603,31 +615,17 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 #define gifilt__lanes_keep GIFILT__NAME_IN_SET(gifilt__lanes_keep, GIFILT__SET)
 #define gifilt__lanes_truncate GIFILT__NAME_IN_SET(gifilt__lanes_truncate, GIFILT__SET)
 #define gifilt__lanes_of_ints GIFILT__NAME_IN_SET(gifilt__lanes_of_ints, GIFILT__SET)
-#define gifilt__lanes_of_shorts GIFILT__NAME_IN_SET(gifilt__lanes_of_shorts, GIFILT__SET)
-#define gifilt__lanes_gather GIFILT__NAME_IN_SET(gifilt__lanes_gather, GIFILT__SET)
 #define gifilt__lanes3 GIFILT__NAME_IN_SET(gifilt__lanes3, GIFILT__SET)
 #define gifilt__lanes3_load GIFILT__NAME_IN_SET(gifilt__lanes3_load, GIFILT__SET)
-#define gifilt__lanes3_load_packed GIFILT__NAME_IN_SET(gifilt__lanes3_load_packed, GIFILT__SET)
 #define gifilt__lanes3_all GIFILT__NAME_IN_SET(gifilt__lanes3_all, GIFILT__SET)
-#define gifilt__lanes3_scale GIFILT__NAME_IN_SET(gifilt__lanes3_scale, GIFILT__SET)
 #define gifilt__lanes3_sub GIFILT__NAME_IN_SET(gifilt__lanes3_sub, GIFILT__SET)
 #define gifilt__lanes3_store_packed GIFILT__NAME_IN_SET(gifilt__lanes3_store_packed, GIFILT__SET)
 #define gifilt__lanes3_dot GIFILT__NAME_IN_SET(gifilt__lanes3_dot, GIFILT__SET)
 #define gifilt__mask_and GIFILT__NAME_IN_SET(gifilt__mask_and, GIFILT__SET)
 #define gifilt__mask_or GIFILT__NAME_IN_SET(gifilt__mask_or, GIFILT__SET)
 #define gifilt__mask_any GIFILT__NAME_IN_SET(gifilt__mask_any, GIFILT__SET)
-#define gifilt__mask_bits GIFILT__NAME_IN_SET(gifilt__mask_bits, GIFILT__SET)
-#define gifilt__mask_of_bits GIFILT__NAME_IN_SET(gifilt__mask_of_bits, GIFILT__SET)
-#define gifilt__ints_load GIFILT__NAME_IN_SET(gifilt__ints_load, GIFILT__SET)
-#define gifilt__ints_store GIFILT__NAME_IN_SET(gifilt__ints_store, GIFILT__SET)
-#define gifilt__ints_all GIFILT__NAME_IN_SET(gifilt__ints_all, GIFILT__SET)
-#define gifilt__ints_add GIFILT__NAME_IN_SET(gifilt__ints_add, GIFILT__SET)
-#define gifilt__ints_sub GIFILT__NAME_IN_SET(gifilt__ints_sub, GIFILT__SET)
-#define gifilt__ints_or GIFILT__NAME_IN_SET(gifilt__ints_or, GIFILT__SET)
-#define gifilt__ints_keep GIFILT__NAME_IN_SET(gifilt__ints_keep, GIFILT__SET)
-#define gifilt__ints_equal GIFILT__NAME_IN_SET(gifilt__ints_equal, GIFILT__SET)
 
-/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
 static inline int gifilt__simd_level(void)
 {
     if (!GIFILT__SIMD_SETS || !gifilt__cpu_has_avx2()) return 0;
@@ -636,17 +634,17 @@ static inline int gifilt__simd_level(void)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* GIFILT__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GIFILT__COLD __attribute__((cold))
 #else
 #define GIFILT__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct gifilt__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -655,7 +653,7 @@ typedef struct gifilt__logger {
 
 typedef struct gifilt__message { char text[256]; size_t used; } gifilt__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline GIFILT__COLD void gifilt__message_text(gifilt__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -672,8 +670,8 @@ static inline GIFILT__COLD void gifilt__message_count(gifilt__message *m, uint64
     gifilt__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline GIFILT__COLD int gifilt__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -692,7 +690,8 @@ static inline GIFILT__COLD int gifilt__message_digits(double value, char digits[
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline GIFILT__COLD void gifilt__message_number(gifilt__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -732,7 +731,7 @@ static inline GIFILT__COLD void gifilt__message_number(gifilt__message *m, doubl
     for (i = count; i <= exponent; i++) gifilt__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline GIFILT__COLD void gifilt__message_begin(gifilt__message *m, const gifilt__logger *logger, const char *field)
 {
     m->used = 0;
@@ -741,7 +740,7 @@ static inline GIFILT__COLD void gifilt__message_begin(gifilt__message *m, const 
     gifilt__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline GIFILT__COLD void gifilt__log_text(const gifilt__logger *logger, const char *field, const char *text)
 {
     gifilt__message m;
@@ -752,8 +751,10 @@ static inline GIFILT__COLD void gifilt__log_text(const gifilt__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline GIFILT__COLD void gifilt__log_value(const gifilt__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline GIFILT__COLD void gifilt__log_value(const gifilt__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     gifilt__message m;
     if (!logger->log) return;
@@ -765,10 +766,10 @@ static inline GIFILT__COLD void gifilt__log_value(const gifilt__logger *logger, 
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline GIFILT__COLD void gifilt__log_element(const gifilt__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline GIFILT__COLD void gifilt__log_element(const gifilt__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     gifilt__message m;
     if (!logger->log) return;
@@ -789,6 +790,7 @@ static inline GIFILT__COLD void gifilt__log_element(const gifilt__logger *logger
 /* ---- arguments: results, strides, systems, points ---- */
 
 #define GIFILT__MAX_FLOAT 3.40282347e38f
+#define GIFILT__MAX_LIGHT 1e30f     /* more counts as 0, so that sums of neighbours stay finite */
 #define GIFILT__FAR 3.0e38f
 
 enum {
@@ -1031,7 +1033,6 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 
 /* ==== src/shared/simd_begin.h ==== */
 
-
 /* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
 
 #undef GIFILT__KERNEL
@@ -1042,17 +1043,23 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 
 #if GIFILT__WIDTH == 16
 #define GIFILT__KERNEL GIFILT__TARGET_AVX512
-#define GIFILT__INTEL(name) _mm512_##name
 #elif GIFILT__WIDTH == 8
 #define GIFILT__KERNEL GIFILT__TARGET_AVX2
-#define GIFILT__INTEL(name) _mm256_##name
 #else
 #define GIFILT__KERNEL
+#endif
+
+#if GIFILT__WIDTH == 16
+#define GIFILT__INTEL(name) _mm512_##name
+#elif GIFILT__WIDTH == 8
+#define GIFILT__INTEL(name) _mm256_##name
+#else
 #define GIFILT__INTEL(name) _mm_##name
 #endif
 
-/* GIFILT__IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
-   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+/* GIFILT__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GIFILT__IN_KERNEL __attribute__((always_inline)) GIFILT__KERNEL
 #else
@@ -1064,8 +1071,8 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #define GIFILT__IN_LARGE_KERNEL inline GIFILT__IN_KERNEL
 #endif
 
-/* Does something with every piece of GIFILT__WIDTH lanes. With constants for the pieces, so that compilers keep them in
-   registers. */
+/* GIFILT__EACH executes statements for every piece of GIFILT__WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
 #if GIFILT__WIDTH > 1 && GIFILT__LANE_COUNT == GIFILT__WIDTH
 #define GIFILT__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
 #elif GIFILT__WIDTH > 1 && GIFILT__LANE_COUNT == 2 * GIFILT__WIDTH
@@ -1079,7 +1086,6 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
-
 
 /* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
 
@@ -1118,7 +1124,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_greater(gifilt__lanes a, gifilt__lanes b)
 {
     gifilt__lane_mask m;
@@ -1158,7 +1164,7 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_differ(gifilt__l
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a, gifilt__lanes b)
 {
 #if GIFILT__WIDTH == 16
@@ -1195,7 +1201,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_div(gifilt__lanes a,
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_max(gifilt__lanes a, gifilt__lanes b)
 {
 #if GIFILT__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
@@ -1206,7 +1212,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_max(gifilt__lanes a,
     return a;
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_min(gifilt__lanes a, gifilt__lanes b)
 {
 #if GIFILT__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
@@ -1223,7 +1229,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_abs(gifilt__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_keep(gifilt__lane_mask m, gifilt__lanes a)
 {
 #if GIFILT__WIDTH == 16
@@ -1234,7 +1240,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_keep(gifilt__lane_ma
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline GIFILT__IN_KERNEL gifilt__lane_ints gifilt__lanes_truncate(gifilt__lanes a)
 {
     gifilt__lane_ints k;
@@ -1292,7 +1298,6 @@ static inline GIFILT__IN_KERNEL int gifilt__mask_any(gifilt__lane_mask m)
 
 /* ==== src/shared/simd_plain.h ==== */
 
-
 /* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
 
 #if !GIFILT__SIMD_X86 && GIFILT__WIDTH <= 4
@@ -1308,7 +1313,7 @@ typedef uint32_t gifilt__piece_words;
 #endif
 typedef struct gifilt__lanes { gifilt__piece v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lanes;
 typedef struct gifilt__lane_ints { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_ints;
-typedef struct gifilt__lane_mask { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_mask;    /* all bits of a lane */
+typedef struct gifilt__lane_mask { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_mask;    /* lanes of 0 or -1 */
 
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_load(const float *from)
 {
@@ -1334,7 +1339,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_greater(gifilt__lanes a, gifilt__lanes b)
 {
     gifilt__lane_mask m;
@@ -1368,11 +1373,12 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_differ(gifilt__l
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a, gifilt__lanes b)
 {
 #if GIFILT__SIMD_VECTORS
-    GIFILT__EACH(a.v[piece] = (gifilt__piece)((m.v[piece] & (gifilt__piece_ints)a.v[piece]) | (~m.v[piece] & (gifilt__piece_ints)b.v[piece])))
+    GIFILT__EACH(a.v[piece] = (gifilt__piece)((m.v[piece] & (gifilt__piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (gifilt__piece_ints)b.v[piece])))
 #else
     GIFILT__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
 #endif
@@ -1403,13 +1409,13 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_div(gifilt__lanes a,
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_max(gifilt__lanes a, gifilt__lanes b)
 {
     return gifilt__lanes_select(gifilt__lanes_greater(a, b), a, b);
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_min(gifilt__lanes a, gifilt__lanes b)
 {
     return gifilt__lanes_select(gifilt__lanes_greater(b, a), a, b);
@@ -1427,7 +1433,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_abs(gifilt__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_keep(gifilt__lane_mask m, gifilt__lanes a)
 {
 #if GIFILT__SIMD_VECTORS
@@ -1438,7 +1444,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_keep(gifilt__lane_ma
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline GIFILT__IN_KERNEL gifilt__lane_ints gifilt__lanes_truncate(gifilt__lanes a)
 {
     gifilt__lane_ints k;
@@ -1487,7 +1493,6 @@ static inline GIFILT__IN_KERNEL int gifilt__mask_any(gifilt__lane_mask m)
 #endif
 
 /* ==== src/shared/simd_lanes3.h ==== */
-
 
 /* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
 
@@ -1642,7 +1647,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(there, gifilt__lanes_load(g[c] + l)));
         for (; c < GIFILT__FRAMES; c++) {
             const gifilt__lanes light = gifilt__lanes_load(g[c] + l);
-            const gifilt__lane_mask good = gifilt__mask_and(there, gifilt__at_most(light, GIFILT__MAX_FLOAT));
+            const gifilt__lane_mask good = gifilt__mask_and(there, gifilt__at_most(light, GIFILT__MAX_LIGHT));
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(good, light));
         }
         gifilt__lanes_store(k->size2 + l, gifilt__lanes_select(
@@ -1653,8 +1658,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 }
 
 /* Pixels x .. x + end - 1 of row y. Four of this frame's pixels are how far the last one's may be. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k, size_t x,
-                                                        size_t y, size_t end)
+static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                        size_t x, size_t y, size_t end)
 {
     size_t ps = gifilt__stride(r->points->position_stride, 12) / 4,
            ns = gifilt__stride(r->points->normal_stride, 12) / 4;
@@ -1735,7 +1740,8 @@ static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there,
     x = gifilt__lanes_select(there, x, eight);
     centre = gifilt__lanes_of_ints(gifilt__lanes_truncate(gifilt__lanes_add(x, gifilt__lanes_all(0.5f))));
     x = gifilt__lanes_select(gifilt__lanes_greater(gifilt__lanes_all(1.0f / 64.0f),
-                                                   gifilt__lanes_abs(gifilt__lanes_sub(x, centre))), centre, x);
+                                                   gifilt__lanes_abs(gifilt__lanes_sub(x, centre))), centre,
+                                                   x);
     whole = gifilt__lanes_of_ints(gifilt__lanes_truncate(x));           /* above 0: this rounds down */
     gifilt__lanes_store(pixel, gifilt__lanes_sub(whole, eight));
     gifilt__lanes_store(between, gifilt__lanes_sub(x, whole));
@@ -1747,7 +1753,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_place(const gifilt__filter_ru
     size_t l;
     for (l = 0; l < GIFILT__SPAN; l += GIFILT__LANE_COUNT) {
         gifilt__lane_mask there = gifilt__mask_and(gifilt__near_picture(gifilt__lanes_load(k->x + l), width),
-                                                   gifilt__near_picture(gifilt__lanes_load(k->y + l), height));
+                                                   gifilt__near_picture(gifilt__lanes_load(k->y + l),
+                                                                        height));
         there = gifilt__mask_and(there, gifilt__are_there(k, l));
         gifilt__set_there(k, l, there);
         gifilt__place_axis(there, k->x + l, k->i + l, k->u + l);
@@ -1806,8 +1813,8 @@ static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt_
     *greatest = (int32_t)highs[0];
 }
 
-/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1: they
-   were a run, but for one column or row between; 0: they were not. */
+/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1:
+   they were a run, but for one column or row between; 0: they were not. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, size_t o, size_t count,
                                                         int32_t low[2], int32_t high[2])
 {
@@ -1841,8 +1848,8 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gif
 }
 
 /* Runs of pixels, at most 3 x 3: from low to one after high. */
-static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k, size_t o,
-                                                       const int32_t low[2], const int32_t high[2])
+static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                       size_t o, const int32_t low[2], const int32_t high[2])
 {
     const gifilt_filter *f = r->filter;
     const gifilt__lanes numbers = gifilt__lanes_load(gifilt__numbers), rows = gifilt__lanes_load(k->j + o);
@@ -1865,7 +1872,8 @@ static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run 
         }
 }
 
-static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k, size_t o)
+static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                       size_t o)
 {
     const gifilt_filter *f = r->filter;
     float room[GIFILT__PLANES][GIFILT__LANE_COUNT], weights[GIFILT__LANE_COUNT];
@@ -1929,7 +1937,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float
 GIFILT__HOT GIFILT__KERNEL static void gifilt__accumulate(const gifilt__filter_run *r, size_t y)
 {
     const float *motion = r->frame->motion;
-    size_t x, c, l, width = r->filter->width, s = r->filter->spacing;
+    size_t x, c, l;
+    size_t width = r->filter->width, s = r->filter->spacing;
     gifilt__chunk k;
     int wrong = 0;
     for (x = 0; x < width; x += GIFILT__SPAN) {
@@ -1997,7 +2006,8 @@ static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means mean
 }
 
 /* One pass of the a-trous filter on as many pixels as there are lanes. */
-static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r, const float *p,
+static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r,
+                                                                   const float *p,
                                                                    const float *rgb, const gifilt__tap *taps,
                                                                    size_t count)
 {
@@ -2310,7 +2320,6 @@ GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const gifilt_frame 
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

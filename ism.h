@@ -2,21 +2,22 @@
 
    What it does
 
-   Turns lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky) into
-   a thousand virtual point lights (VPLs), gives each a small hemispherical depth map made of a few thousand
-   surfels scattered over all triangles, and shades pixels or any list of points with them. After Ritschel,
-   Eisemann, Ha, Kim and Seidel, "Making Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8),
-   2011: VPLs are chosen by what they do to the picture, surfels are dense where they shadow what the picture
-   shows. Scene, light and camera may all change from frame to frame.
+   This header computes bounced light with its shadows. It chooses a thousand virtual point lights (VPLs)
+   among lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky),
+   gives each a small hemispherical depth map, drawn from a few thousand surfels scattered over all triangles,
+   and lights pixels or any list of points by them. After Ritschel, Eisemann, Ha, Kim and Seidel, "Making
+   Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8), 2011: VPLs are chosen by what they do
+   to the picture, and surfels are dense where they shadow what the picture shows. Scene, light and camera may
+   all change from frame to frame.
 
    What it does not do
 
-   - No direct light and no reflective shadow maps: you render those, and hand over plain arrays.
+   - You render direct light and reflective shadow maps, and hand over plain arrays.
    - Each VPL's depth map is coarse (64 x 64 texels from 8,192 surfels): single indirect shadows are blurred
      and leak; the sum over a thousand VPLs is what counts. docs/ism.md has pictures, docs/measured/ism.md
      figures.
    - Surfaces that receive light are diffuse; VPLs are diffuse or cosine-power lobes.
-   - No file access, no threads of its own.
+   - The header opens no files and starts no threads.
 
    Quick start
 
@@ -73,12 +74,13 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions point from the surface to the light; vectors
-   called unit may be 0.97 to 1.03 long and are used as they are; distances in your units (m below), angles in
-   radians; radiance W/(sr m^2), irradiance W/m^2, flux W.
+   Space is right-handed. Matrices are column-major float[16]. Directions point from the surface to the light.
+   Vectors called unit may be 0.97 to 1.03 long and are used as they are. Distances are in your units (m
+   below), angles in radians, radiance in W/(sr m^2), irradiance in W/m^2, flux in W.
 
      pVPL       a texel of a source, which might become a light: position, normal, reflected flux
-     BRSM       bidirectional reflective shadow map: a source's importances, flux times effect on the picture
+     BRSM       bidirectional reflective shadow map: the importances of a source's texels, flux times effect
+                on the picture
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
      tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
                 all of them
@@ -100,8 +102,8 @@
        | v4 | v5 | ...                         |  `---'  |  same share of the light that leaves a diffuse VPL
        +----+----                              +---------+
 
-   Texels are dealt out anew then: all but a rim of 8 of 64 a side go to the window, that part of the square
-   in which the picture lies (ism_zoom). Each surfel lies in exactly one VPL's list.
+   A tile shows the square unevenly: all its texels but a rim of 8 of 64 a side show the window, that part of
+   the square in which the picture lies (ism_zoom). Each surfel belongs to one VPL.
 
    From the paper to the code
 
@@ -113,16 +115,17 @@
      section 4.1          prefix sums, VPL i at i / N                   ism__draw             T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
                                                                         ism__estimate         T41
-     section 5.1, fig. 6  solid angle of triangles, prefix sums         ism_solid_angle,
+     section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
      section 5.2          eight receivers for each triangle             ism__triangle_effect  T53
-     section 5.3          an eighth of the surfels a frame              ism__points_of        T54, T57
+     section 5.3          an eighth of the surfels a frame              ism__points_of,
+                                                                        ism_desc              T54, T57
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
                                                                         ism__smooth_pixel     T56
-     section 6.4          dithered opacity                              ism_dither            T58
+     section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
      [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
@@ -164,11 +167,11 @@
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N
    more.
 
-   Every function that can fail returns an ism_result; if it is not ISM_OK, outputs are untouched and nothing
-   leaks, and desc.system.log gets a line that says which field or element is wrong. There are no globals; one
-   ism_maps belongs to one thread at a time, but const calls may run together. Results are equal to the bit
-   for the same input, seed and frame index, on every compiler, processor and thread count (not with x87
-   arithmetic, nor with clang's -ffast-math).
+   Every function that can fail returns an ism_result. If the result is not ISM_OK, outputs are untouched,
+   nothing leaks, and desc.system.log gets a line that says which field or element is wrong. There are no
+   globals. An ism_maps belongs to one thread at a time, but calls that take it as const may run together.
+   Results are equal to the bit for the same input, seed and frame index, on every compiler, processor and
+   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/performance.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef ISM_H
@@ -223,17 +226,17 @@ typedef enum ism_result {
     ISM_RESULT_COUNT
 } ism_result;
 
-typedef struct ism_maps ism_maps;       /* VPLs, surfels and atlas, kept from frame to frame */
+typedef struct ism_maps ism_maps;       /* VPLs with their surfels and depth maps, kept from frame to frame */
 typedef struct ism_desc ism_desc;       /* how many VPLs, how large their maps: ---- settings ---- */
 typedef struct ism_shading ism_shading; /* how receivers are shaded: ---- settings ---- */
 typedef struct ism_stats ism_stats;     /* what a call counted: ---- settings ---- */
-typedef struct ism_frame ism_frame;     /* what a frame is made of: below */
+typedef struct ism_frame ism_frame;     /* mesh, sources and receivers of one frame: below */
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
-/* Makes maps, which ism_free takes back.
+/* Makes maps, which ism_free takes back. One ism_maps serves all frames.
    desc     NULL = all defaults
    out      written on ISM_OK only
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
+   Errors   ISM_ERR_ARGUMENT (NULL), ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
 
 ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats);
@@ -242,7 +245,7 @@ ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_
    out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
             albedos; untouched on failure
    stats    may be NULL
-   Errors   those of the three */
+   Errors   those of the three calls */
 
 ISM_DEF void ism_free(ism_maps *maps);
 /* Takes back maps and their memory; NULL is allowed. */
@@ -258,34 +261,37 @@ typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
-    const float    *opacities;      /* 0..1 of each triangle, which is drawn for that share of the VPLs; NULL
+    const float    *opacities;      /* of each triangle 0..1, which is drawn for that share of the VPLs; NULL
                                        = opaque */
     const float    *albedos;        /* r, g, b of each triangle, for ism_bounce alone; NULL = 0.5 */
 } ism_mesh;
 
-typedef enum ism_source_kind {
+typedef enum ism_source_kind {      /* what sends the light on */
     ISM_SOURCE_DEFAULT,             /* = ISM_SOURCE_SURFACE */
     ISM_SOURCE_SURFACE,             /* texels of a reflective shadow map, points on lamps */
-    ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to it, fluxes radiance x solid
-                                       angle, W/m^2. Its VPLs' maps are orthographic maps of the mesh's
-                                       bounding sphere */
+    ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to the sky, fluxes are radiance x
+                                       solid angle, W/m^2. The maps of its VPLs are orthographic, of the
+                                       mesh's bounding sphere */
     ISM_SOURCE_COUNT
 } ism_source_kind;
 
 typedef struct ism_source {         /* a grid of points that send light on (pVPLs): a lit surface, a lamp or a
                                        sky */
     ism_source_kind kind;
-    uint32_t     width, height;     /* of the grid; a plain list has height 1 and is scattered */
-    int          scattered;         /* not 0: grid neighbours are no neighbours in space, and are not mixed */
+    uint32_t     width, height;     /* of the grid, 2^26 points at most in all sources; a plain list has
+                                       height 1 and is scattered */
+    int          scattered;         /* not 0: neighbours in the grid are no neighbours in space, and are not
+                                       mixed */
     const float *positions;         /* x, y, z of each */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *normals;           /* unit; not asked of directions */
+    const float *normals;           /* unit; not read of directions */
     size_t       normal_stride;     /* as position_stride */
-    const float *fluxes;            /* r, g, b: what leaves the surface behind each texel; 0 where there is
-                                       none */
+    const float *fluxes;            /* r, g, b, 0..1e30 W: what leaves the surface behind each texel; 0 if
+                                       there is no surface. Texels out of this range are never chosen
+                                       (ism_stats.bad_pvpls) */
     size_t       flux_stride;       /* as position_stride */
-    const float *areas;             /* m^2 of surface behind each texel; NULL = estimated from the VPLs'
-                                       distances */
+    const float *areas;             /* m^2 of surface behind each texel; NULL, and areas that are negative or
+                                       not finite = estimated from the distances between VPLs */
     size_t       area_stride;       /* bytes, a multiple of 4; 0 = 4 */
     const float *lobes;             /* axis x, y, z (unit) and exponent 0..1e5 of each: its intensity goes as
                                        cos^exponent about the axis. NULL = diffuse, which is exponent 1 about
@@ -312,19 +318,19 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
     uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
-    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. Finds which
-                                       pixels lie near a texel of a source. Clip z is not asked */
-    ism_rows     rows;
+    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. It tells
+                                       which pixels lie near a texel of a source. Clip z plays no part */
+    ism_rows     rows;              /* of the picture */
 } ism_points;
 
 struct ism_frame {
     const ism_mesh   *mesh;         /* NULL: nothing casts shadows */
     const ism_source *sources;      /* faces of a cube map, several lights; NULL where source_count is 0 */
     size_t            source_count;
-    const ism_points *points;       /* what is seen. VPLs are chosen for all of it: of few receivers, one very
-                                       near a light draws most VPLs to itself, and the others are noisy (right
-                                       on the mean) */
-    uint32_t          index;        /* counts frames: says which surfels are renewed */
+    const ism_points *points;       /* the receivers. VPLs are chosen for all of them together: if receivers
+                                       are few, one very near a light draws most VPLs to itself, and the
+                                       others are noisy (though right on the mean) */
+    uint32_t          index;        /* number of the frame, which decides which surfels are renewed */
 };
 
 /* ==== src/ism/api_settings.h ==== */
@@ -354,22 +360,25 @@ typedef struct ism_system {         /* all zero: malloc and free, this thread al
 
 typedef enum ism_importance {       /* by what VPLs are chosen among the texels of sources */
     ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
-    ISM_IMPORTANCE_FLUX,            /* the power that leaves the texel (paper, section 3.2) */
-    ISM_IMPORTANCE_BRSM,            /* times its mean effect on receivers drawn from a jittered grid (section
-                                       4.1) */
-    ISM_IMPORTANCE_GUIDED,          /* half of these drawn near the texel's place in the picture (section
-                                       4.2) */
+    ISM_IMPORTANCE_FLUX,            /* by the flux that leaves the texel (paper, section 3.2) */
+    ISM_IMPORTANCE_BRSM,            /* by flux x effect: the root mean square of what a unit of the flux adds,
+                                       unshadowed, to view_grid_side^2 receivers from a jittered grid (section
+                                       4.1, which takes the mean: the root mean square gives the picture the
+                                       least variance) */
+    ISM_IMPORTANCE_GUIDED,          /* as BRSM, with half of the receivers near the texel's own place in the
+                                       picture (section 4.2) */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 
 typedef enum ism_spread {           /* how surfels are spread over triangles */
     ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
-    ISM_SPREAD_AREA,                /* evenly, as in imperfect shadow maps of 2008 */
-    ISM_SPREAD_VIEW_1,              /* by solid angle, seen from one receiver for all triangles (section
-                                       5.1) */
-    ISM_SPREAD_VIEW_8,              /* by solid angle, seen from 8 receivers for each triangle (section
-                                       5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of that and of what the VPL sees */
+    ISM_SPREAD_AREA,                /* by area, as in the imperfect shadow maps of 2008 */
+    ISM_SPREAD_VIEW_1,              /* by the solid angle that one receiver, the same for all, sees of each
+                                       triangle (section 5.1) */
+    ISM_SPREAD_VIEW_8,              /* by the solid angle that 8 receivers, drawn for each triangle, see of it
+                                       on the mean (section 5.2) */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of what the VPL itself sees of the
+                                       triangle */
     ISM_SPREAD_COUNT
 } ism_spread;
 
@@ -377,7 +386,8 @@ typedef enum ism_projection {       /* which direction a texel of a VPL's map sh
     ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
     ISM_PROJECTION_COSINE,          /* every texel has an equal share of a diffuse VPL's flux (section 6.1) */
     ISM_PROJECTION_PARABOLOID,      /* a disc in the square, whose corners are never used */
-    ISM_PROJECTION_OCTAHEDRAL,      /* no trigonometry; texels of 0.6 to 1.7 times the mean solid angle */
+    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, without trigonometry; texels have 0.6 to
+                                       1.7 times the mean solid angle */
     ISM_PROJECTION_LOBE,            /* every texel has an equal share of the flux of the VPL's own lobe */
     ISM_PROJECTION_COUNT
 } ism_projection;
@@ -390,31 +400,34 @@ struct ism_desc {                   /* zero it, then set what you care about */
     ism_importance importance;
     ism_spread     spread;
     ism_projection projection;
-    uint32_t       view_grid_side;  /* receivers that a texel's effect is estimated from: the grid's side,
+    uint32_t       view_grid_side;  /* a texel's effect is estimated from a grid of receivers with this side,
                                        1..16; 0 = 4 */
-    int32_t        blur_radius;     /* texels that effects are blurred over, at most 16; 0 = 5 % of the
-                                       source's shorter side, at most 6; negative = no blur */
+    int32_t        blur_radius;     /* effects are blurred over this many texels along surfaces, at most 16;
+                                       0 = 5 % of the source's shorter side, at most 6; negative = no blur */
     uint32_t       lazy_frames;     /* frames until all surfels are renewed, 1..64; 0 = 8 */
-    float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no texel is
-                                       forgotten */
-    float          area_share;      /* of the surfels spread evenly, above 0, <= 1; 0 = 0.2: no triangle is
-                                       forgotten */
-    float          splat_scale;     /* area of discs over that of their surfels, above 0, <= 16; 0 = 1. Discs
-                                       that are cut off at their triangle's edges have 6 times that, which
+    float          flux_share;      /* share of the choice that is made by flux alone, so that no texel is
+                                       forgotten, up to 1; 0 = 0.1 */
+    float          area_share;      /* share of the surfels that is spread by area, so that no triangle is
+                                       forgotten, up to 1; 0 = 0.2 */
+    float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 1. Discs that
+                                       are cut off at their triangle's edges have 6 times the area, which
                                        closes gaps between them */
-    int32_t        near_point_count;    /* of each VPL, which light in its place what is near, at most 64;
-                                       0 = 16; negative = none: ISM_NEAR_GATHER is ISM_NEAR_PATCH then */
-    int32_t        window_rim;      /* texels a side of a tile for what lies outside of its window (ism_zoom),
-                                       2..tile_side / 2; 0 = tile_side / 8, at least 2; negative = tiles have
-                                       no windows and show hemispheres evenly */
+    int32_t        near_point_count;    /* near points of each VPL, which take its place for receivers close
+                                           by,
+                                       at most 64; 0 = 16; negative = none, and ISM_NEAR_GATHER is
+                                       ISM_NEAR_PATCH then */
+    int32_t        window_rim;      /* texels a side of a tile that show what lies outside its window
+                                       (ism_zoom), 2..tile_side / 2; 0 = tile_side / 8, at least 2; negative =
+                                       tiles have no windows and show hemispheres evenly */
     int            no_inter_texel;  /* not 0: VPLs lie at texel centres of their source, not between them
                                        (section 6.5) */
     int            no_fill;         /* not 0: holes of maps stay open, without pull and push (section 3.3) */
-    int            unstable;        /* not 0: new random numbers every frame: means of frames converge;
-                                       flickers */
+    int            unstable;        /* not 0: every frame has new random numbers, so that the mean of many
+                                       frames converges and single frames flicker; 0: frames stay alike */
     int            vary_surfels;    /* not 0: weak VPLs take a half or a quarter of the surfels */
-    int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce */
-    uint32_t       seed;
+    int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce, and
+                                       tiles have no windows */
+    uint32_t       seed;            /* chooses between equally good sets of random numbers */
 };
 
 typedef enum ism_near {             /* what is done about receivers close to a VPL */
@@ -434,19 +447,22 @@ typedef enum ism_near {             /* what is done about receivers close to a V
 
 typedef void (*ism_visible_fn)(void *user, const float position[3], const float geometric_normal[3],
                                const uint32_t *numbers, size_t count, float *visible);
-/* Writes 0..1, how much of each of count lights is seen from a receiver. numbers: of VPLs (ism_vpls) or of
-   near points (ism_near_points). Called from several threads at once where parallel_for uses them. */
+/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees.
+   parallel_for's threads may call the function at once.
+   numbers   of count lights: VPLs (of ism_vpls) or near points (of ism_near_points)
+   visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
     uint32_t       pattern;         /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and a blur
-                                       mixes the neighbours (section 6.2); 0 = 1. Not for lists */
+                                       along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
+                                       neighbours: 1 */
     ism_near       near_mode;
     float          clamp;           /* of ISM_NEAR_CLAMP in 1/m^2, of ISM_NEAR_CLAMP_MEAN a factor; 0 = 1 */
-    float          bias;            /* share of their distance by which receivers count as nearer, below 1; 0
-                                       = 0.02; negative = none */
+    float          bias;            /* receivers count as nearer to the VPL by this share of their distance,
+                                       below 1; 0 = 0.02; negative = none */
     int            no_maps;         /* not 0: nothing casts shadows */
-    int            cull;            /* not 0: skips VPLs that face away from blocks of 16 x 16 pixels; same
-                                       picture */
+    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped.
+                                       The picture is the same */
     ism_visible_fn visible_fn;      /* exact visibility of VPLs in place of the maps; NULL = the maps */
     void          *visible_user;
     ism_visible_fn near_visible_fn; /* the same of near points; NULL: each is seen as its VPL is, by
@@ -455,23 +471,25 @@ struct ism_shading {                /* zero it, then set what you care about */
 };
 
 struct ism_stats {                  /* of the last run of each stage */
-    uint32_t vpls;                  /* fewer than N only where the sources are black */
+    uint32_t vpls;                  /* VPLs that were chosen: N, but fewer if the sources are black */
     uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
-    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative, above 1e30, or whose
-                                       unit vectors are 0 0 0: never chosen */
-    uint64_t skipped_triangles;     /* a vertex is not finite, or the area is 0 */
-    uint64_t surfels, renewed;      /* all, and those of this frame */
+    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative or above 1e30, or whose
+                                       unit vectors are 0 0 0. They are never chosen */
+    uint64_t skipped_triangles;     /* triangles with a vertex that is not finite, or without area */
+    uint64_t surfels, renewed;      /* all surfels, and those that this frame made anew */
     uint64_t splats;                /* surfels that were drawn into tiles */
-    uint64_t wide_splats;           /* of them, discs that would be wider than they are far, and were cut */
+    uint64_t wide_splats;           /* those of `splats` whose disc was cut, since it would have been wider
+                                       than its distance */
     uint64_t filled;                /* texels that pull and push wrote */
     double   surface_area;          /* of the mesh, m^2 */
     double   flux[3];               /* of all sources, W (surfaces alone) */
-    double   lost_energy;           /* share of the light that the rule for near VPLs took off, mean of all
-                                       channels; by PATCH also what would have leaked through bent sheets */
-    double   culled;                /* share of pairs of VPL and block that culling skipped */
-    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its
-                                       own) */
-    uint32_t near_points;           /* of the last ism_choose; 0 after ism_set_vpls */
+    double   lost_energy;           /* share of the light that the rule for near VPLs took off, as the mean of
+                                       all channels; PATCH counts what would have leaked through bent sheets,
+                                       too */
+    double   culled;                /* share of the pairs of a VPL and a block that culling skipped */
+    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once (from
+                                       ism_shade with its own) */
+    uint32_t near_points;           /* near points of the last ism_choose; 0 after ism_set_vpls */
 };
 
 /* ==== src/ism/api_stages.h ==== */
@@ -479,110 +497,126 @@ struct ism_stats {                  /* of the last run of each stage */
 /* ---- stage by stage: what ism_render does ---- */
 
 ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
-/* Chooses VPLs among the texels of the frame's sources, by their importance (section 4). VPL i lies at (i +
-   0.5) / N of the sum of all importances. Black sources give no VPLs, which is no error.
+/* Chooses VPLs among the texels of the frame's sources, by importance (section 4): VPL i is drawn where the
+   running sum of all importances reaches (i + 0.5) / N of the whole. Black sources give no VPLs, which is no
+   error.
    Errors   ISM_ERR_ARGUMENT (NULL, the points' arrays or strides), ISM_ERR_INPUT (a source's arrays or
             strides, vectors that are not unit), ISM_ERR_LIMIT (2^26 texels), ISM_ERR_ALLOC,
             ISM_ERR_CANCELLED */
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
-/* Renews surfels (section 5) and draws the maps of the VPLs that there are (sections 3.3, 6.1). Surfels are
-   kept as barycentric coordinates: if the number of triangles stays the same, those that are not renewed
-   follow the mesh; if it changes, all are made anew.
+/* Renews surfels (section 5) and draws the depth maps of all VPLs (sections 3.3, 6.1). Surfels are kept as
+   barycentric coordinates: if the number of triangles stays the same, surfels that are not renewed follow the
+   mesh; if the number changes, all are made anew.
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no VPLs were chosen), ISM_ERR_INPUT (strides, an index beyond
-            vertex_count, vectors that are not unit), ISM_ERR_LIMIT, ISM_ERR_ALLOC, ISM_ERR_CANCELLED
+            vertex_count, an opacity, vectors that are not unit), ISM_ERR_LIMIT, ISM_ERR_ALLOC,
+            ISM_ERR_CANCELLED
    Cost     O(triangles + surfels of all VPLs x texels of their discs) */
 
 ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_points *points, const ism_shading *shading,
                              float *out, ism_stats *stats);
-/* Lights receivers by all VPLs, those of the frame or any others. shading, out and stats are as in
+/* Lights receivers, those of the frame or any others, by all VPLs. shading, out and stats are as in
    ism_render; stats->peak_bytes counts what the call allocates while it runs.
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ORDER, ISM_ERR_INPUT (vectors that are not unit),
             ISM_ERR_LIMIT, ISM_ERR_ALLOC, ISM_ERR_CANCELLED */
 
 /* ---- VPLs: to look at, to upload, or of your own ---- */
 
-typedef struct ism_vpl {
+typedef struct ism_vpl {            /* a virtual point light */
     float    position[3];           /* of directions: the unit direction to the light */
-    float    normal[3];             /* unit; of directions: the opposite */
-    float    flux[3];               /* W; of directions irradiance facing it, W/m^2 */
-    float    axis[3], exponent;     /* of the lobe; the normal and 1 if it is diffuse */
-    float    area;                  /* m^2 that it stands for; 0 = estimated from the distances of VPLs */
-    float    side;                  /* m: of the square that ISM_NEAR_PATCH takes; set by ism_choose and
+    float    normal[3];             /* unit; of directions: away from the light */
+    float    flux[3];               /* r, g, b, W; of directions the irradiance of a surface that faces the
+                                       light, W/m^2 */
+    float    axis[3], exponent;     /* of the lobe; the normal and 1 if the VPL is diffuse */
+    float    area;                  /* m^2 of surface that the VPL stands for; 0 = estimated from the
+                                       distances between VPLs */
+    float    side;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
                                        ism_set_vpls */
-    int32_t  directional;           /* not 0: of a source of directions */
-    uint32_t source, texel;         /* where it comes from; texel = y * width + x */
-    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel; of
-                                       directions, scattered sources and with no_inter_texel: at all */
-    float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0
-                                       = none do; set by ism_choose and ism_set_vpls */
-    uint32_t window;                /* of its tile, see ism_zoom; set by ism_build and ism_scatter */
+    int32_t  directional;           /* not 0: the VPL is of a source of directions */
+    uint32_t source, texel;         /* where the VPL comes from; texel = y * width + x */
+    int32_t  jumped;                /* 1: the VPL is farther than a texel from where it was in the last frame;
+                                       of directions, of scattered sources and with no_inter_texel: it has
+                                       moved */
+    float    reach;                 /* m: near points light receivers within this distance, and all of the
+                                       light is theirs within 0.7 of it. 0 = no near points; set by ism_choose
+                                       and ism_set_vpls */
+    uint32_t window;                /* of the VPL's tile, see ism_zoom; set by ism_build and ism_scatter */
 } ism_vpl;
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
-/* Returns the VPLs, valid until the next stage. */
+/* Returns the VPLs, *count of them, valid until the next stage. */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
-/* Takes your own list in place of ism_choose, without near points. count <= N; vectors must be finite, flux
-   0..1e30, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_INPUT, ISM_ERR_LIMIT,
-   ISM_ERR_CANCELLED. */
+/* Takes a list of yours in place of ism_choose. There are no near points then.
+   count    at most N
+   vpls     vectors must be finite, flux 0..1e30, normal and axis unit
+   Errors   ISM_ERR_ARGUMENT (NULL), ISM_ERR_INPUT (a VPL), ISM_ERR_LIMIT (count), ISM_ERR_CANCELLED */
 
-typedef struct ism_near_point {     /* 48 bytes: gl_backend uploads them as they are */
-    float position[3], side;        /* m: of the square that it becomes */
-    float normal[3], reach;         /* m: as a VPL's */
+#ifndef ISM_WITHOUT_NEAR_POINTS
+typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
+    float position[3];
+    float side;                     /* m, of the square that the point becomes */
+    float normal[3];
+    float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */
-    float vpl;                      /* whole number of the VPL nearest to it, by whose map it is seen */
+    float vpl;                      /* number of the nearest VPL, whose map says what sees this point */
 } ism_near_point;
 
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
-/* Returns a second, finer choice by the same importances, near_point_count times as many: of surfaces without
-   lobes alone, 64 neighbours in space together. There are none where VPLs on such surfaces are fewer than 9,
-   or set by ism_set_vpls. A receiver at distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 /
-   reach^2, limited to 0..1: where VPLs are few and near the sum is that of many. Valid until the next
-   ism_choose or ism_set_vpls. */
+/* Returns the near points: a second, finer choice by the same importances, near_point_count times as many as
+   VPLs, among surfaces without lobes. A receiver at distance d takes near points with the weight h = 2 - 2
+   d^2 / reach^2, limited to 0..1, and VPLs with 1 - h, so that close to few VPLs it gets the light of many
+   points. Each 64 points in a row are neighbours in space. There are no near points if fewer than 9 VPLs lie
+   on such surfaces, or after ism_set_vpls. Valid until the next ism_choose or ism_set_vpls. */
+#endif
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* Returns the importances of a source's texels (its bidirectional reflective shadow map) as ism_choose left
    them; NULL beyond the last source, and after a choice that failed. */
 
-/* ---- surfels: for those who draw the maps themselves, as gl_backend does ---- */
+#ifndef ISM_WITHOUT_SURFELS
+/* ---- surfels: for those who draw the maps themselves, as gl_ism.h does ---- */
 
 ISM_DEF ism_result ism_scatter(ism_maps *maps, const ism_frame *frame);
-/* Does the first half of ism_build: surfels and windows, but no maps. Errors: those of ism_build. */
+/* Does the first half of ism_build: makes surfels and windows, but draws no maps. Errors as ism_build. */
 
-typedef struct ism_surfel {         /* 16 bytes: gl_backend uploads them as they are */
-    uint32_t triangle;
-    float    barycentric[2];        /* weights of its second and third corner */
-    float    area;                  /* that it stands for, as a share of its triangle's */
+typedef struct ism_surfel {         /* 16 bytes, which gl_ism.h uploads as they are */
+    uint32_t triangle;              /* number of the triangle on which the surfel lies */
+    float    barycentric[2];        /* weights of the triangle's second and third corner */
+    float    area;                  /* area that the surfel stands for, as a share of its triangle's */
 } ism_surfel;
 
 ISM_DEF ism_result ism_surfels(const ism_maps *maps, uint32_t vpl, ism_surfel *out, size_t capacity,
                                size_t *count);
-/* Writes the surfels of one VPL's tile: *count of them, at most capacity (out may be NULL if capacity is 0).
-   Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+/* Writes the surfels of one VPL.
+   out      room for capacity surfels; may be NULL if capacity is 0
+   count    how many the VPL has, of which capacity are written at most
+   Errors   ISM_ERR_ARGUMENT (NULL, vpl), ISM_ERR_ORDER (there are no surfels yet) */
 
 ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_surfel *out, size_t capacity,
                                      size_t *count);
-/* Writes, of every VPL in turn, the surfels phase, phase + lazy_frames, phase + 2 lazy_frames ..., as many of
-   each as surfel_count / lazy_frames rounded up; those that a VPL does not have get area 0. A frame renews
-   the phase index % lazy_frames alone, or all (stats.renewed).
+/* Writes the surfels of one phase: of every VPL in turn those numbered phase, phase + lazy_frames, phase + 2
+   lazy_frames and so on, surfel_count / lazy_frames rounded up of each; surfels that a VPL does not have get
+   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed): upload what is new.
    phase    below lazy_frames
-   count    of all of them; at most capacity are written (out may be NULL if capacity is 0)
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER */
+   out      room for capacity surfels; may be NULL if capacity is 0
+   count    how many surfels the phase has, of which capacity are written at most
+   Errors   ISM_ERR_ARGUMENT (NULL, phase), ISM_ERR_ORDER (there are no surfels yet) */
+#endif
 
 /* ---- maps ---- */
 
-typedef struct ism_info {
+typedef struct ism_info {           /* what maps hold */
     ism_stats stats;                /* of the last ism_choose, ism_build or ism_scatter */
-    uint32_t vpl_count;             /* in use */
-    uint32_t near_point_count;      /* in use */
+    uint32_t vpl_count;             /* VPLs in use */
+    uint32_t near_point_count;      /* near points in use */
     uint32_t surfel_count, tile_side, lazy_frames;  /* as in ism_desc, with defaults in place of zeros */
     float    center[3], radius;     /* the sphere about the mesh of the last ism_build or ism_scatter, which
                                        maps of directions cover */
 } ism_info;
 
 ISM_DEF void ism_get_info(const ism_maps *maps, ism_info *out);
-/* Writes what the maps hold. */
+/* Writes what the maps hold. If maps or out is NULL, nothing is written. */
 
 #define ISM_FAR 1e30f               /* depth of a texel that shows nothing */
 
@@ -593,74 +627,78 @@ ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *t
 
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,
                                float *visible);
-/* Writes for each receiver whether ism_shade would light it by this VPL: 1 or 0. Receivers behind the VPL are
-   lit, those that turn their geometric normal's back to it are not. bias as in ism_shading. Errors:
-   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (vectors that are not unit). */
+/* Writes for each receiver whether this VPL's map lets light through to it: 1 or 0. Receivers behind the VPL
+   get 1, those whose geometric normal points away from the VPL get 0.
+   bias     as in ism_shading
+   visible  a float for each receiver
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no maps were built), ISM_ERR_INPUT (vectors that are not unit) */
 
 /* ==== src/ism/api_tools.h ==== */
 
+#ifndef ISM_WITHOUT_SOURCES
 /* ---- sources made for you ---- */
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
-/* Writes a source of the next bounce, from imperfect reflective shadow maps: side x side texels of every tile
-   (side a power of two up to tile_side), N * side * side of 3 floats each, scattered. Texels that show
-   nothing, and those of directions, have flux 0. Give them to other maps as a source. desc.keep_hits must be
-   set, and mesh must be that of the last ism_build.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_MISMATCH (another number of triangles), ISM_ERR_INPUT (an
-            index beyond vertex_count)
+/* Writes a source of the next bounce: what the VPLs' maps show, as imperfect reflective shadow maps. Give the
+   source, which is scattered, to other maps. Texels that show nothing, and those of directions, have flux 0.
+   desc.keep_hits must be set.
+   mesh     that of the last ism_build
+   side     texels a side that are taken of every tile, a power of two up to tile_side
+   outputs  N * side * side * 3 floats each
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no maps were built, no keep_hits), ISM_ERR_MISMATCH (another
+            number of triangles), ISM_ERR_INPUT (an index beyond vertex_count)
    Cost     O(N side^2 + triangles), on this thread, without progress */
 
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
                                       uint32_t seed, const ism_system *system, float *positions,
                                       float *normals, float *fluxes);
-/* Writes count points on emissive triangles, in proportion to their power, with equal shares: flux = pi x
-   radiance x area. Make them a scattered source of kind ISM_SOURCE_SURFACE.
-   radiances  r, g, b of each triangle, W/(sr m^2); it emits from the side that its corners turn round
-              counter-clockwise
+/* Writes count points on emissive triangles: more where more power leaves (pi x radiance x area), each with
+   an equal share of it. Make the points a scattered source of kind ISM_SOURCE_SURFACE.
+   radiances  r, g, b of each triangle, 0..1e30 W/(sr m^2), else the triangle does not emit; the light leaves
+              the side from which the triangle's corners are counter-clockwise
+   count      above 0
+   system     may be NULL
    outputs    count * 3 floats each
    Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_LIMIT,
               ISM_ERR_ALLOC */
 
 ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
                                       float *directions, float *fluxes, uint64_t *bad_texels);
-/* Writes a latitude-longitude map (row 0 is +Y, its centre +X, +Z right of it) as a source of
-   ISM_SOURCE_DIRECTIONS.
-   texels      r, g, b, radiance; channels that are not finite or negative count as 0 and are counted in
-               bad_texels, which may be NULL
-   rotation    radians about +Y; of scenes with Z up turn the directions yourself
+/* Writes a sky, given as a latitude-longitude map, as a source of ISM_SOURCE_DIRECTIONS. The first row of the
+   map looks to +Y, its centre to +X, and +Z lies right of the centre.
+   texels      radiance, 3 floats each; channels that are not finite or negative count as 0
+   rotation    radians about +Y; in a scene with Z up turn the directions yourself
    outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
+   bad_texels  how many texels had such channels; may be NULL
    Errors      ISM_ERR_ARGUMENT */
+#endif
 
-/* ---- formulas: for tests, and for shaders of your own ---- */
+/* ---- where in a tile a direction lies: to read the atlas in code and shaders of your own ---- */
+
+/* world direction -> local direction -> ism_map_coordinates -> ism_zoom -> place in the tile, and back by
+   ism_unzoom and ism_map_direction. The local axis z is the VPL's normal; with ISM_PROJECTION_LOBE it is the
+   VPL's axis, and VPLs with exponent 1 have ISM_PROJECTION_COSINE. For z = (a, b, c), with s = 1 if c >= 0
+   and else -1, and t = -1 / (s + c), the other axes are x = (1 + s t a^2, s t a b, -s a) and y = (t a b, s +
+   t b^2, -b) (Duff et al., JCGT 6(1), 2017). Tiles of directions are orthographic: a place (x, y,
+   z) from ism_info.center lies at uv = 0.5 + 0.5 (x, y) / radius, at the depth z + radius. */
 
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3]);
 ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
                                 float uv[2]);
-/* Go between the unit square and unit directions about +z; exponent is asked of ISM_PROJECTION_LOBE alone.
-   The second returns 0, uv untouched, for directions at or below the horizon (z <= 0). Corners of PARABOLOID
-   give directions below it. */
+/* Go from the unit square to unit directions about +z, and back. exponent is read by ISM_PROJECTION_LOBE
+   alone. The second returns 0, with uv untouched, for directions at or below the horizon (z <= 0). Corners of
+   the PARABOLOID give directions below it. */
 
-ISM_DEF void  ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
-ISM_DEF void  ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
-/* Go between that square and the tile that shows it, also a unit square, for a VPL's window and window_rim
-   texels of rim: in each axis linear below, in and above the window, which has all texels but `rim`. Both
-   clamp to 0..1.
-   window   how many 64ths of the square lie below it in u and in v, and above it in u and in v, six bits each
-            from the lowest on; 0 is the whole square: the tile is the square */
-
-ISM_DEF float ism_solid_angle(const float a[3], const float b[3], const float c[3]);
-/* Returns the solid angle of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983);
-   0 if it is degenerate. */
-
-ISM_DEF float ism_form_factor(const float normal[3], const float corners[12]);
-/* Returns the form factor from a point at the origin to a flat quadrilateral, clipped at the point's horizon
-   (Lambert). Corners go counter-clockwise as seen from the point, else the result is 0. */
-
-ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
-/* Returns 1 if a pixel of this opacity is to be drawn: of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws
-   exactly 0 to 4 (section 6.4). */
+ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
+ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
+/* Go from that square to the tile that shows it, which is a unit square too, and back. The window is the part
+   of the square that has all texels of the tile but `rim`; in each axis the way is linear below, in and above
+   the window. Both clamp to 0..1.
+   window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above it in u
+            and in v, six bits each from the lowest on; 0 = the whole square, which is then the tile
+   rim      desc.window_rim, or what it is by default */
 
 #ifdef __cplusplus
 }
@@ -685,12 +723,12 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define ISM__FINITE_MATH 1
 #else
@@ -706,7 +744,6 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -728,7 +765,7 @@ static inline void ism__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int ism__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -743,13 +780,14 @@ static inline int ism__add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int ism__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int ism__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -765,7 +803,7 @@ static inline ism__allocator ism__allocator_make(void *(*alloc_fn)(size_t, void 
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *ism__alloc(const ism__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -783,7 +821,6 @@ static inline void ism__free(const ism__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -822,7 +859,7 @@ static inline ism__v3 ism__v3_scale(ism__v3 a, float s)
     return ism__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline ism__v3 ism__v3_madd(ism__v3 a, ism__v3 b, float s)
 {
     return ism__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -853,8 +890,8 @@ static inline ism__v3 ism__v3_max(ism__v3 a, ism__v3 b)
     return ism__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline ism__v3 ism__v3_normalize(ism__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -869,7 +906,8 @@ static inline ism__v3 ism__v3_normalize(ism__v3 a)
     return ism__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int ism__finite(float x)
 {
     uint32_t bits;
@@ -882,8 +920,8 @@ static inline int ism__v3_finite(ism__v3 a)
     return ism__finite(a.x) && ism__finite(a.y) && ism__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -894,14 +932,14 @@ static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float ism__from_bits(uint32_t bits)
 {
@@ -917,22 +955,22 @@ static inline uint32_t ism__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
 static inline float ism__copysign(float x, float s)
 {
     return ism__from_bits((ism__to_bits(x) & 0x7fffffffu) | (ism__to_bits(s) & 0x80000000u));
 }
 
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
+/* Returns a if yes is 1 and b if it is 0, without a branch: compilers turn a chain of ?: with one condition
+   into a branch, and then do not vectorise the loop round it. */
 static inline float ism__either(int yes, float a, float b)
 {
     uint32_t mask = 0u - (uint32_t)yes;
     return ism__from_bits((ism__to_bits(a) & mask) | (ism__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void ism__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -941,7 +979,8 @@ static inline void ism__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -951,7 +990,8 @@ static inline void ism__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
+/* Returns atan2 with an error of 4e-7, at most 3 ulp. All quadrants, zeros of either sign and infinities are
+   as with C's atan2f; atan2(0, 0) is 0. */
 static inline float ism__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -968,7 +1008,8 @@ static inline float ism__atan2(float y, float x)
     return ism__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
+/* Returns exp(x) as 2^k (1 + r + r^2 p(r)) with |r| <= ln 2 / 2, in double, so that exp, log and pow err by
+   1 ulp. */
 static inline double ism__exp_core(double x)
 {
     double r, p, power;
@@ -980,14 +1021,15 @@ static inline double ism__exp_core(double x)
     k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
     r = x - (double)k * 0.69314718055994531;
     p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 +
+        r * (0.00833326438132814496 + r * p)));
     bits = (uint64_t)(k + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
     return power * (1.0 + (r + r * r * p));
 }
 
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+/* Returns the logarithm of x > 0 from x = 2^e m with m in [sqrt(1/2), sqrt(2)), by
+   log m = 2 artanh((m - 1) / (m + 1)). */
 static inline double ism__log_core(float x)
 {
     double m = (double)x, s, z;
@@ -1004,17 +1046,18 @@ static inline double ism__log_core(float x)
     }
     s = (m - 1.0) / (m + 1.0);
     z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 +
+         z * 0.117910756496012977));
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Infinity from 88.7228394 on. */
+/* Returns infinity above 88.7228394. */
 static inline float ism__exp(float x)
 {
     return x > 88.7228394f ? ism__from_bits(0x7f800000u) : (float)ism__exp_core((double)x);
 }
 
-/* -infinity where x is not above 0. */
+/* Returns -infinity if x is not above 0. */
 static inline float ism__log(float x)
 {
     return x > 0.0f ? (float)ism__log_core(x) : ism__from_bits(0xff800000u);
@@ -1032,10 +1075,10 @@ static inline float ism__pow(float x, float y)
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t ism__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -1048,25 +1091,26 @@ static inline uint32_t ism__hash_combine(uint32_t a, uint32_t b)
     return ism__hash32(a + 0x9e3779b9u * ism__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
 /* ==== src/shared/cdf.h ==== */
 
-
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
-/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
-   cell i, sums[count] the total; the array is the caller's. */
+/* A distribution over cells. sums[i] is the sum of the weights before cell i and sums[count] that of all;
+   the array is the caller's. Sums are double, since a float sum of 1e6 small weights is wrong in the third
+   digit. */
 typedef struct ism__cdf { const double *sums; uint32_t count; } ism__cdf;
 
 typedef struct ism__cdf_sample {
     uint32_t index;
     float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
-    float    probability;   /* of the cell; 0 only where all weights are 0 */
+    float    probability;   /* of the cell; 0 only if all weights are 0 */
 } ism__cdf_sample;
 
-/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
+/* Makes a distribution of weights, each times `scale`, which is 1 for most callers. Negative, NaN and
+   infinite weights count as 0; their number is returned. */
 static inline size_t ism__cdf_build(ism__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
 {
     size_t bad = 0;
@@ -1089,8 +1133,8 @@ static inline size_t ism__cdf_build(ism__cdf *cdf, double *sums, const float *we
 
 static inline double ism__cdf_total(const ism__cdf *cdf) { return cdf->sums[cdf->count]; }
 
-/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
-   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
+/* Returns the cell i with sums[i] <= u * total < sums[i + 1]. The strict upper bound keeps empty cells out,
+   even at u = 0, and keeps the index in range for u below 1. u outside [0, 1) is clamped. */
 static inline ism__cdf_sample ism__cdf_sample_at(const ism__cdf *cdf, float u)
 {
     ism__cdf_sample s;
@@ -1109,7 +1153,7 @@ static inline ism__cdf_sample ism__cdf_sample_at(const ism__cdf *cdf, float u)
         if (cdf->sums[mid] <= x) lo = mid;
         else hi = mid;
     }
-    /* Only where x rounded up to a total of denormal size. */
+    /* This happens only if x was rounded up to a total of denormal size. */
     while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
     width = cdf->sums[lo + 1u] - cdf->sums[lo];
     f = (x - cdf->sums[lo]) / width;
@@ -1119,7 +1163,7 @@ static inline ism__cdf_sample ism__cdf_sample_at(const ism__cdf *cdf, float u)
     return s;
 }
 
-/* Rows first: marginal over the rows, then the row's own distribution. */
+/* A distribution over the cells of a grid: `rows` is the one over whole rows, `sums` has that of each row. */
 typedef struct ism__cdf2 { const double *rows, *sums; uint32_t width, height; } ism__cdf2;
 
 typedef struct ism__cdf2_sample {
@@ -1128,7 +1172,7 @@ typedef struct ism__cdf2_sample {
     float    probability;   /* of the cell */
 } ism__cdf2_sample;
 
-/* Doubles for width * height cells; 0 where that overflows. */
+/* Returns how many doubles a distribution over width * height cells needs; 0 if their size overflows. */
 static inline size_t ism__cdf2_doubles(uint32_t width, uint32_t height)
 {
     size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
@@ -1136,8 +1180,9 @@ static inline size_t ism__cdf2_doubles(uint32_t width, uint32_t height)
     return row * height + rows;
 }
 
-/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
-   does. Returns the number of bad weights, as ism__cdf_build. */
+/* Makes a distribution of weights that are given row by row. row_scale, NULL for 1, multiplies whole rows,
+   as the solid angle of the rows of a latitude-longitude map does. Returns the number of bad weights, as
+   ism__cdf_build. */
 static inline size_t ism__cdf2_build(ism__cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
                                   uint32_t width, uint32_t height)
 {
@@ -1198,18 +1243,19 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 
 /* ==== src/shared/cpu.h ==== */
 
-
 /* unit cpu: run-time detection of x86 vector units */
 
-/* ISM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   ISM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
-#if !defined(ISM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+/* ISM__X86 is 1 if functions with target attributes can be compiled and chosen at run time. ISM__NO_SIMD, which
+   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
+   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+#if defined(ISM__NO_SIMD) || defined(__TINYC__)
+#define ISM__X86 0
+#elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define ISM__X86 1
 #define ISM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define ISM__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(ISM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
+#elif defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define ISM__X86 1
 #define ISM__TARGET_AVX2
 #define ISM__TARGET_AVX512
@@ -1217,35 +1263,43 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 #define ISM__X86 0
 #endif
 
+/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
 #if ISM__X86 && defined(_MSC_VER)
 #include <intrin.h>
-/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline void ism__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
+static inline unsigned ism__cpu_xcr0(void) { return (unsigned)_xgetbv(0); }
+#elif ISM__X86
+#include <cpuid.h>
+static inline void ism__cpu_ask(unsigned leaf, unsigned *r)
+{
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+}
+static inline unsigned ism__cpu_xcr0(void)
+{
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+#endif
+
+#if ISM__X86
+/* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
 static inline int ism__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
-    int r[4];
-    __cpuid(r, 0);
+    const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
+    unsigned r[4];
+    ism__cpu_ask(0, r);
     if (r[0] < 7) return 0;
-    __cpuid(r, 1);
-    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
-    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
-    __cpuidex(r, 7, 0);
-    return ((unsigned)r[1] & ebx) == ebx;
+    ism__cpu_ask(1, r);
+    if ((r[2] & wanted) != wanted || (ism__cpu_xcr0() & xcr0) != xcr0) return 0;
+    ism__cpu_ask(7, r);
+    return (r[1] & ebx) == ebx;
 }
+/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
 static inline int ism__cpu_has_avx2(void) { return ism__cpu_leaf7(0x06u, 0x00000128u); }
+/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
 static inline int ism__cpu_has_avx512(void) { return ism__cpu_leaf7(0xe6u, 0xc0030128u); }
-#elif ISM__X86
-/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
-static inline int ism__cpu_has_avx2(void)
-{
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-static inline int ism__cpu_has_avx512(void)
-{
-    return ism__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-}
 #else
 static inline int ism__cpu_has_avx2(void) { return 0; }
 static inline int ism__cpu_has_avx512(void) { return 0; }
@@ -1253,17 +1307,17 @@ static inline int ism__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/part.h ==== */
 
-
 /* unit part: the caller's progress within parts of a call, and whether it cancels */
 
-/* progress may be NULL; from..to of 0..1. */
+/* The share from..to of a call's progress, 0..1. progress may be NULL. */
 typedef struct ism__part {
     int (*progress)(void *user, float fraction);
     void *user;
     float from, to;
 } ism__part;
 
-/* Where progress is not NULL; fraction: of the part. */
+/* Tells the caller that this fraction of the part is done. Returns not 0 if the caller cancels. progress
+   must not be NULL. */
 static inline int ism__part_tell(const ism__part *p, float fraction)
 {
     return p->progress(p->user, p->from + (p->to - p->from) * fraction);
@@ -1277,7 +1331,7 @@ static inline ism__part ism__part_of(const ism__part *whole, float from, float t
     return p;
 }
 
-/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+/* Returns 1 if the caller cancels before step i of count; the caller is asked every so many steps. */
 static inline int ism__cancelled(const ism__part *p, size_t i, size_t count, size_t every)
 {
     return p->progress && i % every == 0 && ism__part_tell(p, (float)((double)i / (double)count)) != 0;
@@ -1285,12 +1339,11 @@ static inline int ism__cancelled(const ism__part *p, size_t i, size_t count, siz
 
 /* ==== src/shared/batch.h ==== */
 
-
 /* unit batch: tasks of a call, some at a time */
 
 typedef struct ism__batch { void (*task)(void *context, size_t index); void *context; size_t first; } ism__batch;
 
-/* A task itself; context: the batch. */
+/* The task of a batch, with the batch as its context. */
 static inline void ism__batch_task(void *context, size_t index)
 {
     const ism__batch *b = (const ism__batch *)context;
@@ -1299,17 +1352,17 @@ static inline void ism__batch_task(void *context, size_t index)
 
 /* ==== src/shared/hot.h ==== */
 
-
 /* unit hot, needs fp_begin: what compilers are told of hot code */
 
-/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
+/* ISM__HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
+   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !ISM__FINITE_MATH
 #define ISM__HOT __attribute__((optimize("O3")))
 #else
 #define ISM__HOT
 #endif
 
-/* Into kernels of several targets. */
+/* ISM__INLINE stands before what must be inlined into kernels of several targets. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define ISM__INLINE static inline __attribute__((always_inline))
 #elif defined(_MSC_VER)
@@ -1326,17 +1379,17 @@ static inline void ism__batch_task(void *context, size_t index)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* ISM__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define ISM__COLD __attribute__((cold))
 #else
 #define ISM__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct ism__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1345,7 +1398,7 @@ typedef struct ism__logger {
 
 typedef struct ism__message { char text[256]; size_t used; } ism__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline ISM__COLD void ism__message_text(ism__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1362,8 +1415,8 @@ static inline ISM__COLD void ism__message_count(ism__message *m, uint64_t value)
     ism__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline ISM__COLD int ism__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1382,7 +1435,8 @@ static inline ISM__COLD int ism__message_digits(double value, char digits[8], in
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline ISM__COLD void ism__message_number(ism__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1422,7 +1476,7 @@ static inline ISM__COLD void ism__message_number(ism__message *m, double value)
     for (i = count; i <= exponent; i++) ism__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline ISM__COLD void ism__message_begin(ism__message *m, const ism__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1431,7 +1485,7 @@ static inline ISM__COLD void ism__message_begin(ism__message *m, const ism__logg
     ism__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline ISM__COLD void ism__log_text(const ism__logger *logger, const char *field, const char *text)
 {
     ism__message m;
@@ -1442,8 +1496,10 @@ static inline ISM__COLD void ism__log_text(const ism__logger *logger, const char
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline ISM__COLD void ism__log_value(const ism__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline ISM__COLD void ism__log_value(const ism__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     ism__message m;
     if (!logger->log) return;
@@ -1455,10 +1511,10 @@ static inline ISM__COLD void ism__log_value(const ism__logger *logger, const cha
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline ISM__COLD void ism__log_element(const ism__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline ISM__COLD void ism__log_element(const ism__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     ism__message m;
     if (!logger->log) return;
@@ -1474,9 +1530,10 @@ static inline ISM__COLD void ism__log_element(const ism__logger *logger, const c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     ism__message m;
     if (!logger->log) return;
@@ -1635,7 +1692,7 @@ static const float *ism__at(const float *array, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
 }
 
-/* Axis and exponent. */
+/* Returns the axis and the exponent of a texel's lobe, four floats. */
 static const float *ism__lobe(const ism_source *s, size_t i)
 {
     return ism__at(s->lobes, s->lobe_stride ? s->lobe_stride : 16u, i);
@@ -1655,7 +1712,7 @@ static void ism__begin_job(const ism_system *system, const char *function, const
     job->log.function = function;
 }
 
-/* ARGUMENT, and says which pointer it is. */
+/* Returns ISM_ERR_ARGUMENT, and says which pointer is NULL. */
 static ism_result ism__is_null(const ism__logger *log, const char *name)
 {
     ism__log_text(log, name, "is NULL");
@@ -1668,7 +1725,7 @@ static ism_result ism__no_memory(const ism__logger *log)
     return ISM_ERR_ALLOC;
 }
 
-/* Where lists of surfels go. */
+/* Checks the arrays that lists of surfels are written to. */
 static ism_result ism__check_list(const ism__logger *log, const ism_surfel *out, size_t capacity,
                                   const size_t *count)
 {
@@ -1685,8 +1742,8 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
     return ISM_ERR_ARGUMENT;
 }
 
-/* A vector that is said to be unit: 1 if it is (0.97 to 1.03 long), 0 if it is 0 0 0 or not finite, and -1
-   else. */
+/* Returns what a vector is that is said to be unit: 1 if it is so (0.97 to 1.03 long), 0 if it is 0 0 0 or
+   not finite, and -1 otherwise. */
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
@@ -1699,7 +1756,7 @@ static size_t ism__mesh_triangles(const ism_mesh *mesh)
     return !mesh ? 0 : (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3u;
 }
 
-/* The mesh without what its indices say, which is seen while they are read. */
+/* Checks a mesh, but for the values of its indices, which are checked while they are read. */
 static ism_result ism__check_mesh(const ism__logger *log, const ism_mesh *mesh)
 {
     int indexed = mesh->indices || mesh->indices16;
@@ -1721,7 +1778,7 @@ static ism_result ism__check_mesh(const ism__logger *log, const ism_mesh *mesh)
     return ism__check_stride(log, "mesh.vertex_stride", mesh->vertex_stride, 12);
 }
 
-/* Index i of a mesh; of one without indices i itself. */
+/* Returns index i of a mesh; if the mesh has no indices, i itself. */
 static size_t ism__index(const ism_mesh *mesh, size_t i)
 {
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
@@ -1738,7 +1795,19 @@ static ism_result ism__check_indices(const ism__logger *log, const ism_mesh *mes
     return ISM_OK;
 }
 
-/* Corners of a triangle whose indices are known to be in range. */
+/* Opacities are 0..1: what is no number would not be drawn, and nobody would know why. */
+static ism_result ism__check_opacities(const ism__logger *log, const ism_mesh *mesh)
+{
+    size_t i, count = mesh->opacities ? ism__mesh_triangles(mesh) : 0;
+    for (i = 0; i < count; i++)
+        if (!(mesh->opacities[i] >= 0.0f && mesh->opacities[i] <= 1.0f)) {
+            ism__log_element(log, "mesh.opacities", i, "is", (double)mesh->opacities[i], "0..1");
+            return ISM_ERR_INPUT;
+        }
+    return ISM_OK;
+}
+
+/* Loads the corners of a triangle whose indices are known to be in range. */
 static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
 {
     size_t k;
@@ -1759,7 +1828,7 @@ static ism_result ism__check_units(const ism__logger *log, const char *name, con
     return ISM_OK;
 }
 
-/* Receivers, and their width and height where they are a picture. */
+/* Checks receivers, and finds the width and height of their picture; a list is one row. */
 static ism_result ism__open_view(const ism__logger *log, const ism_points *p, ism__view *out)
 {
     ism_result result;
@@ -1794,7 +1863,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
                             p->count);
 }
 
-/* A receiver's position and normal, or 0 for what is none. */
+/* Loads a receiver's position and normal. Returns 0 if there is no receiver. */
 static int ism__receiver(const ism__view *view, size_t i, ism__v3 *p, ism__v3 *n)
 {
     *p = ism__v3_load(ism__at(view->points->positions, view->points->position_stride, i));
@@ -1802,7 +1871,7 @@ static int ism__receiver(const ism__view *view, size_t i, ism__v3 *p, ism__v3 *n
     return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f;
 }
 
-/* Its geometric normal: n, its normal, if it has none. */
+/* Returns a receiver's geometric normal; if it has none, n, its normal. */
 static ism__v3 ism__geometric_normal(const ism__view *view, size_t i, ism__v3 n)
 {
     const ism_points *p = view->points;
@@ -1894,7 +1963,7 @@ static ism_result ism__check_source(const ism__logger *log, const ism_source *s,
     return ism__check_stride(log, name.text, s->area_stride, 4);
 }
 
-/* Texels of all sources, and the doubles that their prefix sums take. */
+/* Checks all sources, and counts their texels and the doubles that their prefix sums take. */
 static ism_result ism__check_sources(const ism__logger *log, const ism_frame *f, size_t *total,
                                      size_t *doubles)
 {
@@ -1921,9 +1990,10 @@ static ism_result ism__check_sources(const ism__logger *log, const ism_frame *f,
 
 /* ---- formulas: solid angle, form factor, dithering ---- */
 
-/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of
-   any size. */
-ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
+/* Returns the solid angle of a triangle seen from the origin, in sr, exact for any size (Van Oosterom and
+   Strackee 1983), and 0 for a triangle without area:
+   tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a). */
+static float ism__solid_angle(const float pa[3], const float pb[3], const float pc[3])
 {
     ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
     float la = ism__v3_length(a), lb = ism__v3_length(b), lc = ism__v3_length(c);
@@ -1934,8 +2004,10 @@ ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float 
     return omega > 0.0f ? omega : 0.0f;
 }
 
-/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x
-   a|; *share is the part of the area that is left. */
+/* Returns the form factor from a point at the origin with the normal n to a flat polygon, whose corners go
+   counter-clockwise as seen from the point, by Lambert's sum over the edges of the part above the horizon:
+   F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x a|. *share is the part of the area that is left; share may
+   be NULL. */
 static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
 {
     ism__v3 p[8];
@@ -1966,17 +2038,9 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
     return sum * 0.159154943f;
 }
 
-ISM_DEF float ism_form_factor(const float normal[3], const float corners[12])
-{
-    ism__v3 c[4];
-    float f;
-    int k;
-    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
-    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
-    return f > 0.0f ? f : 0.0f;
-}
-
-ISM_DEF int ism_dither(uint32_t x, uint32_t y, float opacity)
+/* Is a pixel of this opacity drawn? Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4
+   (paper 6.4). */
+static int ism__dither(uint32_t x, uint32_t y, float opacity)
 {
     static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
     return opacity > threshold[(y & 1u) * 2u + (x & 1u)];
@@ -2026,7 +2090,8 @@ static float ism__power_gap(float x, float y)
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
 {
-    float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x, y, z, s;
+    float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x;
+    float y, z, s;
     if (projection == ISM_PROJECTION_PARABOLOID) {
         r = a * a + b * b;
         s = 2.0f / (1.0f + r);
@@ -2060,7 +2125,8 @@ ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const 
 ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
                                 float uv[2])
 {
-    float x = direction[0], y = direction[1], z = direction[2], a, b, s;
+    float x = direction[0], y = direction[1], z = direction[2];
+    float a, b, s;
     if (!(z > 0.0f)) return 0;
     if (projection == ISM_PROJECTION_PARABOLOID) {
         a = x / (1.0f + z);
@@ -2137,8 +2203,9 @@ typedef struct ism__choice {
     float             from, to;     /* of the call's progress: this source's */
 } ism__choice;
 
-/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes
-   count as diffuse here: an importance need only be near. */
+/* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
+   hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
+   not be exact. */
 static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
 {
     ism__v3 d;
@@ -2154,8 +2221,8 @@ static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, i
     return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
 }
 
-/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as
-   paper 4.2 has it: the mirrored place. */
+/* Writes the place of a world position in pixels, and returns 0 if that is at infinity or unknown. A position
+   behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
     const float *m = view->points->matrix;
@@ -2173,17 +2240,19 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is
-   guided: it has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the
-   grid by the balance heuristic, so that no place is forgotten. Rows and columns of an even grid have as many
-   of either kind, so that guided ones take their numbers from their cells; of an odd one they have their own,
-   in steps of radius and of the golden ratio. */
+/* Estimates the mean square effect of one pVPL on the picture, from a jittered grid of receivers. Every other
+   sample, as on a chessboard, is guided: its density falls as min(1, (r0 / r)^2) about the pVPL's own place.
+   Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
+   grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
+   in an odd grid they have numbers of their own, in steps of radius and of the golden ratio. */
 static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism__view *view = &c->job->view;
-    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid, w = view->width, h = view->height;
+    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid;
+    uint32_t w = view->width, h = view->height;
     ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n = q, p, pn;
-    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
+    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h);
+    float reach = (float)w + (float)h, sum = 0.0f;
     uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
     float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
     int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u;
@@ -2234,18 +2303,21 @@ static void ism__estimate_task(void *context, size_t row)
     }
 }
 
-/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
+/* Blurs the effects of a row of texels over neighbours on the same surface (paper 6.5), and takes their
+   roots. Fluxes are not blurred. */
 static void ism__blur_task(void *context, size_t row)
 {
     ism__choice *c = (ism__choice *)context;
     const ism_source *s = &c->job->frame->sources[c->source];
-    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
+    int radius = (int)c->blur_radius, x, y;
+    int w = (int)s->width, h = (int)s->height;
     for (x = 0; x < w; x++) {
         size_t i = row * s->width + (size_t)x;
         ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
         ism__v3 n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
         float sum = 0.0f, weights = 0.0f;
-        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
+        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius;
+        int x1 = x + radius, k;
         c->out[i] = 0.0f;
         if (!(c->lum[i] > 0.0f)) continue;
         for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
@@ -2264,7 +2336,7 @@ static void ism__blur_task(void *context, size_t row)
     }
 }
 
-/* Box of the receivers; its diagonal. */
+/* Returns the diagonal of the receivers' box. */
 static float ism__extent(const ism__view *view)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
@@ -2277,7 +2349,8 @@ static float ism__extent(const ism__view *view)
     return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
 }
 
-/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
+/* Writes the fluxes of one source into c->lum, and the effect of a unit of each on the picture into
+   c->out. */
 static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
 {
     ism_maps *m = c->m;
@@ -2315,13 +2388,15 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double 
     return ISM_OK;
 }
 
-/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of
-   all sources together: of each by itself it would leave nothing to those that one with a few great effects
-   stands beside. Fluxes of directions are irradiances and have a share of their own. */
+/* Writes the importances into c->out: flux x (effect + a constant, so that no texel is forgotten). The
+   constant makes choice by flux alone a given share of all sources together: if it were a share of each
+   source, one with a few great effects would leave the others nothing. Fluxes of directions are irradiances,
+   and have a constant of their own. */
 static void ism__add_shares(ism__choice *c, const ism__source_of *of)
 {
     const ism_frame *f = c->job->frame;
-    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
+    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0;
+    double kinds, least[2];
     size_t s, i = 0, end;
     for (s = 0; s < f->source_count; s++) {
         flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;
@@ -2343,10 +2418,10 @@ static void ism__add_shares(ism__choice *c, const ism__source_of *of)
 
 /* ---- vpls: drawn from the importances, between texels (paper 4.1, 6.5) ---- */
 
-/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper
-   6.5). Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther
-   out of the chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the
-   texels. */
+/* Computes sample (x + fx, y + fy) of a grid as a mixture of the four texels about it, those that lie on one
+   surface (paper 6.5). If the surface is curved, their chord may run behind it, and a VPL there would light a
+   sheet's back: the sample lies on the chord or on the mean of the four tangent planes, whichever is farther
+   out. Returns the distance to the farthest of the texels. */
 static float ism__inter_texel(const ism__view *view, const ism_source *s, const ism__cdf2_sample *at,
                               ism__v3 *p, ism__v3 *n)
 {
@@ -2398,7 +2473,7 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
     return spacing;
 }
 
-/* One of `count` samples. */
+/* Makes a VPL from one of `count` samples, which was chosen with this probability. */
 static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source, const ism__cdf2_sample *at,
                           double probability, uint32_t count, ism_vpl *v)
 {
@@ -2428,14 +2503,16 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
         ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
         v->exponent = ism__lobe(s, i)[3];
     }
-    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
+    /* of a texel that is chosen once in a very long time not beyond what a VPL may have */
+    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale < 1e30f ? flux[k] * scale : 1e30f;
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
     v->side = spacing;              /* read by ism__flag_jumps, then replaced */
 }
 
-/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
+/* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
+   where they were. */
 static void ism__flag_jumps(ism_maps *m)
 {
     const ism_vpl *old = (const ism_vpl *)m->previous.data;
@@ -2452,9 +2529,9 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place,
-   of a texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as
-   the surface. */
+/* Finds the side of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
+   reaches no farther than its neighbours are. VPLs at one place, of a texel that was chosen twice, share a
+   square of their areas' sum: two squares of one's area would be twice as bright as the surface. */
 static void ism__side_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
@@ -2494,8 +2571,8 @@ static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float fro
     return ISM_OK;
 }
 
-/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the
-   second the column. 0 where there is none. */
+/* Draws sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number chooses source and
+   row, the second the column. Returns 0 if there is no such sample. */
 static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
                      uint32_t stream, ism_vpl *v)
 {
@@ -2562,7 +2639,8 @@ static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
 static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
 {
     float near2[ISM__NEAR_RANK], best = 1e30f;
-    uint32_t lo = 0, hi = w->sorted_count, left, right, k;
+    uint32_t lo = 0, hi = w->sorted_count, left;
+    uint32_t right, k;
     float x = w->axis == 0 ? p.x : w->axis == 1u ? p.y : p.z;
     for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
     while (lo < hi) {
@@ -2776,7 +2854,11 @@ static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t do
     return ism__grow(m, &m->sources, sources, sizeof(ism__source_of)) &&
            ism__grow(m, &m->importance, cells, sizeof(float)) &&
            ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) &&
+#ifndef ISM_WITHOUT_NEAR_POINTS
            ism__grow(m, &m->cdf, doubles, sizeof(double)) && ism__grow_near(m);
+#else
+           ism__grow(m, &m->cdf, doubles, sizeof(double));
+#endif
 }
 
 /* Importances of all sources; their progress ends at 0.7 of the call's. */
@@ -2854,7 +2936,10 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     ism__flag_jumps(m);
     m->built = 0;
     result = ism__finish_vpls(m, &job->part, 0.7f, 0.8f);
-    return result == ISM_OK ? ism__draw_near(m, job, total, 0.8f, 1.0f) : result;
+#ifndef ISM_WITHOUT_NEAR_POINTS
+    if (result == ISM_OK) return ism__draw_near(m, job, total, 0.8f, 1.0f);
+#endif
+    return result;
 }
 
 /* What a call with a frame begins with: job, and the frame's receivers. */
@@ -3184,7 +3269,7 @@ static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism
             ism__v3_store(corners, a);
             ism__v3_store(corners + 3, ism__v3_sub(p[1], v));
             ism__v3_store(corners + 6, ism__v3_sub(p[2], v));
-            sum += ism_solid_angle(corners, corners + 3, corners + 6);
+            sum += ism__solid_angle(corners, corners + 3, corners + 6);
         }
     }
     return sum / (float)count;
@@ -3313,7 +3398,8 @@ static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const i
 {
     const ism__window *w = (const ism__window *)m->windows.data + (v - m->vpls);
     ism__v3 from = ism__v3_load(v->directional ? m->center : v->position), at = ism__v3_sub(c->at, from);
-    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d, u0, u1, v0, v1;
+    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d;
+    float u0, u1, v0, v1;
     if (!w->u.on && !w->v.on) return 1.0f;
     d = v->directional ? m->radius : ism__v3_length(at);
     if (!v->directional && below < 0.05f * d) at = ism__v3_madd(at, f->z, 0.05f * d - below);
@@ -3412,7 +3498,8 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
     ism_maps *m = w->m;
     const uint32_t *counts = (const uint32_t *)m->counts.data;
     ism__surfel *points = (ism__surfel *)m->surfels.data + v * m->desc.surfel_count;
-    uint32_t n = counts[2u * v], j, key = m->desc.seed, used, k, step, clusters[ISM__AHEAD];
+    uint32_t n = counts[2u * v], j, key = m->desc.seed, used;
+    uint32_t k, step, clusters[ISM__AHEAD];
     int fresh = w->fresh || n != counts[2u * v + 1u];
     double x[ISM__AHEAD];
     size_t c = 0, i;
@@ -3494,12 +3581,46 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
     m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
 }
 
+/* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
+static int ism__hold_points(ism_maps *m, ism__spread_work *w)
+{
+    const size_t vpls = m->desc.vpl_count;
+    if (!ism__grow(m, &m->weights, w->triangles, 2u * sizeof(float)) ||
+        !ism__grow(m, &m->clusters, w->cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
+        !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(w), sizeof(double)) ||
+        !ism__grow(m, &m->sums, w->triangles + 1u, sizeof(double)) ||
+        !ism__grow(m, &m->surfels, vpls * m->desc.surfel_count, sizeof(ism__surfel)) ||
+        !ism__grow(m, &m->counts, vpls * 2u, sizeof(uint32_t)))
+        return 0;
+    w->valid = (const uint32_t *)m->pixels.data;
+    w->area = (float *)m->weights.data;
+    w->solid = w->area + w->triangles;
+    w->seen = (double *)m->clusters.data;
+    w->clusters = (ism__cluster *)(void *)(w->seen + w->cluster_count);
+    return 1;
+}
+
+/* Counts all surfels, and those that this frame made anew. */
+static void ism__count_renewed(ism_maps *m, const ism__spread_work *w)
+{
+    const uint32_t first = w->frame % w->period;
+    size_t i;
+    for (i = 0; i < m->desc.vpl_count; i++) {
+        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
+        m->stats.surfels += n[0];
+        m->stats.renewed += w->fresh || n[0] != n[1] ? n[0]
+                            : n[0] > first           ? (n[0] - first - 1u) / w->period + 1u
+                                                     : 0;
+    }
+}
+
+/* Makes the surfels of a frame: triangles are weighed, then clusters of them, then points are drawn. */
 static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
     ism__spread_work w;
     double area = 0.0, solid = 0.0;
-    size_t t, i;
+    size_t t;
     ism_result result;
     memset(&w, 0, sizeof w);
     w.m = m;
@@ -3518,18 +3639,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     result = ism__valid_pixels(m, &job->view, &w.valid_count);
     if (result == ISM_ERR_ALLOC) return ism__no_memory(&job->log);
     if (result != ISM_OK) return result;
-    if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
-        !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(&w), sizeof(double)) ||
-        !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
-        !ism__grow(m, &m->surfels, (size_t)m->desc.vpl_count * m->desc.surfel_count, sizeof(ism__surfel)) ||
-        !ism__grow(m, &m->counts, (size_t)m->desc.vpl_count * 2u, sizeof(uint32_t)))
-        return ism__no_memory(&job->log);
-    w.valid = (const uint32_t *)m->pixels.data;
-    w.area = (float *)m->weights.data;
-    w.solid = w.area + w.triangles;
-    w.seen = (double *)m->clusters.data;
-    w.clusters = (ism__cluster *)(void *)(w.seen + w.cluster_count);
+    if (!ism__hold_points(m, &w)) return ism__no_memory(&job->log);
     if (!ism__run(m, &job->part, 0.1f, 0.4f, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES,
                   ism__spread_task, &w))
         return ISM_ERR_CANCELLED;
@@ -3553,14 +3663,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
-    for (i = 0; i < m->desc.vpl_count; i++) {
-        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
-        uint32_t first = w.frame % w.period;
-        m->stats.surfels += n[0];
-        m->stats.renewed += w.fresh || n[0] != n[1] ? n[0]
-                            : n[0] > first          ? (n[0] - first - 1u) / w.period + 1u
-                                                    : 0;
-    }
+    ism__count_renewed(m, &w);
     return ISM_OK;
 }
 
@@ -3569,6 +3672,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
     ism_result result = f->mesh ? ism__check_mesh(&job->log, f->mesh) : ISM_OK;
+    if (result == ISM_OK && f->mesh) result = ism__check_opacities(&job->log, f->mesh);
     if (result != ISM_OK) return result;
     m->built = 0;
     if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t)))
@@ -3683,7 +3787,7 @@ typedef struct ism__disc {
     ism__v3  d1, d2;
 } ism__disc;
 
-/* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
+/* Returns the depth of the surfel's plane at a texel; 0 if the texel's ray does not meet the plane. */
 static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
 {
     float s = g[0] * tile->x[i] + g[1] * tile->y[i] + g[2] * tile->z[i];
@@ -3702,7 +3806,7 @@ static void ism__move_away(ism__disc *s)
     s->depth *= away;
 }
 
-/* Where the point lies in the tile; 0 if it is not seen from the VPL's front. */
+/* Finds where a surfel's disc lies in the tile. Returns 0 if the VPL does not see it before itself. */
 static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__disc *s)
 {
     const ism_maps *m = tile->m;
@@ -3756,7 +3860,8 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint3
     uint32_t x, y, size = tile->size, k;
     float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z,
           radius2 = s->radius2;
-    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y, b1z = s->d1.z, r = tile->m->radius;
+    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y;
+    float b1z = s->d1.z, r = tile->m->radius;
     float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut:
                                                                            passes */
     for (y = box[2]; y <= box[3]; y++)
@@ -3767,7 +3872,8 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint3
             int32_t first = (int32_t)(x - column), last = (int32_t)(box[1] - column);
             float t[ISM__TEXELS];
             for (k = 0; k < ISM__TEXELS; k++) {
-                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy, dz, at1, at2;
+                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy;
+                float dz, at1, at2;
                 int meets = plane > (sky ? 0.0f : 1e-20f);
                 float depth = sky ? plane : 1.0f / plane;
                 wide = sky ? r : depth;
@@ -3817,7 +3923,8 @@ static void ism__choose_draw(ism__tile *tile)
 #endif
 }
 
-/* Texels a unit of angle (or of world space) at most, in either direction of the square, without a window. */
+/* Returns how many texels a unit of angle (of a sky: of world space) spans at most, in either direction of
+   the square, without a window. */
 static float ism__texels_per_unit(const ism__tile *tile)
 {
     float size = (float)tile->size;
@@ -3843,9 +3950,9 @@ static void ism__splat(ism__tile *tile, const ism__disc *s)
     tile->draw(tile, s, box);
 }
 
-/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall
-   has neither gaps nor discs that jut out over its end. One that stands for its neighbours too remains a
-   disc. */
+/* Prepares a disc to be cut off at its triangle's edges. Points that stand for less than their triangle are
+   cut, and may be large: so a wall has neither gaps nor discs that jut out over its end. A point that stands
+   for neighbouring triangles too remains a disc. */
 static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2,
                      ism__disc *s)
 {
@@ -3857,7 +3964,8 @@ static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, f
     s->d2 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(n, e1), inverse));
 }
 
-/* What point j + 1 block and j + 2 blocks are read from. Points lie in a mesh's order, but far apart. */
+/* Asks for the memory from which the points one block and two blocks ahead are read. Points lie in the mesh's
+   order, but far apart. */
 ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points, uint32_t count, uint32_t j)
 {
     uint32_t k;
@@ -3890,7 +3998,7 @@ static void ism__draw_points(ism__tile *tile, const ism__surfel *points, uint32_
         ism__disc s;
         ism__read_ahead(mesh, points, count, j);
         /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
-        if (mesh->opacities && !ism_dither(column, row, mesh->opacities[t])) continue;
+        if (mesh->opacities && !ism__dither(column, row, mesh->opacities[t])) continue;
         ism__corners(mesh, t, p);
         e1 = ism__v3_sub(p[1], p[0]);
         e2 = ism__v3_sub(p[2], p[0]);
@@ -3950,7 +4058,8 @@ static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
    UINT32_MAX first, so that no hole depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
-    int size = (int)tile->size, x, y, dx, dy;
+    int size = (int)tile->size, x, y;
+    int dx, dy;
     size_t i, count = (size_t)tile->size * tile->size;
     for (y = 0; y < size; y++)
         for (x = 0; x < size; x++) {
@@ -3980,7 +4089,8 @@ static void ism__open_holes(ism__tile *tile)
    middle. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
-    uint32_t size = tile->size, level, x, y, k;
+    uint32_t size = tile->size, level, x;
+    uint32_t y, k;
     size_t offset = 0, below = 0;
     for (level = 1; level <= levels; level++) {
         uint32_t half = size >> level;
@@ -3989,7 +4099,8 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
                 uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level,
                          my = (2u * y + 1u) << level;
                 for (k = 0; k < 4u; k++) {
-                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at, px, py, d;
+                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at;
+                    uint32_t px, py, d;
                     if (level == 1)
                         at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
                     else at = pyramid[below + (size_t)cy * 2u * half + cx];
@@ -4047,7 +4158,8 @@ static void ism__keep_nearest(ism__search *s, ism__texel *texel, int d)
 static void ism__search_level(const ism__tile *tile, const uint32_t *cells, uint32_t level, int tx, int ty,
                               ism__search *s)
 {
-    int half = (int)(tile->size >> level), cx = tx >> level, cy = ty >> level, x, y;
+    int half = (int)(tile->size >> level), cx = tx >> level, cy = ty >> level;
+    int x, y;
     for (y = cy - 1; y <= cy + 1; y++)
         for (x = cx - 1; x <= cx + 1; x++) {
             uint32_t at;
@@ -4380,8 +4492,10 @@ static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_
                          float *out)
 {
     size_t n = w->m->vpl_count;
-    const float *x = w->fields + first, *y = x + n, *z = y + n, *nx = z + n, *ny = nx + n, *nz = ny + n;
-    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z, ax = px->n.x, ay = px->n.y, az = px->n.z;
+    const float *x = w->fields + first, *y = x + n, *z = y + n;
+    const float *nx = z + n, *ny = nx + n, *nz = ny + n;
+    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z;
+    float ax = px->n.x, ay = px->n.y, az = px->n.z;
     uint32_t i;
     for (i = 0; i < count; i++) {
         float dx = x[i] - px0, dy = y[i] - py0, dz = z[i] - pz0, d2 = dx * dx + dy * dy + dz * dz;
@@ -4413,7 +4527,8 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
 static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
-    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a, b, k;
+    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a;
+    float b, k;
     if (!(h > 0.0f)) return 0.0f;
     a = ism__v3_dot(px->n, d);
     b = -ism__v3_dot(normal, d);
@@ -4491,7 +4606,8 @@ static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look
     const ism_vpl *v = &m->vpls[number];
     const ism__window *w = (const ism__window *)m->windows.data + number;
     ism__v3 l = look->l, n = look->n;
-    float d = look->d, uv[2], direction[3], along, t;
+    float d = look->d, uv[2], direction[3];
+    float along, t;
     if (!look->at) return look->lit;
     t = *look->at;
     if (!v->directional && d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;
@@ -4642,7 +4758,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
-    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first, i, k, list[ISM__CHUNK];
+    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first;
+    uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
         ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
@@ -4672,7 +4789,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                              const uint8_t *skip, float out[3], double lost[2])
 {
-    uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at, i, k;
+    uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at;
+    uint32_t i, k;
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     float mean = w->s.near_mode == ISM_NEAR_CLAMP_MEAN ? ism__mean_light(w, px, first, end) : 0.0f;
     uint32_t list[ISM__CHUNK];
@@ -4704,7 +4822,9 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
         }
     }
     for (k = 0; k < 3u; k++) sum[k] *= (float)(w->pattern * w->pattern);
+#ifndef ISM_WITHOUT_NEAR_POINTS
     if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
+#endif
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
@@ -4768,7 +4888,8 @@ static void ism__shade_task(void *context, size_t index)
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j, k, width = (int)view->width, height = (int)view->height;
+    int r = (int)w->pattern / 2, i, j;
+    int k, width = (int)view->width, height = (int)view->height;
     float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
     ism__v3 p, n, q, nq;
     if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
@@ -4923,7 +5044,8 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
 {
     const ism__view *view = &job->view;
     ism__shade_work w;
-    size_t pixels = view->points->count, blocks, n = m->vpl_count, floats, size;
+    size_t pixels = view->points->count, blocks, n = m->vpl_count;
+    size_t floats, size;
     char *memory;
     ism_result result = ism__check_shading(m, job, shading);
     if (result != ISM_OK) return result;
@@ -5097,16 +5219,58 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
 
 /* ---- sources: points on lamps, directions of a sky ---- */
 
+/* Writes the power that leaves each triangle, over pi; 0 if its radiance cannot be used. */
+static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
+                                float *weights)
+{
+    size_t t;
+    for (t = 0; t < triangles; t++) {
+        ism__v3 p[3];
+        ism__corners(mesh, t, p);
+        weights[t] = ism__flux_ok(radiances + 3u * t)
+                   ? ism__luminance(radiances + 3u * t) * 0.5f *
+                     ism__v3_length(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])))
+                   : 0.0f;
+    }
+}
+
+/* Draws count points on triangles in proportion to their power: point i at (i + 0.5) / count of the sum of
+   all, and within its triangle by the golden ratio. */
+static void ism__place_emitters(const ism_mesh *mesh, const float *radiances, const ism__cdf *cdf,
+                                uint32_t count, uint32_t seed, float *positions, float *normals,
+                                float *fluxes)
+{
+    const uint32_t key = ism__hash_combine(seed, 21u);
+    uint32_t i, k;
+    for (i = 0; i < count; i++) {
+        ism__cdf_sample s = ism__cdf_sample_at(cdf, (float)(((double)i + 0.5) / (double)count));
+        ism__v3 p[3], n;
+        float b1, b2, area;
+        ism__triangle_map(ism__to_unit(key + i * 3242174889u),
+                          ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
+        ism__corners(mesh, s.index, p);
+        p[1] = ism__v3_sub(p[1], p[0]);
+        p[2] = ism__v3_sub(p[2], p[0]);
+        n = ism__v3_cross(p[1], p[2]);
+        area = 0.5f * ism__v3_length(n);
+        ism__v3_store(positions + 3u * (size_t)i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
+        ism__v3_store(normals + 3u * (size_t)i, ism__v3_normalize(n));
+        for (k = 0; k < 3u; k++)
+            fluxes[3u * (size_t)i + k] =
+                ISM__PI * radiances[3u * (size_t)s.index + k] * area / ((float)count * s.probability);
+    }
+}
+
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
                                       uint32_t seed, const ism_system *system, float *positions,
                                       float *normals, float *fluxes)
 {
     ism__allocator memory;
     ism__cdf cdf;
-    size_t triangles = ism__mesh_triangles(mesh), t, k;
+    size_t triangles = ism__mesh_triangles(mesh);
     float *weights;
     double *sums;
-    uint32_t i;
+    int shines;
     ism_system zero = { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL };
     ism__job job;
     ism_result result;
@@ -5134,37 +5298,13 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
         ism__free(&memory, weights);
         return ism__no_memory(&job.log);
     }
-    for (t = 0; t < triangles; t++) {
-        ism__v3 p[3];
-        ism__corners(mesh, t, p);
-        weights[t] = ism__flux_ok(radiances + 3u * t)
-                   ? ism__luminance(radiances + 3u * t) * 0.5f *
-                     ism__v3_length(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])))
-                   : 0.0f;
-    }
+    ism__weigh_emitters(mesh, radiances, triangles, weights);
     ism__cdf_build(&cdf, sums, weights, (uint32_t)triangles, 1.0);
-    for (i = 0; i < count && ism__cdf_total(&cdf) > 0.0; i++) {
-        ism__cdf_sample s = ism__cdf_sample_at(&cdf, (float)(((double)i + 0.5) / (double)count));
-        ism__v3 p[3], n;
-        float b1, b2, area;
-        uint32_t key = ism__hash_combine(seed, 21u);
-        ism__triangle_map(ism__to_unit(key + i * 3242174889u),
-                          ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
-        ism__corners(mesh, s.index, p);
-        p[1] = ism__v3_sub(p[1], p[0]);
-        p[2] = ism__v3_sub(p[2], p[0]);
-        n = ism__v3_cross(p[1], p[2]);
-        area = 0.5f * ism__v3_length(n);
-        ism__v3_store(positions + 3u * (size_t)i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
-        ism__v3_store(normals + 3u * (size_t)i, ism__v3_normalize(n));
-        for (k = 0; k < 3u; k++)
-            fluxes[3u * (size_t)i + k] =
-                ISM__PI * radiances[3u * (size_t)s.index + k] * area / ((float)count * s.probability);
-    }
-    t = ism__cdf_total(&cdf) > 0.0;
+    shines = ism__cdf_total(&cdf) > 0.0;
+    if (shines) ism__place_emitters(mesh, radiances, &cdf, count, seed, positions, normals, fluxes);
     ism__free(&memory, sums);
     ism__free(&memory, weights);
-    if (t) return ISM_OK;
+    if (shines) return ISM_OK;
     ism__log_text(&job.log, "radiances", "are all 0: no triangle emits");
     return ISM_ERR_INPUT;
 }
@@ -5248,7 +5388,12 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
         { "desc.flux_share", (double)d->flux_share, 0, 1, "0..1" },
         { "desc.area_share", (double)d->area_share, 0, 1, "0..1" },
         { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
+#ifdef ISM_WITHOUT_NEAR_POINTS
+        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 0,
+          "0 or less in a header that was joined without near points" },
+#else
         { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
+#endif
         { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2, 0.5 * side,
           "negative, 0 or 2..tile_side / 2" }
     };
@@ -5275,7 +5420,9 @@ static void ism__resolve(ism_desc *d)
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid_side) d->view_grid_side = 4u;
     if (!d->lazy_frames) d->lazy_frames = 8u;
+#ifndef ISM_WITHOUT_NEAR_POINTS
     if (!d->near_point_count) d->near_point_count = 16;
+#endif
     if (!d->window_rim) d->window_rim = d->tile_side >= 16u ? (int32_t)(d->tile_side / 8u) : 2;
     if (d->near_point_count < 0) d->near_point_count = 0;
     if (d->window_rim < 0) d->window_rim = 0;
@@ -5392,7 +5539,6 @@ ISM_DEF ism_result ism_render(ism_maps *m, const ism_frame *frame, const ism_sha
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

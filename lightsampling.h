@@ -3,21 +3,21 @@
    What it does
 
    Estimates the direct light of one lamp or sky at arrays of points: it draws directions towards the light,
-   weighs each of them with material and light, and sums up what is visible. Whether a sample is visible is
-   your answer, a plain array of floats: from csm.h's maps, from rays (Embree, your own tracer), from any
-   shadow map. After section 5 of Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent
-   Shadow Maps", EGSR 2007.
+   weighs each of them with material and light, and sums up those that are visible. You say which samples are
+   visible, in a plain array of floats: from csm.h's maps, from rays (Embree, your own tracer), or from any
+   shadow map. The method is that of section 5 of Ritschel, Grosch, Kautz and Mueller, "Interactive
+   Illumination with Coherent Shadow Maps", EGSR 2007.
 
    What it does not do
 
-   - No visibility and no rendering: points, normals and the eye's directions are yours, and so is what blocks
-     light.
+   - It does not find out what blocks light, and it renders nothing: points, normals, directions to the eye
+     and visibility are yours.
    - Light comes straight from the lamp; nothing bounces.
-   - No file access, no memory of its own, no threads of its own.
+   - It opens no files, allocates no memory and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define LIGHTSAMPLING_IMPLEMENTATION
        #include "lightsampling.h"
@@ -62,16 +62,16 @@
 
    Conventions
 
-   Right-handed; directions have unit length and point from the surface to the light or the eye; distances in
-   the scene's units, angles in radians, radiance in W/(sr m^2). Skies, latitude-longitude maps and `rotation`
-   have their poles at +Y and -Y: a scene with Z up is turned before it comes here.
+   Coordinates are right-handed; directions have unit length and point from the surface to the light or the
+   eye; distances are in the scene's units, angles in radians, radiance in W/(sr m^2). The poles of skies, of
+   latitude-longitude maps and of `rotation` are +Y and -Y: turn a scene whose up is Z before it comes here.
 
      light      a shape A that emits (section 5), its light function L, and how points of it are drawn, P_L
-     coords     a light's own coordinates x in [0, 1)^d, all of equal area
-     domain     D of section 4: which directions or positions visibility maps for a light must be made for
+     coords     a light's own coordinates x in [0, 1)^d; equal ranges of them cover equal areas of the light
+     domain     D of section 4: the directions or positions that visibility maps for a light must be made for
      material   a BRDF f with its parameters at one point, and how directions are drawn from it, P_f
-     sample     one direction towards a light with its weight f L cos / (pdf S)
-     pattern    points in the unit square that all samples of one pixel take their random numbers from
+     sample     one direction towards a light with its weight f L cos / (pdf S), for S samples a point
+     pattern    points in the unit square from which all samples of one pixel take their random numbers
                 (section 5.1)
 
    How it works
@@ -83,12 +83,12 @@
        visibility        yours: one float a sample, 1 lit, 0 hidden; a sample of weight 0 needs none
        lsamp_accumulate  adds weight x visibility up
 
-   Several lights are several calls. Every call is safe beside others on the same light.
+   Several lights are several calls. Calls on the same light may run on several threads at once.
 
    From the paper to the code
 
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate         T10, T20, T23
-     section 5     A, the shape of a light           lsamp_light_kind, lsamp__shape_point   T43, T73
+     section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point   T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame T18, T22
      section 5     emitters that are not Lambertian  lsamp__emit                            irradiance
      section 4, 5  D, where maps look from           lsamp_light_domain
@@ -96,8 +96,9 @@
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
      section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers
-     section 5.1   diffuse by P_L, specular by P_f   lsamp_sampling, lsamp__estimator_init  T10
-     section 5.2   the mean of frames                lsamp_progressive_add                  T16
+     section 5.1   sky: diffuse by P_L, specular by
+                   P_f; local lights by P_L          lsamp_sampling, lsamp__estimator_init  T10
+     section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
 
    Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
    the paper, and why.
@@ -111,10 +112,10 @@
    Memory, errors, threads, determinism
 
    Nothing here allocates: lights, patterns and sums live in memory that you own. Every function that can fail
-   returns an lsamp_result; where it is not LSAMP_OK, outputs are untouched. There are no globals: const
-   lights may be sampled from any number of threads; sums of frames belong to one at a time. Unit vectors may
-   have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the same
-   bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
+   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. There are no globals: any
+   number of threads may sample the same light; sums of frames belong to one thread at a time. Unit vectors
+   may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the
+   same bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
 
    What is supported: docs/lightsampling.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef LIGHTSAMPLING_H
@@ -177,44 +178,46 @@ struct lsamp_sample_desc;           /* how many samples, drawn how */
 struct lsamp_samples;               /* arrays that receive the samples */
 
 LSAMP_DEF size_t lsamp_light_bytes(const struct lsamp_light_desc *desc);
-/* Returns the bytes that lsamp_light_init needs: at most 512 + 22 a texel + 26 a row + 4 a column; for a
-   mesh 64 a triangle and 272 a place. Returns 0 if the desc is refused: the log of lsamp_light_init
-   says why. */
+/* Returns the bytes that lsamp_light_init needs for this desc: at most 512, and 22 for each texel, 26 for
+   each row and 4 for each column of texels; for a mesh 64 for each triangle and 272 for each place. Returns 0
+   if the desc is refused; lsamp_light_init tells the log why. */
 
 LSAMP_DEF lsamp_result lsamp_light_init(const struct lsamp_light_desc *desc, void *memory,
                                         size_t memory_bytes, lsamp_light **out, uint64_t *bad_texels);
-/* Makes a light in your memory. A light that moves or changes is made again, for each frame if need be, in
-   time that grows with its texels.
-   memory      lsamp_light_bytes(desc) bytes, 8-byte aligned; must outlive the light, which needs no
-               other end
-   bad_texels  may be NULL; receives the number of texels, of the frames in use, that have a channel which is
-               negative or not finite: the channel counts as 0
-   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY, LSAMP_ERR_INPUT (a mesh without
-               area) */
+/* Makes a light in your memory. There is nothing to free: the light ends when you take the memory back. To
+   move or change a light, make it again, for each frame if need be.
+   memory      lsamp_light_bytes(desc) bytes or more, aligned to 8 bytes
+   out         receives the light, which lies in memory, on LSAMP_OK only
+   bad_texels  may be NULL; receives the number of texels with a channel that is negative or not finite, in
+               the frames that desc.time blends; such a channel counts as 0
+   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY (too small, not aligned),
+               LSAMP_ERR_INPUT (a mesh without area)
+   Cost        time grows with the texels of one frame, or with the triangles and places of a mesh */
 
 LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const lsamp_light *light,
                                     const struct lsamp_points *points, const struct lsamp_samples *out,
                                     size_t *useful);
-/* Draws directions from each point towards the light, and weighs each of them with material and light.
+/* Draws directions from each point towards the light, and weighs each of them with material and light. A
+   point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
+   out     receives points->count x desc->samples samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
-   Errors  LSAMP_ERR_ARGUMENT (NULL, stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
-           not finite, a material out of range). Nothing is written then
-   Cost    time grows with points x samples. A point's samples depend on its own inputs and pixel only, so
-           that batches may be cut anywhere */
+   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
+           not finite, a material out of range)
+   Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
                                         const float *visibility, float *radiance, size_t radiance_stride);
 /* Adds weight x visibility of each point's samples to its radiance.
    count       of points; samples is the number of samples of each
    weights     those of lsamp_sample
-   visibility  one float for each sample, 0..1; NULL: all are lit. Values below 0, such as COHSM_REFUSED,
-               count as 0
-   radiance    3 floats for each point, radiance_stride bytes apart (0 = 12); set them to 0 before the first
-               light
-   Errors      LSAMP_ERR_ARGUMENT */
+   visibility  one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
+               COHSM_REFUSED of csm.h, count as 0
+   radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
+               0 = 12); set them to 0 before the first light
+   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride) */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- the caller's services: of these only log is called here, since nothing allocates ---- */
 
@@ -250,7 +253,8 @@ typedef struct lsamp_mesh {
     const uint16_t *indices16;      /* in place of indices; not both */
 } lsamp_mesh;
 
-typedef enum lsamp_light_kind {     /* what emits, and its coordinates x, y in [0, 1)^d, all of equal area */
+typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates x, y in [0, 1)^d, of which
+                                       equal ranges cover equal areas (of a sky: all directions) */
     LSAMP_LIGHT_DEFAULT,            /* = LSAMP_LIGHT_ENVIRONMENT */
     LSAMP_LIGHT_ENVIRONMENT,        /* the sky: x = 0.5 + atan2(z, x) / (2 pi), y = acos(y) / pi of a
                                        direction, so that row 0 is +Y and the centre +X */
@@ -259,14 +263,14 @@ typedef enum lsamp_light_kind {     /* what emits, and its coordinates x, y in [
     LSAMP_LIGHT_SPOT,               /* a round cone with a hard edge; no coordinates */
     LSAMP_LIGHT_LINE,               /* a cylinder without caps; x runs along it */
     LSAMP_LIGHT_RECTANGLE,          /* position + x u + y v; emits along u x v */
-    LSAMP_LIGHT_DISC,               /* Shirley and Chiu's concentric map of the square; emits along
-                                       direction */
+    LSAMP_LIGHT_DISC,               /* a disc that emits along direction; x, y go to it by Shirley and Chiu's
+                                       concentric map of the square */
     LSAMP_LIGHT_SPHERE,             /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits
                                        outwards */
     LSAMP_LIGHT_CALLBACK,           /* points of your own, by shape_fn */
-    LSAMP_LIGHT_MESH,               /* triangles that emit to where they turn counter-clockwise: x runs along
-                                       a curve through them, in proportion to area; y and z lie in the piece
-                                       that x names */
+    LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
+                                       counter-clockwise. x runs along a curve through all of them, in
+                                       proportion to area; y and z lie in the piece that x names */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
 
@@ -288,29 +292,33 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        of a line */
     float             direction[3]; /* unit; sun: towards it; spot: out of the lamp; disc: its normal */
     float             u[3], v[3];   /* edges of a rectangle; u of a line: end - start */
-    float             radius;       /* of a disc, sphere or line, > 0; of a mesh: so far off it are the
-                                       places of maps, >= 0 */
+    float             radius;       /* of a disc, sphere or line, 1e-18..1e18. Of a mesh: the distance from
+                                       its surface, on the side that emits, at which lsamp_light_domain puts
+                                       the places for maps, 0..1e18 */
     float             cone_half_angle; /* of a spot: from its axis to its edge, 5e-7..pi / 2 */
     float             radiance[3];  /* >= 0. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
                                        irradiance of a surface that faces it, W/m^2 */
-    float             cosine_power; /* of areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian
-                                       emitter */
-    float             rotation;     /* of an environment: radians about +Y */
-    const float      *texels;       /* L over [0, 1)^2 as factors of radiance (set that to 1 1 1: with 0 all
-                                       is black): height rows of width rgb texels, each constant; frames
-                                       follow one another. lsamp_light_init copies them. NULL: 1 */
-    uint32_t          width, height;     /* a line has height 1; 0 without texels */
+    float             cosine_power; /* of shapes that have an area: L(theta) = radiance cos^power(theta),
+                                       0..1e5; 0 is a Lambertian emitter */
+    float             rotation;     /* of an environment: radians about +Y, -1000..1000 */
+    const float      *texels;       /* factors of radiance over the coordinates: frames one after another,
+                                       each height rows of width rgb texels, constant within a texel.
+                                       lsamp_light_init copies the frames that it blends. Set radiance too: it
+                                       is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
+                                       everywhere. Not for sun, point, spot and mesh */
+    uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
     uint32_t          frames;            /* 0 = 1 */
-    float             frames_per_second; /* linear between frames; 0 = 30 */
+    float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
     int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
-    float             time;              /* seconds: the light is made as it is at this time */
+    float             time;              /* seconds, -1e9..1e9: the moment that the light shows */
     lsamp_shape_fn    shape_fn;          /* of LSAMP_LIGHT_CALLBACK */
-    lsamp_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
+    lsamp_emission_fn emission_fn;       /* NULL = 1 everywhere; not for sun, point and spot */
     void             *user;              /* given to shape_fn and emission_fn */
-    const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH: in world space, no texels; copied. Triangles
-                                            that are not finite or have no area do not emit */
-    uint32_t          places;            /* of maps for a mesh, 1..2^24; 0 = 1024. The mesh is cut into twice
-                                            as many pieces, or more */
+    const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH, in world space; lsamp_light_init copies it.
+                                            Triangles that are not finite or have no area do not emit */
+    uint32_t          places;            /* how many places for maps lsamp_light_domain gives for a mesh,
+                                            1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
+                                            more */
 } lsamp_light_desc;
 
 typedef enum lsamp_material_kind {
@@ -335,10 +343,10 @@ typedef struct lsamp_lobe {         /* of Lafortune's model; axes are tangent, b
 
 typedef struct lsamp_material {
     lsamp_material_kind kind;
-    float             diffuse[3];   /* albedo 0..1 (energy is conserved if diffuse + specular <= 1);
+    float             diffuse[3];   /* albedo 0..1 (no energy is made if diffuse + specular <= 1);
                                        METAL_ROUGH: the base colour */
-    float             specular[3];  /* PHONG: albedo of the lobe seen along the normal, which is its largest;
-                                       0..1 */
+    float             specular[3];  /* PHONG: albedo 0..1 of the lobe for an eye along the normal, where it is
+                                       largest */
     float             exponent;     /* PHONG: n, 0..1e5 */
     float             metallic;     /* METAL_ROUGH: 0..1 */
     float             roughness;    /* METAL_ROUGH: 0..1; alpha = roughness^2, not below 0.002 */
@@ -359,20 +367,20 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     const lsamp_material *materials;        /* one for each, or one for all */
     size_t                material_stride;  /* 0: one material for all; else sizeof(lsamp_material) or above,
                                                a multiple of sizeof(void *) */
-    const uint32_t       *pixels;           /* y * width + x of each, which picks its random numbers; NULL:
-                                               0, 1, ... */
+    const uint32_t       *pixels;           /* the pixel y * width + x of each point, by which its random
+                                               numbers are chosen; NULL = 0, 1, ... */
 } lsamp_points;
 
-typedef enum lsamp_sampling {       /* from which density directions are drawn */
-    LSAMP_SAMPLING_DEFAULT,         /* from that of the light and that of the material, weighted by the
-                                       balance heuristic (Veach and Guibas 1995), and shared out by the solid
-                                       angle of the light and the width of the lobe */
-    LSAMP_SAMPLING_LIGHT,           /* from the light's, P_L */
-    LSAMP_SAMPLING_BRDF,            /* from the material's, P_f; sun, point, spot, callback and mesh by P_L
-                                       all the same */
-    LSAMP_SAMPLING_PAPER,           /* environment: the diffuse part by P_L, the specular one by P_f, with
-                                       roulette between them by k_d, the diffuse share of the albedo; every
-                                       other light by P_L */
+typedef enum lsamp_sampling {       /* from which density directions are drawn. Sun, point, spot, callback and
+                                       mesh always use the density of the light */
+    LSAMP_SAMPLING_DEFAULT,         /* some samples from the light's density and some from the material's,
+                                       weighted by the balance heuristic (Veach and Guibas 1995); the solid
+                                       angle of the light and the width of the lobe decide how many of each */
+    LSAMP_SAMPLING_LIGHT,           /* the light's density, P_L */
+    LSAMP_SAMPLING_BRDF,            /* the material's density, P_f */
+    LSAMP_SAMPLING_PAPER,           /* as in section 5.1: of an environment the diffuse part by P_L and the
+                                       specular part by P_f, with roulette between them by k_d, the diffuse
+                                       share of the albedo; every other light by P_L */
     LSAMP_SAMPLING_COUNT
 } lsamp_sampling;
 
@@ -380,18 +388,19 @@ typedef struct lsamp_sample_desc {
     lsamp_system   system;          /* its log says what was refused */
     uint32_t       samples;         /* S, the samples of each point, 1..65536 */
     lsamp_sampling sampling;
-    uint32_t       seed;            /* another seed makes other noise: use one for each light */
-    uint32_t       frame;           /* of progressive rendering: frame i goes on where frame i - 1 stopped */
-    const float   *patterns;        /* from lsamp_patterns_build with length S; NULL: each pixel has a
+    uint32_t       seed;            /* another seed makes other noise: give each light a seed of its own */
+    uint32_t       frame;           /* the number of the frame in progressive rendering: frame i takes the
+                                       random numbers that follow those of frame i - 1 */
+    const float   *patterns;        /* from lsamp_patterns_build with length S; NULL = each pixel has a
                                        scrambled (0, 2)-sequence, which converges faster over many frames */
 } lsamp_sample_desc;
 
 typedef struct lsamp_samples {      /* room for count * S each; sample k of point i is number i S + k */
     float *directions;              /* 3 floats, unit; the normal where the weight is 0 and no direction was
                                        found */
-    float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The light's own
-                                       point is position + distance direction */
-    float *coords;                  /* 3 floats, the light's coordinates; NULL: not wanted */
+    float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The point on the
+                                       light is position + distance direction */
+    float *coords;                  /* 3 floats, the light's coordinates of that point; NULL = not wanted */
     float *weights;                 /* 3 floats: f L cos / (pdf S) */
 } lsamp_samples;
 
@@ -401,67 +410,79 @@ typedef struct lsamp_samples {      /* room for count * S each; sample k of poin
 
 /* ---- over frames ---- */
 
-typedef struct lsamp_progressive {  /* the mean of frames (section 5.2); sums of doubles, good for 1e6
-                                       frames */
-    double  *sums;                  /* count doubles of yours */
+typedef struct lsamp_progressive {  /* sums of frames, from which their mean is taken (section 5.2); set sums
+                                       and count, then call lsamp_progressive_reset */
+    double  *sums;                  /* count doubles in your memory; precise enough for 1e6 frames */
     size_t   count;                 /* 3 x pixels */
-    uint32_t frames;                /* how many the sums hold */
+    uint32_t frames;                /* how many frames the sums hold */
 } lsamp_progressive;
 
 LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p);
-/* Forgets all frames, as after every change of camera, scene or light.
-   Errors   LSAMP_ERR_ARGUMENT */
+/* Forgets all frames. Call it before the first frame and after every change of camera, scene or light.
+   Errors   LSAMP_ERR_ARGUMENT (NULL) */
 
 LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *frame);
-/* Adds a frame of count floats.
-   Errors   LSAMP_ERR_ARGUMENT */
+/* Adds a frame of count floats to the sums.
+   Errors   LSAMP_ERR_ARGUMENT (NULL, 2^32 frames) */
 
 LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float *mean);
 /* Writes the mean of the frames, count floats.
-   Errors   LSAMP_ERR_ARGUMENT, also before the first frame */
+   Errors   LSAMP_ERR_ARGUMENT (NULL, or no frame yet) */
 
-#define LSAMP_PATTERN_COUNT 256u
+#define LSAMP_PATTERN_COUNT 256u    /* patterns that lsamp_patterns_build makes, as in the paper */
 
 LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length);
-/* Returns the bytes of LSAMP_PATTERN_COUNT patterns of so many points in the unit square; 0 if length is not
-   1..65536. */
+/* Returns the bytes that lsamp_patterns_build needs for LSAMP_PATTERN_COUNT patterns of length points; 0 if
+   length is not 1..65536. */
 
 LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t bytes);
-/* Makes the paper's patterns (section 5.1): pattern j holds its points at patterns + j * length * 2. Each of
-   the length columns of the square holds one point, jittered; so does each cell of the square grid where
-   length is a power of 4. lsamp_sample takes the pattern by pixel and moves to another one each frame; after
-   256 frames all have been used and return shifted.
-   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes) */
+/* Makes the paper's stratified patterns of points in the unit square (section 5.1), for
+   lsamp_sample_desc.patterns. If the square is cut into length columns, each column holds one point of a
+   pattern, jittered; if length is a power of 4, so does each cell of the square grid of length cells.
+   lsamp_sample chooses a pattern by pixel and takes another one each frame; after 256 frames all have been
+   used, and they come again, shifted.
+   length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.samples
+   patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
+   bytes     of patterns, at least lsamp_patterns_bytes(length)
+   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes) */
 
 /* ==== src/lightsampling/api_lights.h ==== */
 
 /* ---- lights, point by point, and where maps of them look from ---- */
 
 typedef struct lsamp_emission {     /* one point of a light as seen from a point p */
-    float direction[3];             /* unit, from p to it */
-    float distance;                 /* LSAMP_INFINITY for environment and sun */
-    float coords[3];                /* in [0, 1), the light's own coordinates; unused ones are 0 */
-    float radiance[3];              /* towards p; sun, point, spot: irradiance of a surface that faces them */
-    float pdf;                      /* with which lsamp_light_sample returns it, per solid angle; sun, point,
-                                       spot: 1 */
+    float direction[3];             /* unit, from p to the point of the light */
+    float distance;                 /* from p to the point of the light; LSAMP_INFINITY for environment and
+                                       sun */
+    float coords[3];                /* the light's own coordinates of the point, in [0, 1); 0 for those that
+                                       this kind of light does not have */
+    float radiance[3];              /* from the light towards p, W/(sr m^2); of sun, point and spot the
+                                       irradiance of a surface at p that faces the light, W/m^2 */
+    float pdf;                      /* the density, per solid angle as seen from p, with which
+                                       lsamp_light_sample draws this direction; 1 for sun, point and spot,
+                                       which have one direction only */
 } lsamp_emission;
 
 LSAMP_DEF int lsamp_light_sample(const lsamp_light *light, const float p[3], const float u[3],
                                  lsamp_emission *out);
-/* Picks a point of the light from its density P_L: in proportion to its texture; of rectangles and spheres
-   without one by solid angle. Returns 0, *out untouched, where nothing reaches p.
+/* Draws a point of the light from the density P_L: in proportion to the texels, or, of rectangles and spheres
+   without texels, evenly over the solid angle seen from p. Returns 1; returns 0 and leaves *out untouched if
+   no light of the drawn point reaches p, or if an argument is NULL or out of range.
    u        random numbers in [0, 1); u[2] serves callbacks only */
 
 LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const float direction[3],
                               lsamp_emission *out);
-/* Finds what a ray from p sees of the light alone. Returns 0, *out untouched, if it misses. That is always
-   so for sun, point, spot and callback, which have no area or none that is known, and for meshes, whose
-   triangles a ray would have to search: those are only sampled from their side. */
+/* Writes the point of the light at which a ray from p would arrive if nothing stood between them. Returns 1;
+   returns 0 and leaves *out untouched if the ray misses the light, or if an argument is NULL or out of range.
+   Sun, point and spot have no area to hit; a callback cannot be intersected; and meshes are not searched: for
+   these the function always returns 0, and lsamp_light_sample is the only way to reach them.
+   direction  unit */
 
 LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners);
-/* Returns the number of pieces of a mesh, 0 for other shapes, and writes them in the order of the mesh's
-   curve. They are equal in area within a factor of two unless triangles are smaller.
-   corners  9 floats each; NULL: they are only counted */
+/* Returns the number of pieces that a mesh was cut into, 0 for other kinds, and writes the pieces in the
+   order of the mesh's curve. A piece is a triangle; the areas of pieces differ by at most a factor of two,
+   but for triangles of the mesh that are smaller still.
+   corners  receives 9 floats a piece, x, y, z of each corner; NULL: the pieces are only counted */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
     LSAMP_DOMAIN_DEFAULT,           /* never written */
@@ -469,14 +490,14 @@ typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kin
     LSAMP_DOMAIN_LINE = 3,          /* positions: origin + s u */
     LSAMP_DOMAIN_RECTANGLE = 4,     /* positions: origin + s u + t v */
     LSAMP_DOMAIN_DISC = 5,          /* positions on a disc about origin; u and v are its two half axes */
-    LSAMP_DOMAIN_SPHERE = 6,        /* positions on the sphere of radius |u| about origin, latitude-longitude
-                                       of equal area */
+    LSAMP_DOMAIN_SPHERE = 6,        /* positions on the sphere of radius |u| about origin; s turns about +Y,
+                                       t runs with equal areas from +Y to -Y */
     LSAMP_DOMAIN_TABLE = 8,         /* positions: locations, asked by a parameter 0..1 */
     LSAMP_DOMAIN_LIST = 9,          /* positions: locations, asked by index */
     LSAMP_DOMAIN_KIND_COUNT
 } lsamp_domain_kind;
 
-typedef struct lsamp_domain {       /* fields as in cohsm_domain: copy them one by one into
+typedef struct lsamp_domain {       /* has the fields of cohsm_domain (csm.h): copy them one by one into
                                        cohsm_desc.domain */
     lsamp_domain_kind kind;
     uint32_t side[3];               /* cells along each dimension; 0 = you choose */
@@ -486,14 +507,14 @@ typedef struct lsamp_domain {       /* fields as in cohsm_domain: copy them one 
 } lsamp_domain;
 
 LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain *out);
-/* Writes D of section 4: the directions or positions for which visibility maps, such as csm.h's, must be
-   made so that they answer for samples of this light. Those maps are asked with the samples' coords, three
-   floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12); the sky's and the sun's, LATLONG, with
-   directions; a point's and a spot's, LIST, by index 0.
-   out      its side is 0, the default, but for a mesh's TABLE; locations of LIST and TABLE point into the
-            light
-   Errors   LSAMP_ERR_ARGUMENT, also for callbacks, which have no domain: make a table of positions from
-            shape_fn */
+/* Writes D of section 4: the directions or positions for which visibility maps, such as csm.h's, must be made
+   so that they answer for samples of this light. Ask maps of a sky or a sun (LATLONG) with the samples'
+   directions, maps of a point or a spot (LIST) with index 0, and all others with the samples' coords, three
+   floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12).
+   out      side is 0, which csm.h takes for its default, except for the TABLE of a mesh; the locations of
+            LIST and TABLE lie in the light's memory
+   Errors   LSAMP_ERR_ARGUMENT (NULL, or a callback, which has no domain: make a table of positions from
+            shape_fn) */
 
 /* ---- materials, direction by direction ---- */
 
@@ -501,18 +522,20 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
                                        const float tangent[3], const float wo[3], const float wi[3],
                                        float f[3], float *pdf);
 /* Writes f(wo, wi), the BRDF in 1/sr without the cosine, and the density per solid angle with which
-   lsamp_brdf_sample returns wi.
-   tangent  NULL: any; else unit, and made orthogonal to normal
-   wo, wi   unit, away from the surface; f is 0 where wi is below it, and wo is lifted to just above it
-   Errors   LSAMP_ERR_ARGUMENT (NULL, NaN, length), LSAMP_ERR_DESC (material) */
+   lsamp_brdf_sample draws wi.
+   tangent  unit; made orthogonal to normal. NULL = any direction
+   wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
+            lifted to just above it
+   f        receives red, green, blue
+   Errors   LSAMP_ERR_ARGUMENT (NULL, NaN, a vector that is not unit), LSAMP_ERR_DESC (material) */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
                                          const float tangent[3], const float wo[3], const float u[2],
                                          float wi[3], float f[3], float *pdf);
-/* Picks a direction wi from the material's density P_f, and writes f and the density as lsamp_brdf_eval
-   does. A *pdf of 0 says that there is no sample, since the lobe went below the surface or the material is
-   black; wi is the normal then.
-   u        random numbers, 0 <= u < 1: u[0] picks the lobe by Russian roulette and is then stretched to 0..1
+/* Draws a direction wi from the material's density P_f, and writes f and the density as lsamp_brdf_eval
+   does. A *pdf of 0 says that there is no sample, because the drawn direction points below the surface or the
+   material is black; wi is the normal then.
+   u        random numbers in [0, 1): u[0] chooses the lobe by Russian roulette and is then stretched to 0..1
             again
    Errors   those of lsamp_brdf_eval */
 
@@ -526,7 +549,7 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
 
 /* ==== src/lightsampling/begin.h ==== */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(LIGHTSAMPLING_IMPLEMENTATION) && !defined(LIGHTSAMPLING_IMPLEMENTED)
 #define LIGHTSAMPLING_IMPLEMENTED
@@ -537,12 +560,12 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define LSAMP__FINITE_MATH 1
 #else
@@ -559,10 +582,9 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
 
 /* ==== src/shared/mem.h ==== */
 
-
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int lsamp__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -577,14 +599,14 @@ static inline int lsamp__add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int lsamp__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -628,7 +650,7 @@ static inline lsamp__v3 lsamp__v3_scale(lsamp__v3 a, float s)
     return lsamp__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline lsamp__v3 lsamp__v3_madd(lsamp__v3 a, lsamp__v3 b, float s)
 {
     return lsamp__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -659,8 +681,8 @@ static inline lsamp__v3 lsamp__v3_max(lsamp__v3 a, lsamp__v3 b)
     return lsamp__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline lsamp__v3 lsamp__v3_normalize(lsamp__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -675,7 +697,8 @@ static inline lsamp__v3 lsamp__v3_normalize(lsamp__v3 a)
     return lsamp__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int lsamp__finite(float x)
 {
     uint32_t bits;
@@ -690,8 +713,8 @@ static inline int lsamp__v3_finite(lsamp__v3 a)
     return lsamp__finite(a.x) && lsamp__finite(a.y) && lsamp__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void lsamp__v3_basis(lsamp__v3 n, lsamp__v3 *b1, lsamp__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -702,14 +725,14 @@ static inline void lsamp__v3_basis(lsamp__v3 n, lsamp__v3 *b1, lsamp__v3 *b2)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float lsamp__from_bits(uint32_t bits)
 {
@@ -725,22 +748,22 @@ static inline uint32_t lsamp__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
 static inline float lsamp__copysign(float x, float s)
 {
     return lsamp__from_bits((lsamp__to_bits(x) & 0x7fffffffu) | (lsamp__to_bits(s) & 0x80000000u));
 }
 
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
+/* Returns a if yes is 1 and b if it is 0, without a branch: compilers turn a chain of ?: with one condition
+   into a branch, and then do not vectorise the loop round it. */
 static inline float lsamp__either(int yes, float a, float b)
 {
     uint32_t mask = 0u - (uint32_t)yes;
     return lsamp__from_bits((lsamp__to_bits(a) & mask) | (lsamp__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void lsamp__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -749,7 +772,8 @@ static inline void lsamp__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -766,15 +790,15 @@ static inline float lsamp__cos(float x)
     return c;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
+/* Returns asin of 0 <= x <= 0.5, with z = x * x. The functions made of it have an absolute error of 3e-7. */
 static inline float lsamp__asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = lsamp__acos_rooted(x, sqrtf(lsamp__acos_square(x))). */
+/* acos(x) is lsamp__acos_rooted(x, sqrtf(lsamp__acos_square(x))). The square root stands apart, since C compilers do
+   not vectorise it. Above a half, asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)) keeps acos exact near 0. */
 static inline float lsamp__acos_square(float x)
 {
     float a = fabsf(x);
@@ -793,7 +817,8 @@ static inline float lsamp__acos_rooted(float x, float root)
 
 static inline float lsamp__acos(float x) { return lsamp__acos_rooted(x, sqrtf(lsamp__acos_square(x))); }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
+/* Returns atan2 with an error of 4e-7, at most 3 ulp. All quadrants, zeros of either sign and infinities are
+   as with C's atan2f; atan2(0, 0) is 0. */
 static inline float lsamp__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -810,7 +835,8 @@ static inline float lsamp__atan2(float y, float x)
     return lsamp__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
+/* Returns exp(x) as 2^k (1 + r + r^2 p(r)) with |r| <= ln 2 / 2, in double, so that exp, log and pow err by
+   1 ulp. */
 static inline double lsamp__exp_core(double x)
 {
     double r, p, power;
@@ -822,14 +848,15 @@ static inline double lsamp__exp_core(double x)
     k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
     r = x - (double)k * 0.69314718055994531;
     p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 +
+        r * (0.00833326438132814496 + r * p)));
     bits = (uint64_t)(k + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
     return power * (1.0 + (r + r * r * p));
 }
 
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+/* Returns the logarithm of x > 0 from x = 2^e m with m in [sqrt(1/2), sqrt(2)), by
+   log m = 2 artanh((m - 1) / (m + 1)). */
 static inline double lsamp__log_core(float x)
 {
     double m = (double)x, s, z;
@@ -846,7 +873,8 @@ static inline double lsamp__log_core(float x)
     }
     s = (m - 1.0) / (m + 1.0);
     z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 +
+         z * 0.117910756496012977));
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
@@ -862,10 +890,10 @@ static inline float lsamp__pow(float x, float y)
 
 /* ==== src/shared/disc.h ==== */
 
-
 /* unit disc, needs trig: the square mapped to the disc */
 
-/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
+/* Writes where a point s, t of the unit square goes on the unit disc by Shirley and Chiu's concentric map,
+   which keeps areas in proportion. */
 static inline void lsamp__concentric(float s, float t, float *x, float *y)
 {
     float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
@@ -882,7 +910,6 @@ static inline void lsamp__concentric(float s, float t, float *x, float *y)
 }
 
 /* ==== src/shared/hilbert.h ==== */
-
 
 /* unit hilbert: Hilbert curves in 1 to 3 dimensions */
 
@@ -910,10 +937,10 @@ static inline uint32_t lsamp__hilbert_index(const uint32_t *cell, uint32_t bits,
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t lsamp__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -926,17 +953,17 @@ static inline uint32_t lsamp__hash_combine(uint32_t a, uint32_t b)
     return lsamp__hash32(a + 0x9e3779b9u * lsamp__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float lsamp__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+/* Returns number i, in [0, 1), of the stream (seed, stream). There is no state, so that threads and tiles
+   can draw their own numbers. */
 static inline float lsamp__random(uint32_t seed, uint32_t stream, uint32_t i)
 {
     return lsamp__to_unit(lsamp__hash_combine(lsamp__hash_combine(seed, stream), i));
 }
 
 /* ==== src/shared/lds.h ==== */
-
 
 /* unit lds, needs rng: low-discrepancy points in [0, 1) */
 
@@ -949,8 +976,9 @@ static inline uint32_t lsamp__reverse_bits(uint32_t x)
     return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
 }
 
-/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
-   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
+/* Returns x after Owen scrambling, by the hash of Laine and Karras as tuned in Burley, "Practical hash-based
+   Owen scrambling", JCGT 9(4), 2020. It works on reversed bits: a bit depends on the more significant ones
+   alone. */
 static inline uint32_t lsamp__owen(uint32_t x, uint32_t seed)
 {
     x = lsamp__reverse_bits(x) + seed;
@@ -961,8 +989,8 @@ static inline uint32_t lsamp__owen(uint32_t x, uint32_t seed)
     return lsamp__reverse_bits(x);
 }
 
-/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
-   different seeds may be combined to more dimensions. */
+/* Writes point i of a scrambled (0, 2)-sequence, which has the first two dimensions of Sobol's. The order is
+   shuffled, too, so that sequences of different seeds may be combined to more dimensions. */
 static inline void lsamp__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 {
     uint32_t x, y = 0, d = 0x80000000u, k;
@@ -976,14 +1004,15 @@ static inline void lsamp__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 
 /* ==== src/shared/cdf.h ==== */
 
-
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
-/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
-   cell i, sums[count] the total; the array is the caller's. */
+/* A distribution over cells. sums[i] is the sum of the weights before cell i and sums[count] that of all;
+   the array is the caller's. Sums are double, since a float sum of 1e6 small weights is wrong in the third
+   digit. */
 typedef struct lsamp__cdf { const double *sums; uint32_t count; } lsamp__cdf;
 
-/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
+/* Makes a distribution of weights, each times `scale`, which is 1 for most callers. Negative, NaN and
+   infinite weights count as 0; their number is returned. */
 static inline size_t lsamp__cdf_build(lsamp__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
 {
     size_t bad = 0;
@@ -1006,10 +1035,10 @@ static inline size_t lsamp__cdf_build(lsamp__cdf *cdf, double *sums, const float
 
 static inline double lsamp__cdf_total(const lsamp__cdf *cdf) { return cdf->sums[cdf->count]; }
 
-/* Rows first: marginal over the rows, then the row's own distribution. */
+/* A distribution over the cells of a grid: `rows` is the one over whole rows, `sums` has that of each row. */
 typedef struct lsamp__cdf2 { const double *rows, *sums; uint32_t width, height; } lsamp__cdf2;
 
-/* Doubles for width * height cells; 0 where that overflows. */
+/* Returns how many doubles a distribution over width * height cells needs; 0 if their size overflows. */
 static inline size_t lsamp__cdf2_doubles(uint32_t width, uint32_t height)
 {
     size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
@@ -1021,7 +1050,6 @@ static inline double lsamp__cdf2_total(const lsamp__cdf2 *cdf) { return cdf->row
 
 /* ==== src/shared/prefetch.h ==== */
 
-
 /* unit prefetch: asks for a cache line before it is read */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -1032,17 +1060,17 @@ static inline double lsamp__cdf2_total(const lsamp__cdf2 *cdf) { return cdf->row
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* LSAMP__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define LSAMP__COLD __attribute__((cold))
 #else
 #define LSAMP__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct lsamp__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1051,7 +1079,7 @@ typedef struct lsamp__logger {
 
 typedef struct lsamp__message { char text[256]; size_t used; } lsamp__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline LSAMP__COLD void lsamp__message_text(lsamp__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1068,8 +1096,8 @@ static inline LSAMP__COLD void lsamp__message_count(lsamp__message *m, uint64_t 
     lsamp__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline LSAMP__COLD int lsamp__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1088,7 +1116,8 @@ static inline LSAMP__COLD int lsamp__message_digits(double value, char digits[8]
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline LSAMP__COLD void lsamp__message_number(lsamp__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1128,7 +1157,7 @@ static inline LSAMP__COLD void lsamp__message_number(lsamp__message *m, double v
     for (i = count; i <= exponent; i++) lsamp__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline LSAMP__COLD void lsamp__message_begin(lsamp__message *m, const lsamp__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1137,7 +1166,7 @@ static inline LSAMP__COLD void lsamp__message_begin(lsamp__message *m, const lsa
     lsamp__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline LSAMP__COLD void lsamp__log_text(const lsamp__logger *logger, const char *field, const char *text)
 {
     lsamp__message m;
@@ -1148,8 +1177,10 @@ static inline LSAMP__COLD void lsamp__log_text(const lsamp__logger *logger, cons
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline LSAMP__COLD void lsamp__log_value(const lsamp__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline LSAMP__COLD void lsamp__log_value(const lsamp__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     lsamp__message m;
     if (!logger->log) return;
@@ -1161,10 +1192,10 @@ static inline LSAMP__COLD void lsamp__log_value(const lsamp__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline LSAMP__COLD void lsamp__log_element(const lsamp__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline LSAMP__COLD void lsamp__log_element(const lsamp__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     lsamp__message m;
     if (!logger->log) return;
@@ -1180,9 +1211,10 @@ static inline LSAMP__COLD void lsamp__log_element(const lsamp__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     lsamp__message m;
     if (!logger->log) return;
@@ -1225,7 +1257,7 @@ static lsamp__v3 lsamp__from_frame(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp_
     return lsamp__v3_madd(lsamp__v3_madd(lsamp__v3_scale(t, w.x), b, w.y), n, w.z);
 }
 
-/* Inverse of lsamp__concentric. */
+/* Does the inverse of lsamp__concentric. */
 static void lsamp__disc_square(float x, float y, float *u, float *v)
 {
     float r = sqrtf(x * x + y * y), a, b;
@@ -1248,7 +1280,7 @@ static int lsamp__in3(const float *p, float low, float high)
     return 1;
 }
 
-/* Lengths that an 8-bit normal map makes count as 1. */
+/* Says whether a vector counts as unit: lengths that an 8-bit normal map makes do. */
 static int lsamp__is_unit(const float *p)
 {
     lsamp__v3 v = lsamp__v3_load(p);
@@ -1296,7 +1328,7 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* A field of the mesh is out of range. Returns 0; log may be NULL, as below. */
+/* Logs that a field of the mesh is out of range, and returns 0; log may be NULL, as below. */
 static int lsamp__mesh_refuse(const lsamp__logger *log, const char *field, const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
@@ -1377,10 +1409,10 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
     return lsamp__v3_madd(lsamp__v3_scale(f0, 1.0f - f), lsamp__v3_make(1.0f, 1.0f, 1.0f), f);
 }
 
-/* A field of a material that is out of range: "has the FIELD", its value, where it must lie. */
+/* A field of a material that is out of range: its name, its value, and where the value must lie. */
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
-/* Each of three values lies within 0..high; else the fault is set. Not a number does not. */
+/* Says whether each of three values is a number within 0..high; else sets the fault. */
 static int lsamp__fits(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
@@ -1510,8 +1542,8 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
     }
 }
 
-/* GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014); 1 - nh^2 as hx^2 + hy^2, which keeps
-   the digits of narrow peaks. The density is that of visible normals. */
+/* Evaluates GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014). 1 - nh^2 is computed as
+   hx^2 + hy^2, which keeps the digits of narrow peaks. The density is that of visible normals. */
 static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
 {
     lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->wo, wi)), f;
@@ -1555,11 +1587,12 @@ static float lsamp__brdf_pdf(const lsamp__surface *s, const lsamp__response *r)
     return s->diffuse_share * r->diffuse_pdf + (1.0f - s->diffuse_share) * r->specular_pdf;
 }
 
-/* Visible normals by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps",
-   2023. */
+/* Draws a visible normal by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical
+   caps", 2023. */
 static lsamp__v3 lsamp__ggx_draw(const lsamp__surface *s, float u, float v)
 {
-    float a = s->alpha, z, r, sn, cs, d;
+    float a = s->alpha, z, r;
+    float sn, cs, d;
     lsamp__v3 o = lsamp__v3_normalize(lsamp__v3_make(s->wo.x * a, s->wo.y * a, s->wo.z)), h;
 
     z = (1.0f - u) * (1.0f + o.z) - o.z;
@@ -1581,8 +1614,8 @@ static lsamp__v3 lsamp__lobe_draw(const lsamp__cosine_lobe *lobe, float u, float
     return lsamp__from_frame(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
 }
 
-/* wi in the frame; the lobe is picked by u, which is then stretched over [0, 1) again and stays
-   stratified. */
+/* Draws wi, in the surface's frame. u picks the lobe and is then stretched over [0, 1) again, by which it
+   stays stratified. */
 static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, float u, float v)
 {
     uint32_t i = 0;
@@ -1668,8 +1701,8 @@ typedef struct lsamp__curve {
 
 static uint32_t lsamp__places(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
 
-/* Halved until at most area / (2 places), a triangle has fewer than 2 x 2 places x its share of the area, or
-   is one. */
+/* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
+   area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */
 static size_t lsamp__most_pieces(const lsamp_light_desc *d)
 {
     return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__places(d) + 1u;
@@ -1686,7 +1719,7 @@ static size_t lsamp__curve_size(const lsamp_light_desc *d)
 
 static lsamp__v3 lsamp__piece_corner(const float *v, uint32_t i) { return lsamp__v3_load(v + 3u * (i % 3u)); }
 
-/* Twice the area, along the normal. */
+/* Returns a vector along the normal of a triangle, of twice its area. */
 static lsamp__v3 lsamp__cross_of(const float *v)
 {
     lsamp__v3 a = lsamp__piece_corner(v, 0);
@@ -1728,8 +1761,8 @@ static void lsamp__cut_piece(float v[9], uint32_t levels, uint32_t number)
     }
 }
 
-/* Pieces that face the same way lie together, so that a thin plate's sides do not mix; among them a Hilbert
-   curve. */
+/* Returns the place of a piece on the curve: pieces that face the same way lie together, so that the sides of
+   a thin plate do not mix; among them runs a Hilbert curve. */
 static uint64_t lsamp__piece_key(const lsamp__piece *p, lsamp__v3 low, float size, uint32_t number)
 {
     float n[3], middle[3];
@@ -1749,7 +1782,7 @@ static uint64_t lsamp__piece_key(const lsamp__piece *p, lsamp__v3 low, float siz
            (uint64_t)lsamp__hilbert_index(cell, 10, 3) << 31 | number;
 }
 
-/* Heap sort by key: no memory, the same everywhere. */
+/* Sorts pieces by key. Heap sort needs no memory and gives the same everywhere. */
 static void lsamp__sort_pieces(lsamp__piece *p, size_t count)
 {
     size_t built = count / 2, end = count, at, child;
@@ -1793,7 +1826,7 @@ static void lsamp__curve_point(const lsamp__curve *c, const float x[3], float po
     *area = (float)c->area;
 }
 
-/* Area of the triangles that emit, and their bounds. */
+/* Returns the area of the triangles that emit, and writes their bounds. */
 static double lsamp__survey(const lsamp_mesh *m, lsamp__v3 *low, float *size)
 {
     lsamp__v3 high = lsamp__v3_make(-1e30f, -1e30f, -1e30f), d;
@@ -1903,7 +1936,10 @@ typedef struct lsamp__aim {      /* a light as one point sees it: what all its s
     float solid_pdf;             /* above 0: sampled uniformly by solid angle */
     float solid;                 /* solid angle of what p sees: roughly, but for spheres and large
                                     rectangles */
-    float x0, x1, y0, y1, z, b0, b1, k; /* rectangle: Urena et al. 2013 */
+    float x0, x1, y0, y1;        /* rectangle: its sides as seen from p, along its edges */
+    float z;                     /* rectangle: the distance of its plane from p, with a sign */
+    float b0, b1, k;             /* rectangle: what Urena et al. 2013, "An area-preserving parametrization for
+                                    spherical rectangles", call so */
 } lsamp__aim;
 
 static int lsamp__is_delta(const lsamp_light *l)
@@ -1929,15 +1965,15 @@ static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
     return lsamp__texel(l, lsamp__cell(x, l->desc.width), lsamp__cell(y, l->desc.height));
 }
 
-/* Of what lsamp__pick returns, relative to uniform coordinates. */
+/* Returns the density of what lsamp__pick draws, relative to uniform coordinates. */
 static float lsamp__density(const lsamp_light *l, float x, float y)
 {
     return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
 }
 
-/* Inversion of a cdf: guide[b] is the cell where b / count of the total falls, so that the search begins a
-   step or two from its end, in the same cache line. The last loops mend what rounding at the ends of a bucket
-   may have done, and leave cells of weight 0. */
+/* Returns the cell of a cdf that u falls into, and how far inside. guide[b] is the cell where b / count of
+   the total falls, so that the search begins a step or two from its end, in the same cache line. The last
+   loops mend what rounding at the ends of a bucket may have done, and leave cells of weight 0. */
 static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_t count, float u,
                               float *fraction)
 {
@@ -1966,7 +2002,7 @@ static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t cou
     }
 }
 
-/* The texel that u picks and where inside. 0 if all are black. */
+/* Writes the texel that u picks and where inside. Returns 0 if all texels are black. */
 static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, uint32_t *y, float *fx,
                             float *fy)
 {
@@ -1978,7 +2014,7 @@ static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, u
     return 1;
 }
 
-/* Coordinates in proportion to the texels. */
+/* Draws coordinates in proportion to the texels. */
 static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y)
 {
     uint32_t i, j;
@@ -1989,7 +2025,8 @@ static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y
     *y = lsamp__clamp_unit(((float)j + *y) / (float)l->desc.height);
 }
 
-/* L at out->coords along away, times texel and the angular factors; 0 if it is black. */
+/* Writes the radiance that leaves the point out->coords along away: L times the texel and the angular
+   factors. Returns 0 if it is black. */
 static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsamp__v3 away,
                        lsamp_emission *out)
 {
@@ -2008,8 +2045,8 @@ static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsam
     return lsamp__v3_finite(c) && c.x + c.y + c.z > 0.0f;
 }
 
-/* From a point of the surface to what p sees of it. The density is solid_pdf, or where that is 0 area_pdf
-   turned into solid angle. n = 0: a volume. */
+/* Turns a point of the surface into what p sees of it. The density is solid_pdf, or if that is 0 area_pdf
+   turned into solid angle. n = 0 is a volume. Returns 0 if no light reaches p. */
 static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float x, float y, float area_pdf,
                             lsamp_emission *out)
 {
@@ -2034,7 +2071,8 @@ static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float
 
 /* ---- shapes: a point of each shape drawn, and found along a ray ---- */
 
-/* Environment: y of the texel rows by the cosines of their edges, so that solid angles are exact (T12). */
+/* Writes what p sees of an environment in direction w, which lies in this texel at (u, v). Rows go by the
+   cosines of their edges, so that solid angles are exact (T12). Returns 0 if it is black. */
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
@@ -2051,7 +2089,9 @@ static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y
 
 static int lsamp__environment_draw(const lsamp_light *l, const float *u, lsamp_emission *out)
 {
-    float x, y, r, sn, cs, fx, fy;
+    float x, y, r;
+    float sn, cs;
+    float fx, fy;
     uint32_t i, j;
 
     if (!lsamp__pick_cell(l, u, &i, &j, &fx, &fy)) return 0;
@@ -2071,14 +2111,16 @@ static int lsamp__environment_hit(const lsamp_light *l, lsamp__v3 w, lsamp_emiss
                                     out);
 }
 
-/* Rectangle by solid angle: Urena, Fajardo and King, "An area-preserving parametrization for spherical
-   rectangles", EGSR 2013. In floats it needs a solid angle that is not small; smaller ones are sampled by
-   area, no worse there. */
+/* Prepares the sampling of a rectangle by solid angle: Urena, Fajardo and King, "An area-preserving
+   parametrization for spherical rectangles", EGSR 2013. In floats this needs a solid angle that is not small;
+   smaller rectangles are sampled by area, which is no worse there. */
 static void lsamp__rectangle_aim(lsamp__aim *a)
 {
     const lsamp_light *l = a->light;
     lsamp__v3 d = lsamp__v3_sub(l->origin, a->p);
-    float n0, n1, n2, n3, g0, g1, g2, g3, z2;
+    float n0, n1, n2, n3;
+    float g0, g1, g2, g3;
+    float z2;
 
     a->x0 = lsamp__v3_dot(d, l->ex) * l->lx;
     a->y0 = lsamp__v3_dot(d, l->ey) * l->ly;
@@ -2101,7 +2143,8 @@ static void lsamp__rectangle_aim(lsamp__aim *a)
     if (a->solid > 0.05f && lsamp__finite(a->solid)) a->solid_pdf = 1.0f / a->solid;
 }
 
-/* Of a flat shape of this area and normal about d: right far away, at most 2 pi close by. */
+/* Returns the solid angle of a flat shape of this area and normal about d: right far away, at most 2 pi close
+   by. */
 static float lsamp__flat_solid(lsamp__v3 n, lsamp__v3 d, float area)
 {
     float d2 = lsamp__v3_dot(d, d), cosine = fabsf(lsamp__v3_dot(n, d)) / sqrtf(d2 > 0.0f ? d2 : 1.0f);
@@ -2111,7 +2154,10 @@ static float lsamp__flat_solid(lsamp__v3 n, lsamp__v3 d, float area)
 
 static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x, float *y)
 {
-    float au = u[0] * a->solid + a->k, sn, cs, f, c, d, xu, yv, h0, h1, h;
+    float au = u[0] * a->solid + a->k, sn, cs;
+    float f, c, d;
+    float xu, yv;
+    float h0, h1, h;
 
     lsamp__sincos(au, &sn, &cs);
     f = (cs * a->b0 - a->b1) / sn;
@@ -2129,7 +2175,7 @@ static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x,
     *y = (yv - a->y0) / (a->y1 - a->y0);
 }
 
-/* All that depends on the point alone. 0: the light does not reach p. */
+/* Computes all that depends on the point alone. Returns 0 if the light does not reach p. */
 static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
 {
     lsamp__v3 d = lsamp__v3_sub(l->origin, p);
@@ -2173,10 +2219,11 @@ static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
     }
 }
 
-/* A of what is flat or round; a line is its axis. */
+/* Returns the point A(x, y) of a shape that is flat or round; of a line, a point of its axis. */
 static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
 {
-    float dx, dy, sn, cs, r = l->desc.radius;
+    float dx, dy, sn, cs;
+    float r = l->desc.radius;
     lsamp__v3 a, b;
 
     switch (l->desc.kind) {
@@ -2200,7 +2247,8 @@ static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
     }
 }
 
-/* The cylinder by y, spread evenly over the breadth that p sees: the lamp's own cosine drops out. */
+/* Writes what p sees of a line's cylinder at x along it and sine across, which is spread evenly over the
+   breadth that p sees, by which the lamp's own cosine drops out. Returns 0 if no light reaches p. */
 static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2226,7 +2274,9 @@ static int lsamp__sphere_at(const lsamp__aim *a, lsamp__v3 n, lsamp_emission *ou
 static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
-    float r = l->desc.radius, x, y, sn, cs, c, s2, along, reach;
+    float r = l->desc.radius;
+    float x, y, sn, cs;
+    float c, s2, along, reach;
     lsamp__v3 t, b, n;
 
     if (!(a->solid_pdf > 0.0f)) {
@@ -2234,7 +2284,8 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
         n = lsamp__v3_sub(lsamp__shape_point(l, x, y), l->origin);
         return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
     }
-    /* Cone about the axis; the normal where the ray meets the sphere follows from the law of sines. */
+    /* The direction lies in the cone about the axis; the normal where the ray meets the sphere follows from
+       the law of sines. */
     c = u[0] * a->spread;
     s2 = c * (2.0f - c);
     c = 1.0f - c;
@@ -2269,7 +2320,8 @@ static int lsamp__delta_draw(const lsamp__aim *a, lsamp_emission *out)
 static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
-    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f }, area = 0.0f, x, y;
+    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f };
+    float area = 0.0f, x, y;
 
     lsamp__pick(l, u, &x, &y);
     out->coords[0] = x;
@@ -2313,7 +2365,7 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     }
 }
 
-/* Rectangle and disc: the plane, then the edges. */
+/* Intersects a ray with a rectangle or disc: with the plane first, then with the edges. */
 static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2336,12 +2388,14 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     return lsamp__emit_area(a, q, l->n, x, y, lsamp__density(l, x, y) / l->area, out);
 }
 
-/* Sphere and line: the nearer root, measured from the foot of the perpendicular, which keeps its digits. */
+/* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
+   which keeps its digits. */
 static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
     lsamp__v3 d = lsamp__v3_sub(l->origin, a->p), v = w, n;
-    float r = l->desc.radius, along, s, x, len2;
+    float r = l->desc.radius;
+    float along, s, x, len2;
 
     if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* what is across the axis: a circle */
         d = lsamp__v3_scale(a->axis, -a->distance);
@@ -2383,7 +2437,7 @@ static int lsamp__aim_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 
 /* ---- emitter: checked, built, asked ---- */
 
-/* Whether a field lies within low..high; else the log, which may be NULL, is told so. */
+/* Says whether a field lies within low..high; else tells the log so, which may be NULL. */
 static int lsamp__field_valid(const lsamp__logger *log, const char *field, float value, float low, float high,
                               const char *wanted)
 {
@@ -2408,7 +2462,7 @@ static int lsamp__count_valid(const lsamp__logger *log, const char *field, uint3
     return 0;
 }
 
-/* A field of this kind of light is set or missing against the rule. Returns 0. */
+/* Logs that a field of this kind of light is set or missing against the rule. Returns 0. */
 static int lsamp__light_refuse(const lsamp__logger *log, const char *field, const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
@@ -2436,7 +2490,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
 }
 
-/* What a light of one direction or one place must have. */
+/* Checks what a light of one direction or one place must have. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -2448,7 +2502,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* What a light that has an area must have. */
+/* Checks what a light that has an area must have. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -2538,8 +2592,8 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     h = desc->texels ? desc->height : 1u;
     edges = lsamp__is_environment(desc) ? h + 1u : 0u;
     doubles = lsamp__cdf2_doubles(w, h);
-    /* texels, one row of weights and the guides; then the sums. Sides of 65536 at most: 14 h + 4 never
-       overflows */
+    /* First come texels, one row of weights and the guides, then the sums. Sides are 65536 at most, so that
+       14 h + 4 never overflows. */
     if (!doubles || !lsamp__mul_size(w, (size_t)h * 14u + 4u, &bytes) ||
         !lsamp__add_size(bytes, LSAMP__EMITTER_HEAD + 2u * h, &bytes) ||
         !lsamp__add_size(doubles, edges, &doubles) || !lsamp__mul_size(doubles, sizeof(double), &doubles) ||
@@ -2548,8 +2602,8 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     return bytes;
 }
 
-/* cos(pi y / h) to the last digits of a double: sines up to pi / 4, so that rows at the poles keep theirs
-   (T12). */
+/* Returns cos(pi y / h) to the last digits of a double, by sines up to pi / 4, so that rows at the poles keep
+   their digits (T12). */
 static double lsamp__row_edge(uint32_t y, uint32_t h)
 {
     uint32_t m = y < h - y ? y : h - y;
@@ -2560,8 +2614,8 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
     return m == y ? s : -s;
 }
 
-/* The frame at desc.time, linear between its neighbours, with bad channels 0. Returns the number of bad
-   texels. */
+/* Writes the frame at desc.time, linear between its neighbours, with bad channels as 0. Returns the number of
+   bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
     uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
@@ -2590,7 +2644,8 @@ static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
     return bad;
 }
 
-/* cdf over the texels in proportion to what they send out, all three channels (T18). */
+/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels (T18).
+   */
 static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint16_t *guide)
 {
     uint32_t w = l->desc.width, h = l->desc.height, x, y;
@@ -2656,7 +2711,7 @@ static void lsamp__emitter_geometry(lsamp_light *l)
     }
 }
 
-/* What lsamp_light_init returns and says of a desc for which lsamp_light_bytes returned 0. */
+/* Returns what lsamp_light_init returns, and logs why, for a desc for which lsamp_light_bytes returned 0. */
 static lsamp_result lsamp__light_error(const lsamp_light_desc *d, const lsamp__logger *log)
 {
     if (lsamp__emitter_valid(d, log)) lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
@@ -2737,10 +2792,14 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
                                                  LSAMP_DOMAIN_RECTANGLE, LSAMP_DOMAIN_DISC,
                                                  LSAMP_DOMAIN_SPHERE,    LSAMP_DOMAIN_TABLE };
     const lsamp_light_desc *d;
+    lsamp__logger log;
 
-    if (!light || !out) return LSAMP_ERR_ARGUMENT;
+    if (!light) return LSAMP_ERR_ARGUMENT;
     d = &light->desc;
-    if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve) return LSAMP_ERR_ARGUMENT;
+    log = lsamp__logger_of(&d->system, "lsamp_light_domain");
+    if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
+    if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
+        return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "light", "is a callback, which has no domain");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {
@@ -2804,8 +2863,9 @@ LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
     return (size_t)LSAMP_PATTERN_COUNT * length * 2u * sizeof(float);
 }
 
-/* Hammersley points with one axis jittered inside the columns, the other Owen-scrambled. In integers of 24
-   bits, so that no rounding takes a point across the edge of its column. */
+/* The points are Hammersley points with one axis jittered inside the columns, and the other Owen-scrambled.
+   They are computed in integers of 24 bits, so that no rounding takes a point across the edge of its column.
+   */
 LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t bytes)
 {
     size_t need = lsamp_patterns_bytes(length);
@@ -2827,8 +2887,8 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     return LSAMP_OK;
 }
 
-/* Random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of successive frames
-   are far apart and all 256 get their turn; then they come again with a toroidal shift. */
+/* Writes the random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of
+   successive frames are far apart, and all 256 get their turn; then they come again with a toroidal shift. */
 static void lsamp__numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
     uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
@@ -2862,10 +2922,11 @@ typedef struct lsamp__estimator { /* one point and one light */
     float          light_share;  /* of the samples, by roulette */
 } lsamp__estimator;
 
-/* Few BRDF samples where the light is smaller than the lobe, few light samples where the lobe is smaller:
-   with q = (solid angle) (peak density) the BRDF's share q^3 / (8 + q^3) had 0.29 of the noise of one half
-   over 54 pairs of light and material (64 samples, geometric mean), 0.68 of it under shadows; q / (1 + q)
-   0.52 and 0.76. Whole samples, so that stratified numbers are split without a remainder. */
+/* Decides how many samples the light draws and how many the BRDF: few by the BRDF if the light is smaller
+   than the lobe, few by the light if the lobe is smaller. With q = (solid angle) (peak density) the BRDF's
+   share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of light and material (64 samples,
+   geometric mean), 0.68 of it under shadows; q / (1 + q) had 0.52 and 0.76. The shares are whole samples, so
+   that stratified numbers are split without a remainder. */
 static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *desc,
                                   const lsamp_light *light)
 {
@@ -2888,9 +2949,9 @@ static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *
     }
 }
 
-/* One sample: roulette between light and BRDF, both with the first number, stretched again. The densities of
-   both techniques are summed in proportion: the one-sample form of the balance heuristic. Returns the weight
-   times S. */
+/* Draws one sample and returns its weight times S. The first number decides by roulette between light and
+   BRDF, and is then stretched again for the drawing. The densities of both techniques are summed in
+   proportion, which is the one-sample form of the balance heuristic. */
 static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers, lsamp_emission *found)
 {
     const lsamp__v3 zero = lsamp__v3_make(0.0f, 0.0f, 0.0f);
@@ -2929,8 +2990,8 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
 
 #define LSAMP__SAMPLE_BLOCK 32u
 
-/* Large maps do not fit the cache: asks for what the light samples of a block will read, one dependency at a
-   time. */
+/* Prefetches what the light samples of a block will read, one dependency at a time: large maps do not fit the
+   cache. */
 static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], uint32_t count)
 {
     const lsamp_light *l = e->aim.light;
@@ -2964,10 +3025,10 @@ static const lsamp_material *lsamp__material_at(const lsamp_points *p, size_t i)
     return (const lsamp_material *)(const void *)((const char *)p->materials + p->material_stride * i);
 }
 
-/* What leaves a receiver out. */
+/* Says whether a normal is 0 0 0, by which a receiver is left out. */
 static int lsamp__is_zero(const float *p) { return p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f; }
 
-/* INPUT where a vector of the array is not unit, and says which. */
+/* Returns LSAMP_ERR_INPUT, and logs which, if a vector of the array is not unit. */
 static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
 {
     if (lsamp__is_unit(p)) return LSAMP_OK;
@@ -2983,7 +3044,7 @@ static lsamp_result lsamp__stride_check(const char *field, size_t stride, const 
     return LSAMP_ERR_ARGUMENT;
 }
 
-/* The arrays of points, but not what is in them. */
+/* Checks the arrays of points, but not what is in them. */
 static lsamp_result lsamp__arrays_check(const lsamp_points *p, const lsamp__logger *log)
 {
     lsamp_result result = LSAMP_OK;
@@ -3034,7 +3095,7 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
     return result;
 }
 
-/* All samples of one point, the first of which is number at. Returns how many have a weight. */
+/* Draws all samples of one point, the first of which has the number at. Returns how many have a weight. */
 static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, const lsamp_samples *out,
                                   size_t at)
 {
@@ -3178,7 +3239,6 @@ LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float 
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

@@ -1,18 +1,18 @@
-/* rsm.h - v1.0.0 - reflective shadow maps: one bounce of light from the texels of a shadow map - MIT-0 OR Unlicense
+/* rsm.h - v1.0.0 - reflective shadow maps: one bounce of light from a shadow map - MIT-0 OR Unlicense
 
    What it does
 
-   A shadow map that stores position, normal and reflected flux knows every surface that one bounce of its
-   light can come from. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005: this header
-   fills such maps from your renderer's buffers or from triangles, picks pixel lights from them, and gathers
-   their light at points, per pixel with interpolation, or per vertex. Flux, weights and units are exact where
-   the paper was not; docs/rsm.md says where.
+   A shadow map that stores position, normal and reflected flux knows every surface from which light can come
+   after one bounce. This header fills such maps from your renderer's buffers or from triangles, takes their
+   texels as small lights, and gathers the light of these at points: at pixels, with or without interpolation,
+   or at vertices. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005. Flux, weights and
+   units are exact where the paper's are not; docs/rsm.md says where.
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. An
-     occlusion factor for each point (ambient occlusion) is taken as input; ism.h has real shadows.
-   - One bounce only. No rendering of pictures, no threads of its own, no file access.
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. A factor
+     for each point (ambient occlusion) is taken as input; ism.h has real shadows of bounced light.
+   - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
 
@@ -54,48 +54,56 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; distances in your units, angles in radians. Irradiance
-   W/m^2, intensity W/sr, flux W. Linear colours: three floats.
+   Space is right-handed. Matrices are column-major float[16]. Distances are in your units, angles in radians,
+   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b.
 
      map        what one light sees: 1 face, or the faces of a cube: 5 about a patch's normal, 6 about a point
-     texel      one pixel of a face, row by row, row 0 at the bottom (v = 0); also a pixel light: flux leaves
-                it along its normal as from a diffuse surface, I = flux / pi cos
-     receiver   a point that is lit by pixel lights; irradiance is written, so multiply by albedo / pi
-     pattern    where a receiver takes its samples: texels about its own projection, or texels chosen by flux
+     texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
+     light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
+                surface, with the intensity flux / pi x cosine
+     receiver   a point that is lit by pixel lights. Results are irradiances: multiply by albedo / pi
+     pattern    which texels a receiver takes as samples: those about its own projection into the map, or
+                texels chosen by flux
 
    How it works
 
      rsm_map_create -> rsm_fill (your buffers) or rsm_rasterize (triangles), each face -> rsm_finish
        -> rsm_direct         direct light of receivers by the same map
        -> rsm_gather         bounced light of any receivers
-       -> rsm_interpolate    the same for a picture: a coarse grid, refined where it does not do
-       -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
+       -> rsm_interpolate    the same for a picture: light at a coarse grid of pixels, mostly interpolated
+       -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: a list of lights for all receivers
 
    gifilter.h makes pictures from few samples smooth, over frames and over neighbours.
 
-   A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a
-   light in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
+   A map takes 56 bytes a texel (48 of them are rsm_texel), a list 48 bytes a light, a gather 60 bytes a light
+   in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
 
-     samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots
-                where surfaces meet; 0, the default, takes every texel
-     pattern    FLUX is fastest; MIXED has the least error where the light near a corner matters
-     offset     pixel lights move below their surface: tames corners, darkens them too
-     near_limit the same by a bound on each light; what is lost is counted
-     near_field near texels are surfaces, not points: corners without spots, a tenth to a quarter more time
-     side       fewer texels: blurred sources, spotted corners
+     samples    fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
+                interleave), and bright dots where surfaces meet. 0, the default, takes every texel
+     pattern    FLUX is fastest; MIXED has the least error where light near a corner matters
+     offset     more: corners have fewer bright dots, and are darker than they should be
+     near_limit less: the same, by a bound on each light; the light that is lost is counted
+     near_field more: near texels are surfaces, not points, so that corners have no dots; a tenth to a quarter
+                more time
+     side       fewer texels: blurred lights, and more dots in corners
 
    From the paper to the code
 
      section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34, T35
      eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25, T28, T40
      section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30, T31, T33
-     section 3.2  lights move below their surface          rsm_gather_desc                      T38
+     section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
      eq. (2)      the sum over texels                      rsm_gather                           T32, T42, T44
+     section 3.3  a receiver's projection into the map     rsm_map_project
      eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26, T27, T36
-     figure 4     their weights                            rsm_pattern_build                    T26
+     section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
+     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)
+     figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
-     section 5    direct light by the same map             rsm_direct                           T29
-     section 5    textures are averaged over a texel       rsm_mesh
+     section 4    direct light by the same map             rsm_direct                           T29
+     section 6    textures are averaged over a texel       rsm_mesh (taps)
+     figure 6     ambient occlusion as a factor            rsm_points (occlusion)
+     section 7    light gathered at vertices               rsm_gather
      section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43
      section 7    reflectors that are not diffuse          rsm_material
 
@@ -112,11 +120,12 @@
 
    Memory, errors, threads, determinism
 
-   All memory comes from the allocator of the rsm_system, called from the thread that called us. Every function that
-   can fail returns an rsm_result; where it is not RSM_OK, outputs are untouched (where a contract does not
-   say otherwise) and nothing leaks. No globals: finished maps may be used from any number of threads; a map
-   being filled belongs to one at a time. Same input, same bytes, on every compiler, processor, byte order and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   All memory comes from the allocator of the rsm_system, called from the thread that called us. Every
+   function that can fail returns an rsm_result. If the result is not RSM_OK, outputs are untouched (unless a
+   contract says otherwise), nothing leaks, and the system's log is told which field or element is wrong.
+   There are no globals: any number of threads may use finished maps at once; a map that is being filled
+   belongs to one thread at a time. The same input gives the same bytes on every compiler, processor, byte
+   order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/rsm.md and build/bench rsm_gather.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef RSM_H
@@ -180,21 +189,22 @@ struct rsm_stats;                   /* what was counted: ---- maps ---- */
 struct rsm_gather_stats;
 
 RSM_DEF rsm_result rsm_map_create(const struct rsm_desc *desc, rsm_map **out);
-/* Makes an empty map in memory of the desc's allocator, which rsm_map_free gives back.
+/* Makes an empty map for one light, which rsm_map_free takes back.
    out      written on RSM_OK only
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
 
 RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, size_t mesh_count);
-/* Draws triangles into all faces of the map, both of their sides, with the normals of the triangles turned
-   towards the light. What was there before is replaced. Triangles without area or with a vertex that is not
-   finite are left out and counted.
+/* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
+   and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
+   left out and counted.
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (an index beyond the vertices, counts, albedo), RSM_ERR_LIMIT
-            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER. After RSM_ERR_ALLOC and
-            RSM_ERR_CANCELLED the map is empty, else as it was
+            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER (the map is finished). After
+            RSM_ERR_ALLOC and RSM_ERR_CANCELLED the map is empty; else it is as it was
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
-/* Ends filling; from then on the map may be used, by any number of threads. stats may be NULL. */
+/* Ends the filling of a map, which any number of threads may use from then on. stats may be NULL.
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_ORDER (the map is finished) */
 
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               const struct rsm_gather_desc *desc,
@@ -202,15 +212,15 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               struct rsm_gather_stats *stats);
 /* Writes the irradiance that reaches each receiver from the texels of all maps.
    desc     NULL = all defaults
-   irradiance   3 floats for each point of `points`, in its order: W/m^2. Multiply by albedo / pi
-   stats    may be NULL; with it, `clamp` and `near_limit` cost a fifth more
+   irradiance   W/m^2, 3 floats for each of points->count points; times albedo / pi it is radiance
+   stats    may be NULL; if not, `clamp` and `near_limit` cost a fifth more
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ORDER (a map is
-            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is written then, but RSM_ERR_CANCELLED
-            may leave some points done
+            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is then written, but that
+            RSM_ERR_CANCELLED may leave some points done
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);
-/* Gives a map's memory back. Accepts NULL, and maps of rsm_map_init, which it leaves alone. */
+/* Takes back a map and its memory. Accepts NULL, and maps of rsm_map_init, whose memory stays yours. */
 
 RSM_DEF const char *rsm_result_text(rsm_result result);
 /* Returns a constant string for any value, "unknown result" beyond the list. */
@@ -240,7 +250,7 @@ typedef struct rsm_system {         /* all zero: malloc and free, this thread al
 
 /* ---- structs of page one ---- */
 
-typedef enum rsm_light_kind {
+typedef enum rsm_light_kind {       /* what a light is, and with it the shape of its map */
     RSM_LIGHT_DEFAULT,              /* = RSM_LIGHT_SUN */
     RSM_LIGHT_SUN,                  /* parallel light; the map is a square of side 2 radius about position */
     RSM_LIGHT_SPOT,                 /* even intensity in a round cone with a hard rim; above 1 radian the map
@@ -248,26 +258,26 @@ typedef enum rsm_light_kind {
     RSM_LIGHT_SQUARE_SPOT,          /* even intensity in a square pyramid, which is the whole map; up to 1
                                        radian */
     RSM_LIGHT_POINT,                /* even intensity all round; the map is a cube */
-    RSM_LIGHT_PATCH,                /* a piece of a diffuse emitter, I cos; half a cube. Several make an area
-                                       light */
+    RSM_LIGHT_PATCH,                /* a small piece of a diffuse emitter, whose intensity falls with the
+                                       cosine; the map is half a cube. Several patches make an area light */
     RSM_LIGHT_KIND_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {
+typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
     rsm_light_kind kind;
-    float position[3];              /* of the lamp; of a sun: the centre of what its map covers */
-    float direction[3];             /* any length but 0. Sun: towards it; spots: out of the lamp; patch: its
-                                       normal; points need none */
-    float up[3];                    /* which way v grows in the map, any length; 0 0 0 = +Y, or +Z where
-                                       direction is near it */
-    float value[3];                 /* 0..1e12. Sun: irradiance of a surface that faces it, W/m^2; spots and
-                                       points: intensity, W/sr; patch: intensity along its normal, radiance x
-                                       area */
+    float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
+    float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:
+                                       its normal; points need none */
+    float up[3];                    /* which way v grows in the map, any length; 0 0 0 = +Y, or +Z if the
+                                       direction is near +Y */
+    float value[3];                 /* r, g, b, 0..1e12. Sun: irradiance of a surface that faces the sun,
+                                       W/m^2; spots and points: intensity, W/sr; patch: intensity along its
+                                       normal, radiance x area, W/sr */
     float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
-    float near_depth, far_depth;    /* distances along a face's axis that the map holds. 0 0 = -radius..radius
-                                       (sun), 0.001..1000 (others); to set one set both */
+    float near_depth, far_depth;    /* distances along a face's axis that the map holds, up to 1e9. Both 0 =
+                                       -radius..radius (sun), 0.001..1000 (others); to set one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -304,7 +314,7 @@ typedef struct rsm_desc {           /* zero it, then set what you care about; a 
     rsm_rows       rows;            /* of the buffers given to rsm_fill */
 } rsm_desc;
 
-typedef struct rsm_mesh {
+typedef struct rsm_mesh {           /* triangles that the light may see */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
@@ -315,13 +325,13 @@ typedef struct rsm_mesh {
                                        NULL = none */
     float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
                                        NULL */
-    uint32_t        material;       /* of the mesh's texels: number of a Phong lobe from 1, 0 = none */
-    int             has_holes;      /* not 0: surface_fn is asked for every pixel drawn, and may answer
-                                       "hole"; 0: for the visible ones only */
+    uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
+    int             has_holes;      /* not 0: surface_fn may return 0, and is called for every pixel that is
+                                       drawn; 0: for pixels that stay visible only */
     int (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
                       float albedo[3]);
-    /* Writes the linear albedo at a point of a triangle, given by the weights of its corners; returns 0 for a
-       hole. Called on any thread. */
+    /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
+       corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
     void           *user;           /* given to surface_fn */
     uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel, so that
                                        textures finer than texels neither flicker nor lose energy. 1..16,
@@ -334,7 +344,7 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* factor of each result, 0..1; NULL = 1 */
+    const float    *occlusion;      /* a factor for each result, 0..1 (more is not refused); NULL = 1 */
     size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
@@ -345,7 +355,7 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
 
 /* ---- maps ---- */
 
-typedef struct rsm_info {
+typedef struct rsm_info {           /* what a map is like */
     uint32_t side;                  /* texels a side of each face */
     uint32_t face_count;            /* 1, 5 (patch) or 6 (point, wide spot) */
     size_t   texel_count;           /* side x side x face_count */
@@ -355,17 +365,17 @@ typedef struct rsm_info {
 RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out);
 /* Writes what a map is like. Errors: RSM_ERR_ARGUMENT (NULL). */
 
-#define RSM_FAR 3.0e38f
+#define RSM_FAR 3.0e38f             /* depth of a texel in which the light sees nothing */
 
 typedef struct rsm_texel {          /* what the light sees through one pixel; also a pixel light: 48 bytes */
     float    position[3];           /* of the surface at the texel's centre */
-    float    depth;                 /* along the face's axis, of a sun from its position; RSM_FAR: nothing
-                                       there */
+    float    depth;                 /* along the face's axis, counted from the light's position; RSM_FAR: the
+                                       light sees nothing there */
     float    normal[3];             /* unit */
     uint32_t material;              /* number of its Phong lobe in rsm_gather_desc.materials, from 1;
                                        0 = none */
-    float    flux[3];               /* W that leave the surface: light through the texel x albedo */
-    float    area;                  /* of surface that the texel stands for; 0 = unknown */
+    float    flux[3];               /* r, g, b, W that leave the surface: light through the texel x albedo */
+    float    area;                  /* area of surface that the texel stands for, unit^2; 0 = unknown */
 } rsm_texel;
 
 RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
@@ -373,33 +383,36 @@ RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
    moment. NULL for NULL. */
 
 RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
-/* Empties a map for the next frame, in the memory that it has.
-   light    NULL = as it was. A map keeps its side, and at most the faces that it was made with: a spot may
-            widen to a cube in a cube's map alone
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with); the
+/* Empties a map for the next frame, in the memory that the map has.
+   light    the light as it is now; NULL = as it was. The map keeps its side, and it cannot have more faces
+            than it was made with: a spot that widens to a cube needs a map that was made for a cube
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with). The
             map is then as it was */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
-/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. 0: the desc is
-   refused. */
+/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. Returns 0 if the
+   desc is refused. */
 
 RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memory_bytes, rsm_map **out);
-/* Makes an empty map inside memory of yours: rsm_map_bytes(desc) of them, 8-byte aligned, which must outlive
-   *out. Nothing is allocated.
-   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_MEMORY */
+/* Makes an empty map inside memory of yours. Nothing is allocated, and rsm_map_free leaves the map alone.
+   memory   at least rsm_map_bytes(desc) bytes, 8-byte aligned; they must outlive *out
+   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_LIMIT, RSM_ERR_MEMORY (too small, not aligned) */
 
 /* ---- maps from your renderer ---- */
 
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
-/* Writes the matrix to render a face with. The faces of a cube look forward, right, left, up, down and back
-   in the orientation of the light's direction and up. */
+/* Writes the matrix, world to clip, with which your renderer draws a face of the map. The faces of a cube
+   look forward, right, left, up, down and back in the orientation of the light's direction and up.
+   Errors   RSM_ERR_ARGUMENT (NULL, face) */
 
 RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
                                    float *depth);
-/* Writes where the light sees a point.
-   uv       in 0..1 where the point lies inside the face
-   depth    as in rsm_texel. Of a perspective map, depth <= 0 says that the point lies behind the light; face
-            is then 0 and uv the middle */
+/* Writes where the light sees a point in the world.
+   face     the face that the point lies in
+   uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
+   depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
+            is then 0 and uv the middle
+   Errors   RSM_ERR_ARGUMENT (NULL) */
 
 typedef struct rsm_buffers {        /* one face as your renderer drew it: side rows of side pixels, nothing
                                        between */
@@ -432,6 +445,7 @@ typedef struct rsm_stats {          /* of rsm_finish */
     double   reflected[3];          /* sum of flux */
 } rsm_stats;
 
+#ifndef RSM_WITHOUT_DIRECT
 /* ---- direct light by the same map ---- */
 
 typedef struct rsm_direct_desc {
@@ -450,143 +464,182 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
    outside the map is lit by a sun, dark otherwise. occlusion is not used.
    desc     NULL = all defaults
    Errors   as rsm_gather */
+#endif
 
 /* ==== src/rsm/api_gather.h ==== */
 
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, where it does not take
+                                       all */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
-    RSM_PATTERN_FLUX,               /* texels in proportion to flux, the same for all receivers */
-    RSM_PATTERN_EQUATION3,          /* the paper's: about the receiver's projection, density 1/r */
-    RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
-    RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
-    RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two fifths FLUX, three LOG_RADIAL with r_min 1/192, by multiple
-                                       importance sampling: least error in corners, slower. r_max and r_min
-                                       are not used */
+    RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
+                                       receivers */
+    RSM_PATTERN_EQUATION3,          /* the paper's pattern about the receiver's projection, of density 1/r */
+    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 from r_min out, even inside */
+    RSM_PATTERN_POISSON,            /* an even disc about the projection, in which samples keep a least
+                                       distance from each other; 4096 samples at most */
+    RSM_PATTERN_LOW_DISCREPANCY,    /* an even disc about the projection, by a (0, 2)-sequence */
+    RSM_PATTERN_MIXED,              /* two fifths of the samples by FLUX, three by LOG_RADIAL with r_min
+                                       1/192, put together by multiple importance sampling: the least error in
+                                       corners, but slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
-typedef struct rsm_material {       /* a Phong lobe beside the diffuse flux; its energy is bounded by
-                                       specular */
-    float specular[3];              /* 0..1 */
+typedef struct rsm_material {       /* a Phong lobe that texels have beside their diffuse flux: the share of
+                                       the incident light that it reflects is `specular` at most */
+    float specular[3];              /* r, g, b, 0..1 */
     float exponent;                 /* 0..1e4 */
 } rsm_material;
 
-typedef struct rsm_gather_desc {
+typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;
     rsm_pattern pattern;
     uint32_t    samples;            /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */
-    int         paper_weights;      /* of EQUATION3: not 0: xi^2, normalised, as the paper has them; biased */
-    float       r_max;              /* radius of the pattern in sides of the map. Above 0: samples outside the
-                                       map count as dark, and what lies beyond is lost. 0: each ray ends at
-                                       the map's border. Cubes: the sine of half the angle, 1 = all round */
-    float       r_min;              /* of LOG_RADIAL: share of the radius, below 1; 0 = 1/32 */
-    float       offset;             /* world units that pixel lights move below their surface; >= 0 (section
-                                       3.2) */
-    float       clamp;              /* bound on cos cos / d^2, 1 / unit^2; 0 = none */
-    float       near_limit;         /* bound on what one light gives, in its own radiosity (1 is what an
-                                       infinite wall gives); 0 = none. Asks for the texels' areas */
-    float       near_field;         /* texels nearer than this times their side (the root of their area) are
-                                       no points but the parallelograms of surface that they are, by their
-                                       form factors: 3 does; 0 = none, at most 32. Of every texel (samples 0)
-                                       and of patterns about the receiver; not of lights by flux, nor of
-                                       lists. offset moves them, near_limit and clamp bound them as they do
-                                       points; lobes are as at their centre */
-    uint32_t    seed;               /* another seed is another choice of samples: each frame, before
-                                       gifilter.h */
-    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern
-                                       of each pixel (not FLUX). rsm_blue_noise makes one. NULL = none */
+    int         paper_weights;      /* of EQUATION3; not 0: samples have the paper's weights, xi^2 normalised,
+                                       which are biased; 0: each has the area that it stands for */
+    float       r_max;              /* radius of patterns about the receiver, in sides of the map, 0..1000;
+                                       of cubes the sine of half the angle (1 = all round). Above 0: samples
+                                       outside the map count as dark, and light beyond r_max is lost. 0: each
+                                       ray of the pattern ends at the map's border */
+    float       r_min;              /* of LOG_RADIAL: the radius of its even disc, as a share of the
+                                       pattern's, 0 or more, below 1; 0 = 1/32 */
+    float       offset;             /* world units by which pixel lights move below their surface, 0..1e9
+                                       (section 3.2) */
+    float       clamp;              /* bound on cos cos / d^2, 1 / unit^2, up to 1e18; 0 = none */
+    float       near_limit;         /* bound on the irradiance that one light gives, in units of its own
+                                       radiosity (an infinite wall gives 1), up to 1e6; 0 = none. Texels
+                                       without an area are not bounded */
+    float       near_field;         /* 0 = all texels are points. Above 0, at most 32: a texel that is nearer
+                                       to the receiver than near_field times its side (the root of its area)
+                                       lights it as the parallelogram of surface that the texel is, by the
+                                       exact form factor. 3 leaves no bright spots in corners. Works with
+                                       samples 0 and with patterns about the receiver; lights chosen by flux
+                                       and lists stay points. offset moves these texels, near_limit and clamp
+                                       bound them like points; their Phong lobes are evaluated at their
+                                       centre */
+    uint32_t    seed;               /* chooses between equally good sets of samples. If gifilter.h takes the
+                                       mean of several frames, count the seed up with each frame */
+    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture, by which each
+                                       pixel's pattern is turned (but FLUX). rsm_blue_noise makes such. NULL =
+                                       all patterns stand alike */
     uint32_t    noise_side;         /* 1..4096 */
-    uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k x k sets that share
-                                       the samples; 1, 2, 4, 8; 0 = 1. Above 1 for pictures alone
-                                       (points->width). gifilter.h with log2 k passes puts the sets
-                                       together */
-    const rsm_material *materials;  /* NULL: all texels are diffuse. Texels with material m have the lobe
-                                       materials[m - 1]. FLUX picks by diffuse flux: with samples, the lobes
-                                       of black texels need a pattern about the receiver */
-    uint32_t    material_count;
-    int         add;                /* not 0: results are added to what is there: several lists, light maps */
+    uint32_t    interleave;         /* k = 1, 2, 4, 8; 0 = 1. Above 1 the samples are dealt out to k x k sets,
+                                       and pixel (x, y) takes set x % k + k (y % k) alone: k^2 times faster,
+                                       and a grid of noise, which gifilter.h with log2 k passes smooths.
+                                       Pictures alone have pixels (points->width) */
+    const rsm_material *materials;  /* Phong lobes: texels with material m have materials[m - 1]. NULL: all
+                                       texels are diffuse. FLUX chooses by diffuse flux, so that the lobes of
+                                       black texels need samples 0 or a pattern about the receiver */
+    uint32_t    material_count;     /* of materials */
+    int         add;                /* not 0: results are added to those that are there, of other lists or of
+                                       light maps; 0: results are written */
 } rsm_gather_desc;
 
-typedef struct rsm_gather_stats {
-    uint64_t evaluated;             /* receivers that were gathered for */
-    uint64_t pairs;                 /* of receiver and pixel light */
-    uint64_t bad_points;            /* not finite or beyond 1e9: result 0 */
-    double   clamped_share;         /* light lost by clamp and near_limit / light without them, channels
-                                       together */
-    double   outside_share;         /* flux beyond r_max, mean over receivers (64 of them are looked at) */
+typedef struct rsm_gather_stats {   /* what a gather counted */
+    uint64_t evaluated;             /* receivers for which light was gathered */
+    uint64_t pairs;                 /* pairs of a receiver and a pixel light that were evaluated */
+    uint64_t bad_points;            /* receivers that are not finite or beyond 1e9; their results are 0 */
+    double   clamped_share;         /* the light that clamp and near_limit took off, as a share of the light
+                                       without them, all channels together */
+    double   outside_share;         /* the share of flux that lies beyond r_max, as the mean over 64
+                                       receivers */
 } rsm_gather_stats;
 
+#ifndef RSM_WITHOUT_INTERPOLATION
 /* ---- pictures by interpolation (section 4) ---- */
 
-typedef struct rsm_interpolation {
+typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64;
                                        0 = 8 */
-    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by
-                                       one, at most 6; 0 = all; 1 = the paper */
-    float    normal_cosine;         /* a sample's normal and the pixel's have at least this cosine;
+    uint32_t levels;                /* grids that are tried, each of half the step, before the pixels left are
+                                       evaluated one by one: 1 (as in the paper) to 6; 0 = 6 */
+    float    normal_cosine;         /* the least cosine between a sample's normal and the pixel's, -1..1;
                                        0 = 0.95 */
-    float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance;
-                                       0 = 0.05 */
-    float    distance;              /* world units that a sample may be off; 0 = no limit */
-    float    contrast;              /* largest difference of the samples / their mean, above which the grid is
-                                       refined. 0 = 0.25; negative = not asked, as in the paper */
-    float    reach;                 /* a sample is good up to this times its distance from the nearest pixel
-                                       light, so that no bright spot is missed between samples. 0 = 0.25;
-                                       negative = not asked */
-    uint8_t *mask;                  /* NULL, or one byte a pixel is written: 0 none, 1 interpolated, 2
-                                       evaluated */
+    float    plane_slope;           /* how far a sample may lie off the pixel's plane, as a share of its
+                                       distance from the pixel, 0..1e6; 0 = 0.05 */
+    float    distance;              /* how far a sample may be from the pixel, world units, 0..1e9; 0 = no
+                                       limit */
+    float    contrast;              /* the grid is refined if the largest difference of the samples is above
+                                       this share of their mean. 0 = 0.25; negative = never, as in the
+                                       paper */
+    float    reach;                 /* a sample counts up to this share of its distance from the nearest pixel
+                                       light, so that no bright spot between samples is missed. 0 = 0.25;
+                                       negative = no limit */
+    uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
+                                       NULL = not wanted */
 } rsm_interpolation;
 
 RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
                                    const rsm_interpolation *interpolation, const rsm_points *points,
                                    float *irradiance, rsm_gather_stats *stats);
-/* As rsm_gather for a picture (points->width, no indices), most pixels by interpolation between 3 or 4
-   samples of a grid that look alike; only what is left is evaluated. stats->evaluated / pixels is the share
-   that was.
+/* Writes the irradiance of all pixels of a picture, as rsm_gather does, but faster: light is gathered on a
+   coarse grid of pixels, and interpolated for a pixel if 3 or 4 samples about it lie on a surface like its
+   own. The grid is refined for the other pixels, and light is gathered for what is left.
    desc     NULL = all defaults; noise, interleave and add must be off (RSM_ERR_DESC)
-   interpolation   NULL = all defaults */
+   interpolation   NULL = all defaults
+   points   a picture: width is set, count a multiple of it below 2^32, and indices NULL (RSM_ERR_ARGUMENT)
+   stats    may be NULL; evaluated / points->count is the share of pixels for which light was gathered
+   Errors   as rsm_gather */
+#endif
 
+#ifndef RSM_WITHOUT_LISTS
 /* ---- lists of pixel lights ---- */
 
 RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const rsm_gather_desc *desc,
                                    const rsm_points *points, float *irradiance, rsm_gather_stats *stats);
-/* As rsm_gather, from a list of pixel lights of any origin. pattern, samples, r_max, seed, noise, near_field
-   and materials are not used; area is used by near_limit. */
+/* Writes the irradiance that reaches each receiver from a list of pixel lights, as rsm_gather does from maps.
+   The lights may come from rsm_pixel_lights, from rsm_cluster or from anywhere else.
+   lights   position, normal (unit), flux and, for near_limit, area are read. Lights that are not finite,
+            beyond 1e9, of negative flux or above 1e18 W are left out
+   desc     NULL = all defaults. pattern, samples, r_max, r_min, seed, noise, near_field and materials are not
+            used
+   Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
 
 RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
-/* Writes lights that stand for whole maps.
-   samples   of each map, in proportion to flux, with flux and area scaled; 0 = every lit texel
-   count     written on RSM_OK and RSM_ERR_MEMORY: lights needed. To ask for it, lights is NULL and capacity
-             0 */
+/* Writes a list of pixel lights that stands for whole maps.
+   samples   texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area are
+             scaled, so that the sum stays. 0 = every lit texel
+   seed      chooses between equally good samples
+   lights    room for capacity lights; may be NULL if capacity is 0
+   count     how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
-/* Groups lights into at most cluster_count area lights. Flux and area are sums, position and normal means by
-   flux; if the normals of a group cancel out, its normal is that of its brightest light.
-   light_count    at most 2^31 - 1
+/* Groups lights into at most cluster_count larger ones. The flux and area of a group are sums, its position
+   and normal are means by flux; if its normals cancel out, its normal is that of its brightest light. Lights
+   that are not finite, beyond 1e9, without flux or above 1e18 W are left out.
+   light_count    below 2^31
    cluster_count  1..65536
-   clusters  room for cluster_count; *count of them are written, none if there is no flux
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a light, 128 a cluster). system may be NULL */
+   system    may be NULL
+   clusters  room for cluster_count lights, of which *count are written; none if there is no flux
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ALLOC
+   Cost      scratch of 4 bytes a light and 128 a cluster */
+#endif
 
 /* ---- patterns ---- */
 
 RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
                                      uint32_t seed, float *points);
-/* Writes a pattern in the unit disc: x, y and weight of each sample, 3 floats. The mean of f over the disc is
-   sum(weight f) / pi.
-   Errors    RSM_ERR_ARGUMENT (pattern FLUX or MIXED, samples 0 or above 2^20, POISSON above 4096, r_min not
-             in 0..1) */
+/* Writes one of the patterns about the receiver, for a renderer of your own: a list of samples in the unit
+   disc. The mean of a function f over the disc is sum(weight f) / pi.
+   pattern   neither FLUX nor MIXED, which are no discs
+   samples   1..2^20, of POISSON 1..4096
+   r_min, paper_weights, seed   as in rsm_gather_desc
+   points    3 floats for each sample: x, y and weight
+   Errors    RSM_ERR_ARGUMENT */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
-/* Writes side^2 values (i + 0.5) / side^2, each once, by void and cluster (Ulichney 1993); they tile. Takes a
-   time of O(side^4).
+/* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster
+   (Ulichney 1993). The tile goes on at its borders.
    side      4..64
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a value). system may be NULL */
+   system    may be NULL
+   values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC
+   Cost      a time of O(side^4), scratch of 4 bytes a value */
 
 #ifdef __cplusplus
 }
@@ -604,7 +657,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define RSM_FILE if you renamed it. */
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define RSM_FILE if you renamed
+   it. */
 #ifndef RSM_FILE
 #define RSM_FILE "rsm.h"
 #endif
@@ -616,12 +670,12 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define RSM__FINITE_MATH 1
 #else
@@ -637,7 +691,6 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -659,7 +712,7 @@ static inline void rsm__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int rsm__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -674,13 +727,14 @@ static inline int rsm__add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int rsm__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int rsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -696,7 +750,7 @@ static inline rsm__allocator rsm__allocator_make(void *(*alloc_fn)(size_t, void 
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *rsm__alloc(const rsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -714,7 +768,6 @@ static inline void rsm__free(const rsm__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -748,7 +801,7 @@ static inline rsm__v3 rsm__v3_scale(rsm__v3 a, float s)
     return rsm__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline rsm__v3 rsm__v3_madd(rsm__v3 a, rsm__v3 b, float s)
 {
     return rsm__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -769,8 +822,8 @@ static inline rsm__v3 rsm__v3_cross(rsm__v3 a, rsm__v3 b)
     return rsm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline rsm__v3 rsm__v3_normalize(rsm__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -785,7 +838,8 @@ static inline rsm__v3 rsm__v3_normalize(rsm__v3 a)
     return rsm__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int rsm__finite(float x)
 {
     uint32_t bits;
@@ -798,8 +852,8 @@ static inline int rsm__v3_finite(rsm__v3 a)
     return rsm__finite(a.x) && rsm__finite(a.y) && rsm__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -810,14 +864,14 @@ static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float rsm__from_bits(uint32_t bits)
 {
@@ -833,22 +887,22 @@ static inline uint32_t rsm__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
 static inline float rsm__copysign(float x, float s)
 {
     return rsm__from_bits((rsm__to_bits(x) & 0x7fffffffu) | (rsm__to_bits(s) & 0x80000000u));
 }
 
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
+/* Returns a if yes is 1 and b if it is 0, without a branch: compilers turn a chain of ?: with one condition
+   into a branch, and then do not vectorise the loop round it. */
 static inline float rsm__either(int yes, float a, float b)
 {
     uint32_t mask = 0u - (uint32_t)yes;
     return rsm__from_bits((rsm__to_bits(a) & mask) | (rsm__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void rsm__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -857,7 +911,8 @@ static inline void rsm__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -867,7 +922,8 @@ static inline void rsm__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
+/* Returns atan2 with an error of 4e-7, at most 3 ulp. All quadrants, zeros of either sign and infinities are
+   as with C's atan2f; atan2(0, 0) is 0. */
 static inline float rsm__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -884,7 +940,8 @@ static inline float rsm__atan2(float y, float x)
     return rsm__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
+/* Returns exp(x) as 2^k (1 + r + r^2 p(r)) with |r| <= ln 2 / 2, in double, so that exp, log and pow err by
+   1 ulp. */
 static inline double rsm__exp_core(double x)
 {
     double r, p, power;
@@ -896,14 +953,15 @@ static inline double rsm__exp_core(double x)
     k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
     r = x - (double)k * 0.69314718055994531;
     p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 +
+        r * (0.00833326438132814496 + r * p)));
     bits = (uint64_t)(k + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
     return power * (1.0 + (r + r * r * p));
 }
 
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+/* Returns the logarithm of x > 0 from x = 2^e m with m in [sqrt(1/2), sqrt(2)), by
+   log m = 2 artanh((m - 1) / (m + 1)). */
 static inline double rsm__log_core(float x)
 {
     double m = (double)x, s, z;
@@ -920,17 +978,18 @@ static inline double rsm__log_core(float x)
     }
     s = (m - 1.0) / (m + 1.0);
     z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 +
+         z * 0.117910756496012977));
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Infinity from 88.7228394 on. */
+/* Returns infinity above 88.7228394. */
 static inline float rsm__exp(float x)
 {
     return x > 88.7228394f ? rsm__from_bits(0x7f800000u) : (float)rsm__exp_core((double)x);
 }
 
-/* -infinity where x is not above 0. */
+/* Returns -infinity if x is not above 0. */
 static inline float rsm__log(float x)
 {
     return x > 0.0f ? (float)rsm__log_core(x) : rsm__from_bits(0xff800000u);
@@ -948,10 +1007,10 @@ static inline float rsm__pow(float x, float y)
 
 /* ==== src/shared/rng.h ==== */
 
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t rsm__hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -964,17 +1023,17 @@ static inline uint32_t rsm__hash_combine(uint32_t a, uint32_t b)
     return rsm__hash32(a + 0x9e3779b9u * rsm__hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float rsm__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+/* Returns number i, in [0, 1), of the stream (seed, stream). There is no state, so that threads and tiles
+   can draw their own numbers. */
 static inline float rsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 {
     return rsm__to_unit(rsm__hash_combine(rsm__hash_combine(seed, stream), i));
 }
 
 /* ==== src/shared/lds.h ==== */
-
 
 /* unit lds, needs rng: low-discrepancy points in [0, 1) */
 
@@ -987,8 +1046,9 @@ static inline uint32_t rsm__reverse_bits(uint32_t x)
     return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
 }
 
-/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
-   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
+/* Returns x after Owen scrambling, by the hash of Laine and Karras as tuned in Burley, "Practical hash-based
+   Owen scrambling", JCGT 9(4), 2020. It works on reversed bits: a bit depends on the more significant ones
+   alone. */
 static inline uint32_t rsm__owen(uint32_t x, uint32_t seed)
 {
     x = rsm__reverse_bits(x) + seed;
@@ -999,8 +1059,8 @@ static inline uint32_t rsm__owen(uint32_t x, uint32_t seed)
     return rsm__reverse_bits(x);
 }
 
-/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
-   different seeds may be combined to more dimensions. */
+/* Writes point i of a scrambled (0, 2)-sequence, which has the first two dimensions of Sobol's. The order is
+   shuffled, too, so that sequences of different seeds may be combined to more dimensions. */
 static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 {
     uint32_t x, y = 0, d = 0x80000000u, k;
@@ -1014,18 +1074,19 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 
 /* ==== src/shared/cpu.h ==== */
 
-
 /* unit cpu: run-time detection of x86 vector units */
 
-/* RSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   RSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
-#if !defined(RSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+/* RSM__X86 is 1 if functions with target attributes can be compiled and chosen at run time. RSM__NO_SIMD, which
+   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
+   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+#if defined(RSM__NO_SIMD) || defined(__TINYC__)
+#define RSM__X86 0
+#elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define RSM__X86 1
 #define RSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define RSM__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(RSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
+#elif defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define RSM__X86 1
 #define RSM__TARGET_AVX2
 #define RSM__TARGET_AVX512
@@ -1033,35 +1094,43 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 #define RSM__X86 0
 #endif
 
+/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
 #if RSM__X86 && defined(_MSC_VER)
 #include <intrin.h>
-/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline void rsm__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
+static inline unsigned rsm__cpu_xcr0(void) { return (unsigned)_xgetbv(0); }
+#elif RSM__X86
+#include <cpuid.h>
+static inline void rsm__cpu_ask(unsigned leaf, unsigned *r)
+{
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+}
+static inline unsigned rsm__cpu_xcr0(void)
+{
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+#endif
+
+#if RSM__X86
+/* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
 static inline int rsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
-    int r[4];
-    __cpuid(r, 0);
+    const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
+    unsigned r[4];
+    rsm__cpu_ask(0, r);
     if (r[0] < 7) return 0;
-    __cpuid(r, 1);
-    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
-    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
-    __cpuidex(r, 7, 0);
-    return ((unsigned)r[1] & ebx) == ebx;
+    rsm__cpu_ask(1, r);
+    if ((r[2] & wanted) != wanted || (rsm__cpu_xcr0() & xcr0) != xcr0) return 0;
+    rsm__cpu_ask(7, r);
+    return (r[1] & ebx) == ebx;
 }
+/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
 static inline int rsm__cpu_has_avx2(void) { return rsm__cpu_leaf7(0x06u, 0x00000128u); }
+/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
 static inline int rsm__cpu_has_avx512(void) { return rsm__cpu_leaf7(0xe6u, 0xc0030128u); }
-#elif RSM__X86
-/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
-static inline int rsm__cpu_has_avx2(void)
-{
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-static inline int rsm__cpu_has_avx512(void)
-{
-    return rsm__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-}
 #else
 static inline int rsm__cpu_has_avx2(void) { return 0; }
 static inline int rsm__cpu_has_avx512(void) { return 0; }
@@ -1069,12 +1138,11 @@ static inline int rsm__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/batch.h ==== */
 
-
 /* unit batch: tasks of a call, some at a time */
 
 typedef struct rsm__batch { void (*task)(void *context, size_t index); void *context; size_t first; } rsm__batch;
 
-/* A task itself; context: the batch. */
+/* The task of a batch, with the batch as its context. */
 static inline void rsm__batch_task(void *context, size_t index)
 {
     const rsm__batch *b = (const rsm__batch *)context;
@@ -1083,24 +1151,7 @@ static inline void rsm__batch_task(void *context, size_t index)
 
 /* ==== src/shared/hot.h ==== */
 
-
 /* unit hot, needs fp_begin: what compilers are told of hot code */
-
-/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !RSM__FINITE_MATH
-#define RSM__HOT __attribute__((optimize("O3")))
-#else
-#define RSM__HOT
-#endif
-
-/* Into kernels of several targets. */
-#if defined(__GNUC__) && !defined(__TINYC__)
-#define RSM__INLINE static inline __attribute__((always_inline))
-#elif defined(_MSC_VER)
-#define RSM__INLINE static __forceinline
-#else
-#define RSM__INLINE static inline
-#endif
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__PREFETCH(p) __builtin_prefetch(p)
@@ -1110,23 +1161,23 @@ static inline void rsm__batch_task(void *context, size_t index)
 
 /* ==== src/shared/simd.h ==== */
 
-
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for rsm__lanes: RSM__LANE_COUNT floats, computed RSM__WIDTH at a time by the instruction set RSM__SET.
-   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
-   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
-   128 bits of WebAssembly, or one float at a time); then, where RSM__SIMD_SETS says so, by the header that includes itself
-   with RSM__SET, RSM__WIDTH and RSM__LANE_COUNT defined anew: avx2 and 8, avx512 and 16. rsm__simd_level says which one to call.
-   With RSM__NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if RSM__COMPILER_VECTORS is
-   defined. RSM__FILE is the header's name; a header that was pasted into another file cannot include itself and stays
-   with "plain".
+/* A kernel is written once, for rsm__lanes: RSM__LANE_COUNT floats, which the instruction set RSM__SET computes
+   RSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   RSM__SIMD_SETS is 1, the header includes itself with RSM__SET, RSM__WIDTH and RSM__LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. rsm__simd_level returns which set to call. With RSM__NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if RSM__COMPILER_VECTORS is defined. RSM__FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes rsm__lanes_add the name
    rsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. RSM__KERNEL stands before a kernel,
    RSM__IN_KERNEL before what is inlined into kernels.
 
-   Every set gives the same bits, but for rsm__lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+   Every set gives the same bits, but for rsm__lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
 #if defined(RSM__NO_SIMD) && (!defined(RSM__COMPILER_VECTORS) || defined(__i386__))
 #define RSM__SCALAR 1
 #else
@@ -1178,44 +1229,26 @@ static inline void rsm__batch_task(void *context, size_t index)
 #define rsm__lanes_sub RSM__NAME_IN_SET(rsm__lanes_sub, RSM__SET)
 #define rsm__lanes_mul RSM__NAME_IN_SET(rsm__lanes_mul, RSM__SET)
 #define rsm__lanes_div RSM__NAME_IN_SET(rsm__lanes_div, RSM__SET)
-#define rsm__lanes_muladd RSM__NAME_IN_SET(rsm__lanes_muladd, RSM__SET)
 #define rsm__lanes_max RSM__NAME_IN_SET(rsm__lanes_max, RSM__SET)
 #define rsm__lanes_min RSM__NAME_IN_SET(rsm__lanes_min, RSM__SET)
-#define rsm__lanes_sqrt RSM__NAME_IN_SET(rsm__lanes_sqrt, RSM__SET)
-#define rsm__lanes_abs RSM__NAME_IN_SET(rsm__lanes_abs, RSM__SET)
 #define rsm__lanes_negate RSM__NAME_IN_SET(rsm__lanes_negate, RSM__SET)
 #define rsm__lanes_greater RSM__NAME_IN_SET(rsm__lanes_greater, RSM__SET)
 #define rsm__lanes_at_least RSM__NAME_IN_SET(rsm__lanes_at_least, RSM__SET)
-#define rsm__lanes_differ RSM__NAME_IN_SET(rsm__lanes_differ, RSM__SET)
 #define rsm__lanes_select RSM__NAME_IN_SET(rsm__lanes_select, RSM__SET)
 #define rsm__lanes_keep RSM__NAME_IN_SET(rsm__lanes_keep, RSM__SET)
-#define rsm__lanes_truncate RSM__NAME_IN_SET(rsm__lanes_truncate, RSM__SET)
-#define rsm__lanes_of_ints RSM__NAME_IN_SET(rsm__lanes_of_ints, RSM__SET)
-#define rsm__lanes_of_shorts RSM__NAME_IN_SET(rsm__lanes_of_shorts, RSM__SET)
-#define rsm__lanes_gather RSM__NAME_IN_SET(rsm__lanes_gather, RSM__SET)
 #define rsm__lanes3 RSM__NAME_IN_SET(rsm__lanes3, RSM__SET)
 #define rsm__lanes3_load RSM__NAME_IN_SET(rsm__lanes3_load, RSM__SET)
-#define rsm__lanes3_load_packed RSM__NAME_IN_SET(rsm__lanes3_load_packed, RSM__SET)
 #define rsm__lanes3_all RSM__NAME_IN_SET(rsm__lanes3_all, RSM__SET)
-#define rsm__lanes3_scale RSM__NAME_IN_SET(rsm__lanes3_scale, RSM__SET)
 #define rsm__lanes3_sub RSM__NAME_IN_SET(rsm__lanes3_sub, RSM__SET)
-#define rsm__lanes3_store_packed RSM__NAME_IN_SET(rsm__lanes3_store_packed, RSM__SET)
 #define rsm__lanes3_dot RSM__NAME_IN_SET(rsm__lanes3_dot, RSM__SET)
 #define rsm__mask_and RSM__NAME_IN_SET(rsm__mask_and, RSM__SET)
-#define rsm__mask_or RSM__NAME_IN_SET(rsm__mask_or, RSM__SET)
-#define rsm__mask_any RSM__NAME_IN_SET(rsm__mask_any, RSM__SET)
-#define rsm__mask_bits RSM__NAME_IN_SET(rsm__mask_bits, RSM__SET)
-#define rsm__mask_of_bits RSM__NAME_IN_SET(rsm__mask_of_bits, RSM__SET)
 #define rsm__ints_load RSM__NAME_IN_SET(rsm__ints_load, RSM__SET)
 #define rsm__ints_store RSM__NAME_IN_SET(rsm__ints_store, RSM__SET)
 #define rsm__ints_all RSM__NAME_IN_SET(rsm__ints_all, RSM__SET)
-#define rsm__ints_add RSM__NAME_IN_SET(rsm__ints_add, RSM__SET)
-#define rsm__ints_sub RSM__NAME_IN_SET(rsm__ints_sub, RSM__SET)
 #define rsm__ints_or RSM__NAME_IN_SET(rsm__ints_or, RSM__SET)
 #define rsm__ints_keep RSM__NAME_IN_SET(rsm__ints_keep, RSM__SET)
-#define rsm__ints_equal RSM__NAME_IN_SET(rsm__ints_equal, RSM__SET)
 
-/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
 static inline int rsm__simd_level(void)
 {
     if (!RSM__SIMD_SETS || !rsm__cpu_has_avx2()) return 0;
@@ -1224,17 +1257,17 @@ static inline int rsm__simd_level(void)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* RSM__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__COLD __attribute__((cold))
 #else
 #define RSM__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct rsm__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1243,7 +1276,7 @@ typedef struct rsm__logger {
 
 typedef struct rsm__message { char text[256]; size_t used; } rsm__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline RSM__COLD void rsm__message_text(rsm__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1260,8 +1293,8 @@ static inline RSM__COLD void rsm__message_count(rsm__message *m, uint64_t value)
     rsm__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline RSM__COLD int rsm__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1280,7 +1313,8 @@ static inline RSM__COLD int rsm__message_digits(double value, char digits[8], in
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline RSM__COLD void rsm__message_number(rsm__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1320,7 +1354,7 @@ static inline RSM__COLD void rsm__message_number(rsm__message *m, double value)
     for (i = count; i <= exponent; i++) rsm__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline RSM__COLD void rsm__message_begin(rsm__message *m, const rsm__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1329,7 +1363,7 @@ static inline RSM__COLD void rsm__message_begin(rsm__message *m, const rsm__logg
     rsm__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline RSM__COLD void rsm__log_text(const rsm__logger *logger, const char *field, const char *text)
 {
     rsm__message m;
@@ -1340,8 +1374,10 @@ static inline RSM__COLD void rsm__log_text(const rsm__logger *logger, const char
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline RSM__COLD void rsm__log_value(const rsm__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline RSM__COLD void rsm__log_value(const rsm__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     rsm__message m;
     if (!logger->log) return;
@@ -1353,10 +1389,10 @@ static inline RSM__COLD void rsm__log_value(const rsm__logger *logger, const cha
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline RSM__COLD void rsm__log_element(const rsm__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline RSM__COLD void rsm__log_element(const rsm__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     rsm__message m;
     if (!logger->log) return;
@@ -1372,9 +1408,10 @@ static inline RSM__COLD void rsm__log_element(const rsm__logger *logger, const c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     rsm__message m;
     if (!logger->log) return;
@@ -1816,7 +1853,8 @@ static inline void rsm__texel_clear(rsm_texel *t)
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16])
 {
     rsm__v3 r, u, a, p;
-    float n, f, sx, sy, z[2], row[4][4];
+    float n, f, sx;
+    float sy, z[2], row[4][4];
     int i, k, perspective;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
     if (!map || !world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
@@ -2655,7 +2693,8 @@ static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
     /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the
        square's corners. */
     float least = 1.5f / sqrtf((float)count);
-    uint32_t found = 0, outside = 0, tries = 0, dart, i;
+    uint32_t found = 0, outside = 0, tries = 0;
+    uint32_t dart, i;
     for (dart = 0; found < count; dart++) {
         float x = 2.0f * rsm__random(seed, 11, dart) - 1.0f, y = 2.0f * rsm__random(seed, 12, dart) - 1.0f;
         int hit = 0;
@@ -2905,18 +2944,19 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the
-   three of a cell of 2 fill three of four lanes. */
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill
+   them, the three of a cell of 2 fill three of four lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
-    float    px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE], nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
+    float px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE];
+    float nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
     int32_t  good[RSM__TILE];      /* bits of the samples that suit */
     uint32_t x[RSM__TILE], y[RSM__TILE];
 } rsm__tile;
 
-/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2 and
-   distance^2. */
+/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2
+   and distance^2. */
 typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
 
 /* Names that every instruction set has of its own, see unit simd. */
@@ -2950,7 +2990,6 @@ typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const fl
 
 /* ==== src/shared/simd_begin.h ==== */
 
-
 /* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
 
 #undef RSM__KERNEL
@@ -2961,17 +3000,23 @@ typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const fl
 
 #if RSM__WIDTH == 16
 #define RSM__KERNEL RSM__TARGET_AVX512
-#define RSM__INTEL(name) _mm512_##name
 #elif RSM__WIDTH == 8
 #define RSM__KERNEL RSM__TARGET_AVX2
-#define RSM__INTEL(name) _mm256_##name
 #else
 #define RSM__KERNEL
+#endif
+
+#if RSM__WIDTH == 16
+#define RSM__INTEL(name) _mm512_##name
+#elif RSM__WIDTH == 8
+#define RSM__INTEL(name) _mm256_##name
+#else
 #define RSM__INTEL(name) _mm_##name
 #endif
 
-/* RSM__IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
-   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+/* RSM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__IN_KERNEL __attribute__((always_inline)) RSM__KERNEL
 #else
@@ -2983,8 +3028,8 @@ typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const fl
 #define RSM__IN_LARGE_KERNEL inline RSM__IN_KERNEL
 #endif
 
-/* Does something with every piece of RSM__WIDTH lanes. With constants for the pieces, so that compilers keep them in
-   registers. */
+/* RSM__EACH executes statements for every piece of RSM__WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
 #if RSM__WIDTH > 1 && RSM__LANE_COUNT == RSM__WIDTH
 #define RSM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
 #elif RSM__WIDTH > 1 && RSM__LANE_COUNT == 2 * RSM__WIDTH
@@ -2998,7 +3043,6 @@ typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const fl
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
-
 
 /* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
 
@@ -3037,7 +3081,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_greater(rsm__lanes a, rsm__lanes b)
 {
     rsm__lane_mask m;
@@ -3064,7 +3108,7 @@ static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_at_least(rsm__lanes a, rs
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a, rsm__lanes b)
 {
 #if RSM__WIDTH == 16
@@ -3101,7 +3145,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_div(rsm__lanes a, rsm__lanes 
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_max(rsm__lanes a, rsm__lanes b)
 {
 #if RSM__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
@@ -3112,7 +3156,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_max(rsm__lanes a, rsm__lanes 
     return a;
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_min(rsm__lanes a, rsm__lanes b)
 {
 #if RSM__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
@@ -3129,7 +3173,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_negate(rsm__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_keep(rsm__lane_mask m, rsm__lanes a)
 {
 #if RSM__WIDTH == 16
@@ -3193,7 +3237,7 @@ static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_or(rsm__lane_ints k, rsm__
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_keep(rsm__lane_mask m, rsm__lane_ints k)
 {
 #if RSM__WIDTH == 16
@@ -3210,7 +3254,6 @@ static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_keep(rsm__lane_mask m, rsm
 
 /* ==== src/shared/simd_plain.h ==== */
 
-
 /* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
 
 #if !RSM__SIMD_X86 && RSM__WIDTH <= 4
@@ -3226,7 +3269,7 @@ typedef uint32_t rsm__piece_words;
 #endif
 typedef struct rsm__lanes { rsm__piece v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lanes;
 typedef struct rsm__lane_ints { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_ints;
-typedef struct rsm__lane_mask { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_mask;    /* all bits of a lane */
+typedef struct rsm__lane_mask { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_mask;    /* lanes of 0 or -1 */
 
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_load(const float *from)
 {
@@ -3252,7 +3295,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_greater(rsm__lanes a, rsm__lanes b)
 {
     rsm__lane_mask m;
@@ -3275,11 +3318,12 @@ static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_at_least(rsm__lanes a, rs
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a, rsm__lanes b)
 {
 #if RSM__SIMD_VECTORS
-    RSM__EACH(a.v[piece] = (rsm__piece)((m.v[piece] & (rsm__piece_ints)a.v[piece]) | (~m.v[piece] & (rsm__piece_ints)b.v[piece])))
+    RSM__EACH(a.v[piece] = (rsm__piece)((m.v[piece] & (rsm__piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (rsm__piece_ints)b.v[piece])))
 #else
     RSM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
 #endif
@@ -3310,13 +3354,13 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_div(rsm__lanes a, rsm__lanes 
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_max(rsm__lanes a, rsm__lanes b)
 {
     return rsm__lanes_select(rsm__lanes_greater(a, b), a, b);
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_min(rsm__lanes a, rsm__lanes b)
 {
     return rsm__lanes_select(rsm__lanes_greater(b, a), a, b);
@@ -3328,7 +3372,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_negate(rsm__lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_keep(rsm__lane_mask m, rsm__lanes a)
 {
 #if RSM__SIMD_VECTORS
@@ -3375,7 +3419,7 @@ static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_or(rsm__lane_ints k, rsm__
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_keep(rsm__lane_mask m, rsm__lane_ints k)
 {
     RSM__EACH(k.v[piece] = m.v[piece] & k.v[piece])
@@ -3385,7 +3429,6 @@ static inline RSM__IN_KERNEL rsm__lane_ints rsm__ints_keep(rsm__lane_mask m, rsm
 #endif
 
 /* ==== src/shared/simd_lanes3.h ==== */
-
 
 /* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
 
@@ -3452,17 +3495,20 @@ static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, 
     return lights;
 }
 
-/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The caller
-   applies the 1/pi that the equation lacks, and the flux. */
+/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The
+   caller applies the 1/pi that the equation lacks, and the flux. */
 typedef struct rsm__forms {
     rsm__lanes whole, bounded;     /* without and within the light's bound */
     rsm__lanes d2, inverse;        /* squared distance, and one over it */
 } rsm__forms;
 
-/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself (T40). */
-static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights, const rsm__receivers *receivers)
+/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself
+   (T40). */
+static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights,
+                                                        const rsm__receivers *receivers)
 {
-    const rsm__lanes zero = rsm__lanes_all(0.0f), rounding = rsm__lanes_max(lights->rounding, receivers->rounding);
+    const rsm__lanes zero = rsm__lanes_all(0.0f),
+        rounding = rsm__lanes_max(lights->rounding, receivers->rounding);
     const rsm__lanes3 d = rsm__lanes3_sub(lights->position, receivers->position);
     rsm__lanes at_receiver = rsm__lanes3_dot(receivers->normal, d);
     rsm__lanes at_light = rsm__lanes_negate(rsm__lanes3_dot(lights->normal, d));
@@ -3502,9 +3548,11 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, cons
 }
 
 #if RSM__LANE_COUNT == 8                          /* in AVX-512 too, so that sums have the same bits */
-static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest, rsm__sum *sum)
+static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest,
+                                                 rsm__sum *sum)
 {
-    float red[8], green[8], blue[8], full[8], lost[8], nearby[8];
+    float red[8], green[8], blue[8];
+    float full[8], lost[8], nearby[8];
     int l;
     rsm__lanes_store(red, s->red);
     rsm__lanes_store(green, s->green);
@@ -3525,8 +3573,8 @@ static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lo
 }
 
 /* Pixel lights on one receiver, block by block. */
-static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7], int lossy,
-                                                int nearest, rsm__sum *sum)
+static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7],
+                                                int lossy, int nearest, rsm__sum *sum)
 {
     rsm__receivers receiver;
     rsm__lane_sums s = rsm__sums_zero();
@@ -3541,7 +3589,8 @@ static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t coun
             const rsm__forms f = rsm__forms_make(&lights, &receiver);
             s = rsm__sums_add(s, &lights, &f, lossy);
             if (nearest) {                       /* of lights that are not edge-on */
-                rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2), rsm__lanes_all(1e-3f));
+                rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2),
+                                                         rsm__lanes_all(1e-3f));
                 s.nearby = rsm__lanes_max(rsm__lanes_keep(seen, f.inverse), s.nearby);
             }
         }
@@ -3554,17 +3603,20 @@ RSM__KERNEL static void rsm__sum_lights(const rsm__block *k, size_t count, const
     rsm__sum_some(k, count, x, 0, 0, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7],
+                                              rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 1, 0, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7],
+                                             rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 0, 1, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7],
+                                                   rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 1, 1, sum);
 }
@@ -3606,16 +3658,19 @@ RSM__KERNEL static void rsm__light_crowd_lossy(const rsm__block *k, size_t count
 /* ---- kernel of interpolation ---- */
 
 #if RSM__LANE_COUNT == 8
-/* Sets bit in every pixel of a tile that the sample suits. Lanes behind the last pixel hold anything: nobody asks for
-   their bits. */
-RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit)
+/* Sets bit in every pixel of a tile that the sample suits. Lanes behind the last pixel hold anything: nobody
+   asks for their bits. */
+RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3],
+                                       int32_t bit)
 {
-    const rsm__lanes3 position = rsm__lanes3_all(s[0], s[1], s[2]), normal = rsm__lanes3_all(s[3], s[4], s[5]);
+    const rsm__lanes3 position = rsm__lanes3_all(s[0], s[1], s[2]),
+        normal = rsm__lanes3_all(s[3], s[4], s[5]);
     size_t i;
     for (i = 0; i < count; i += 8) {
         const rsm__lanes3 d = rsm__lanes3_sub(position, rsm__lanes3_load(t->px + i, t->py + i, t->pz + i));
         const rsm__lanes3 n = rsm__lanes3_load(t->nx + i, t->ny + i, t->nz + i);
-        const rsm__lanes d2 = rsm__lanes3_dot(d, d), plane = rsm__lanes3_dot(d, n), other = rsm__lanes3_dot(d, normal);
+        const rsm__lanes d2 = rsm__lanes3_dot(d, d), plane = rsm__lanes3_dot(d, n),
+            other = rsm__lanes3_dot(d, normal);
         const rsm__lanes most = rsm__lanes_mul(rsm__lanes_all(limits[1]), d2);
         rsm__lane_mask fits = rsm__lanes_at_least(rsm__lanes3_dot(normal, n), rsm__lanes_all(limits[0]));
         fits = rsm__mask_and(fits, rsm__lanes_at_least(most, rsm__lanes_mul(plane, plane)));
@@ -3653,7 +3708,8 @@ RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s
 static inline rsm__kernel rsm__choose_kernel(int lossy, int nearby)
 {
 #if RSM__SIMD_SETS
-    if (rsm__simd_level() && nearby) return lossy ? rsm__sum_lights_near_lossy_avx2 : rsm__sum_lights_near_avx2;
+    if (rsm__simd_level() && nearby)
+        return lossy ? rsm__sum_lights_near_lossy_avx2 : rsm__sum_lights_near_avx2;
     if (rsm__simd_level()) return lossy ? rsm__sum_lights_lossy_avx2 : rsm__sum_lights_avx2;
 #endif
     if (nearby) return lossy ? rsm__sum_lights_near_lossy_plain : rsm__sum_lights_near_plain;
@@ -3832,7 +3888,8 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
 static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p, rsm__v3 n, rsm__v3 side[2])
 {
     rsm__v3 a, d, along;
-    float scale = map->extent / (float)map->side, facing, least, bounded, length2;
+    float scale = map->extent / (float)map->side, facing, least;
+    float bounded, length2;
     int k;
     rsm__face_frame(map, face, &side[0], &side[1], &a);
     d = a;
@@ -3899,7 +3956,8 @@ static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k
     rsm__v3 p = rsm__v3_make(k->px[i], k->py[i], k->pz[i]), n = rsm__v3_make(k->nx[i], k->ny[i], k->nz[i]),
             side[2];
     rsm__v3 d = rsm__v3_sub(p, rsm__v3_load(x));
-    float area, form, point, height = -rsm__v3_dot(n, d), d2 = rsm__v3_dot(d, d);
+    float area, form, point;
+    float height = -rsm__v3_dot(n, d), d2 = rsm__v3_dot(d, d);
     float facing = -2.0f * rsm__v3_dot(n, rsm__v3_load(x + 3)), above = rsm__v3_dot(rsm__v3_load(x + 3), d);
     if (!(height > (k->rounding[i] > x[6] ? k->rounding[i] : x[6]))) return 0.0f;
     rsm__texel_sides(map, (uint32_t)k->lx[i], p, n, side);
@@ -4087,7 +4145,8 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         i = (uint32_t)x;
         j = (uint32_t)y;
     } else { /* equal-area disc of the sphere: r = sin(angle / 2) */
-        float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height, q, u, v;
+        float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height;
+        float q, u, v;
         rsm__v3 d, a, right, up;
         x *= r;
         y *= r;
@@ -4228,7 +4287,8 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
 {
     const rsm_map *map = s->map;
     size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : rsm__count_texels(g, map);
-    size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
+    size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0;
+    size_t placed = 0, lanes;
     int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->side + 31u) / 32u) * ((map->side + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
@@ -4879,7 +4939,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     rsm__allocator a;
     rsm_result result;
     rsm__group *groups;
-    uint32_t *order, found = 1, i, k, most;
+    uint32_t *order, found = 1, i;
+    uint32_t k, most;
     size_t used = 0, at;
     double size2 = 0.0;
     memset(&none, 0, sizeof none);
@@ -5507,7 +5568,6 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

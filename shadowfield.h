@@ -2,18 +2,19 @@
 
    What it does
 
-   Records once, at sample points on spheres round an object, which part of the sky it hides (an occlusion
-   field), and round a light, what it radiates there (a source field). At run time any number of instances
-   move, turn and scale evenly; the light that reaches a point is a product of a few field samples, with soft
-   shadows from local lights, video lights and environment together. After Zhou, Hu, Lin, Guo and Shum,
-   "Precomputed Shadow Fields for Dynamic Scenes", SIGGRAPH 2005. Two bases: real spherical harmonics (fast,
-   soft) and Haar wavelets (all frequencies, slow).
+   This header gives moving objects soft shadows from moving lights. For each object it records once, at
+   sample points on spheres round the object, which directions the object hides (an occlusion field); for each
+   light, what arrives from the light there (a source field). At run time any number of instances of the
+   fields move, turn and scale evenly. The light that reaches a point is a product of a few field samples,
+   with the shadows of local lights, video lights and the environment together. After Zhou, Hu, Lin, Guo and
+   Shum, "Precomputed Shadow Fields for Dynamic Scenes", SIGGRAPH 2005. Fields are kept in one of two bases:
+   real spherical harmonics (fast, soft) or Haar wavelets (all frequencies, slow).
 
    What it does not do
 
-   - Objects are rigid. Light does not bounce. Shading is per point: yours are vertices, probes or pixels.
-   - Four bands of harmonics blur everything below about 45 degrees; small lights need wavelets.
-   - No rendering, no file access, no threads of its own.
+   - Objects are rigid, and light does not bounce. Points are shaded: your vertices, probes or pixels.
+   - Four bands of harmonics blur everything finer than about 45 degrees; small lights need wavelets.
+   - The header renders no pictures, opens no files and starts no threads.
 
    Quick start
 
@@ -57,61 +58,77 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16], of zeros: the identity. Directions point from the
-   surface to the light and are unit: a length of 0.97..1.03 is used as it is, any other but 0 is an error.
-   Distances are in your units, angles in radians, radiance in W/(sr m^2), irradiance in W/m^2. All zero is
-   the default of every desc.
+   Space is right-handed. Matrices are column-major float[16]; a matrix of zeros is the identity. Directions
+   point from the surface to the light and are unit: a length of 0.97..1.03 is used as it is, and any other
+   but 0 is an error. Distances are in your units, angles in radians, radiance in W/(sr m^2), irradiance in
+   W/m^2. All zero is the default of every desc.
 
-     r          radius of the bounding sphere of an entity; o, its centre, is the centre of the field
+     r          the radius of an entity's bounding sphere, whose centre is the centre of the field
      entity     an instance of an occlusion field, of a source field or of both, with its own transform
      shell      one of the concentric spheres; its sample points lie on the grid of a cube, 6 x side x side
      cube       what is seen from a sample point: 6 x N x N texels, faces +X -X +Y -Y +Z -Z as OpenGL orders
                 them
-     texel      number face N^2 + morton(x, y): sfield_cube_texel gives its direction and solid angle
+     texel      number face N^2 + morton(x, y) of a cube: sfield_cube_texel gives its direction and solid
+                angle
      occlusion  alpha: 1 hidden, 0 free. Queries return visibility, 1 - alpha
-     bands      of spherical harmonics: n bands are n^2 coefficients, number l^2 + l + m; Y1 = 0.4886 (y, z,
-                x)
-     vectors    of coefficients come in planes: coefficient k of vector i is v[k * stride + i], so that 16
-                vectors are treated at a time; stride 1 is a plain single vector
+     bands      n bands of spherical harmonics are n^2 coefficients; coefficient l^2 + l + m belongs to band
+                l, and those of band 1 belong to 0.4886 y, 0.4886 z and 0.4886 x
+     planes     many vectors of coefficients lie in planes: coefficient k of vector i is v[k * stride + i], so
+                that 16 vectors are treated at a time. With stride 1 a single vector is a plain array
+     T          of a point and a light: BRDF x cosine x visibility, what of the light counts for the point
 
    How it works
 
-   A query finds the shells around the distance d and interpolates eight samples. Shells are geometric by
-   default and weights linear in the solid angle of the bounding sphere (occlusion) or in (r/d)^2 (sources);
-   beyond the last shell both fall as (r/d)^2, which is how small things look from afar. For a point the
-   product T = BRDF x cosine x own visibility is multiplied by the visibility of each entity from near to far;
-   a light adds its dot product with the T that stands when it is reached; the environment is the farthest
-   light.
+     once        sfield_build (objects), sfield_build_emitter or _emissive (lights), or sfield_open (files)
+     once        sfield_scene_create, sfield_scene_environment
+     each frame  sfield_scene_entities, sfield_shade
 
-     harmonics  coefficients of 8 bits, scaled for shell, band and order: shells x 6 side^2 x n^2 bytes (x 3
-                lights)
-     wavelets   orthonormal on the planar face of a cube; the largest are kept, 4 bytes each (8 for lights).
-                With all defaults a box takes 15 s and 33 MB, a lamp 50 s and 62 MB (harmonics 0.6 s and 0.4,
-                3 s and 1.2)
+   A query at distance d finds the two shells around d and interpolates eight samples. The radii of shells
+   grow by a factor; weights are linear in the solid angle of the bounding sphere (occlusion) or in (r/d)^2
+   (sources). Beyond the last shell both fall as (r/d)^2, as small things do that are seen from afar. To shade
+   a point, T starts as BRDF x cosine x own visibility and is multiplied by the visibility of each entity,
+   from near to far. A light adds its dot product with the T that stands when the light is reached; the
+   environment is the farthest light.
 
-     bands            fewer: faster, softer; light leaks round objects. More: n^4 growth of products
+     harmonics  have coefficients of 8 bits, scaled for each shell, band and order: shells x 6 side^2 x n^2
+                bytes (three times as many for lights). With all defaults a box takes 0.6 s and 0.4 MB, a lamp
+                3 s and 1.2 MB
+     wavelets   are orthonormal on the planar face of a cube; the largest are kept, with 4 bytes each (8 for
+                lights). With all defaults a box takes 15 s and 33 MB, a lamp 50 s and 62 MB
+
+   The knobs, and what each trades:
+
+     bands            fewer: faster and softer, and light leaks round objects. More: the time of a product
+                      grows with the fourth power
      position_side    fewer: shadows wobble as things move past sample points
-     keep             fewer wavelets: noise of 2 x 2 texels in shadows
-     cube_side        fewer texels: penumbrae in steps
+     keep             less: noise of 2 x 2 texels in shadows, since fewer wavelets are kept
+     cube_side        less: penumbrae in steps, since texels are larger
      keep_inside      0: positions inside a closed mesh (counter-clockwise from outside) take the view from
-                      its surface; else they see nothing, and darken receivers near it
+                      its surface. Not 0: they see nothing, and darken receivers near the mesh
 
    From the paper to the code
 
      section 3.1  an object occlusion field, shell by shell      sfield_build, sfield_build_callback  T72
      section 3.1  a source radiance field                        sfield_build_emitter                 T73
-     section 3.1  O_p, what an object hides from its own points  sfield_build_self                    T71
+     section 3.1  S_d, the environment, and its rotation         sfield_scene_environment,
+                                                                 sfield_scene_turn                    T11 T12
+     section 3.1  O_p, what an object hides from its own points  sfield_build_self
      section 3.2  incident radiance, from far to near            sfield_incident                      T78
+     section 3.2  spheres of lights and objects do not overlap   sfield_scene_desc (strict)           T80
+     section 3.3  concentric shells from 0.2 r to 8 r or 20 r    sfield_desc (inner, outer)           T74
      section 3.3  eight samples of concentric shells             sfield_query                         T74 T75
      section 3.3  16 coefficients of 8 bits                      sfield_sh_project, sfield_build      T77
      section 3.3  area-weighted choice of wavelets               sfield_build                         T81
      section 4    B, the rendering equation                      sfield_shade                         T73
      section 4.1  G_i = sum of C_ijk E_j F_k: triple products    sfield_sh_product, sfield_sh_terms   T5 T6
+     section 4.1  the same of wavelets, in sublinear time        sfield_haar_product                  T81
      section 4.1  the double product                             sfield_sh_dot                        T2
      section 4.1  rotations                                      sfield_sh_rotation                   T9 T76
      figure 5     entities from near to far                      sfield_scene_entities, sfield_shade  T78
-     section 4.2  culling, with a count for each of its rules    sfield_scene_stats                   T80
+     section 4.2  points that the viewer does not see            sfield_points (visible)
+     section 4.2  culling, with a count for each of its rules    sfield_scene_stats
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
+     section 5    lights that are videos, by key frames          sfield_desc (frames), sfield_entity
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread
 
    Configuration
@@ -125,15 +142,19 @@
                                   them
      SFIELD_ASSERT(x)             with the implementation: in place of assert
 
+   In the repository, make join shadowfield.h WITHOUT="build" writes this header without the precomputation,
+   for programs that only open files and shade; WITHOUT="all" leaves out all optional parts, wavelets and
+   intrinsics among them (src/README.md).
+
    Memory, errors, threads, determinism
 
    All memory comes from the system's allocator, called from the thread that called us. Every function that
-   can fail returns a sfield_result; where it is not SFIELD_OK, outputs are untouched and nothing leaks, and
-   the system's log is told which argument, field or element has which value, and what it must be. There are
-   no globals: fields and algebras are read by any number of threads; a scene belongs to one call at a time,
-   which spreads its work by your parallel-for. Built fields have the same bytes on every compiler, processor,
-   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math). Shading does not
-   depend on the number of threads.
+   can fail returns a sfield_result. If the result is not SFIELD_OK, outputs are untouched and nothing leaks,
+   and the system's log is told which argument, field or element has which value, and what the value must be.
+   There are no globals: any number of threads may read fields and algebras at once. A scene belongs to one
+   call at a time, which spreads its work by your parallel_for. Built fields have the same bytes on every
+   compiler, processor, byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   Shading does not depend on the number of threads.
 
    Cost: docs/measured/shadowfield.md and build/bench sfield_algebra, sfield_chess, sfield_wavelet.
    History: CHANGELOG.md.   Licence: end of this file. */
@@ -192,16 +213,77 @@ typedef enum sfield_result {
 SFIELD_DEF const char *sfield_result_text(sfield_result result);
 /* Returns a constant string for any value, "unknown result" beyond the list. */
 
-/* ---- page one ---- */
+/* ---- page one: soft shadows of objects that move ---- */
 
-struct sfield_desc;
-struct sfield_stats;
-struct sfield_scene_desc;
-struct sfield_scene_stats;
-typedef struct sfield_field sfield_field;   /* what an object hides or a light radiates, around it */
-typedef struct sfield_scene sfield_scene;   /* where everything is now */
-typedef struct sfield_cache sfield_cache;   /* what points can keep from frame to frame */
+typedef struct sfield_field sfield_field;   /* what is seen of an object or light, from points all round */
+typedef struct sfield_scene sfield_scene;   /* where objects and lights are now, and the environment */
+typedef struct sfield_cache sfield_cache;   /* what a set of points keeps from frame to frame */
+struct sfield_mesh;                 /* triangles: below, as are entities and points */
+struct sfield_entity;               /* an object or light at its place */
+struct sfield_points;               /* receivers: the points to be lit, and where results go */
+struct sfield_desc;                 /* how fine a field is: ---- fields ---- */
+struct sfield_stats;                /* what a build counted: ---- fields ---- */
+struct sfield_scene_desc;           /* which fields a scene takes: ---- scenes ---- */
+struct sfield_scene_stats;          /* what a frame counted: ---- scenes ---- */
 
+#ifndef SFIELD_WITHOUT_BUILD
+SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const struct sfield_mesh *mesh,
+                                      sfield_field **out, struct sfield_stats *stats);
+/* Builds the occlusion field of a mesh: once for each object, before the first frame or in a tool.
+   desc     NULL = all defaults; stats may be NULL too
+   out      the field, which sfield_free takes back; written on SFIELD_OK only
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a stride, the index count, an index
+            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC,
+            SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
+   Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
+            seconds (harmonics) to minutes (wavelets). 26 bytes a vertex and 0.2 MB for each of 16 tasks */
+#endif
+
+SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
+/* Makes an empty scene, which sfield_scene_free takes back. desc NULL = all defaults: harmonics of 4 bands.
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (out is NULL), SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const struct sfield_entity *entities,
+                                               size_t count);
+/* Tells the scene where all objects and lights are now, by a list that replaces the one before. Call it in
+   each frame in which something has moved. The list (count 0..65535) is copied, its fields are not.
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a transform that is not a rotation with one scale
+            and a translation, a tint beyond -1e18..1e18, a time that is not finite; with desc.strict: an
+            overlap), SFIELD_ERR_MISMATCH (a field whose basis, bands, cube_side or kind does not suit the
+            scene, or that is a shard; SFIELD_PRODUCT_SPARSE: a rotated entity that hides or shines),
+            SFIELD_ERR_LIMIT (count), SFIELD_ERR_ALLOC. The scene then keeps the list that it had */
+
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16]);
+/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
+   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
+             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
+             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
+             Each texel is one radiance over its exact solid angle
+   rotation  a matrix from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_points *sets, size_t set_count,
+                                      struct sfield_scene_stats *stats);
+/* Computes the direct light that reaches every point of all sets, entities taken from near to far (figure 5
+   of the paper), and writes it to the arrays that the sets name. stats may be NULL.
+   Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
+   too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without views),
+            SFIELD_ERR_INPUT (a normal or view that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+            cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
+            self-visibility on a rotated entity), SFIELD_ERR_ALLOC
+   Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
+
+SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
+/* Takes back a scene and its memory. Accepts NULL. */
+
+SFIELD_DEF void sfield_free(sfield_field *field);
+/* Takes back a field and its memory. No scene may use the field any more. Accepts NULL. */
+
+/* ---- structs of page one ---- */
+
+#ifndef SFIELD_WITHOUT_BUILD
 typedef struct sfield_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -210,53 +292,46 @@ typedef struct sfield_mesh {
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
 } sfield_mesh;
+#endif
 
-SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const sfield_mesh *mesh,
-                                      sfield_field **out, struct sfield_stats *stats);
-/* Builds the occlusion field of a mesh, once. desc and stats may be NULL. More about it: "fields", below. */
-
-typedef struct sfield_entity {      /* an instance of fields in the world */
-    const sfield_field *occlusion;  /* what it hides; NULL = nothing. It must outlive its use by the scene */
-    const sfield_field *source;     /* what it radiates; NULL = nothing */
-    float transform[16];            /* field space to world: rotation, one scale > 0, translation; 0: none */
-    float tint[3];                  /* factor of the source's radiance: 0 0 0 is dark */
-    float time;                     /* seconds, of a source with frames */
+typedef struct sfield_entity {      /* an instance of fields in the world: an object, a light, or both */
+    const sfield_field *occlusion;  /* what the entity hides; NULL = nothing. The field must outlive its use
+                                       by the scene, as must `source` */
+    const sfield_field *source;     /* what the entity radiates; NULL = nothing */
+    float transform[16];            /* matrix from the fields' space to the world: rotation, one scale > 0,
+                                       translation. All 0: the identity */
+    float tint[3];                  /* factors of the source's r, g and b; 0 0 0: the light is off */
+    float time;                     /* seconds, finite, which choose between the frames of a source; other
+                                       fields have no frames */
 } sfield_entity;
 
 typedef struct sfield_points {      /* receivers that belong together, neighbours side by side */
-    size_t       count;
+    size_t       count;             /* below 2^31 */
     const float *positions;         /* x, y, z of each, in the space of `entity`, or in the world */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: no receiver, its results are 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    uint32_t     entity;            /* the entity that they lie on, counted from 1, which moves them, and
-                                       neither hides nor lights them; 0 = none */
-    float       *rgb;               /* three floats a point: the integral of L V cos / pi, which times the
-                                       albedo is radiance; NULL = not wanted */
-    float       *ambient;           /* one float a point: the integral of V cos / pi; NULL = not wanted */
-    float       *gloss;             /* three floats a point, by harmonics: the integral of L V cos (n + 2) /
-                                       (2 pi) cos^n (angle to the mirrored view); NULL = not wanted */
-    const sfield_field *self;       /* what their own object hides: sfield_build_self; NULL = nothing */
-    sfield_cache       *cache;      /* of these points alone, not used for gloss; NULL = nothing is kept */
-    const uint8_t      *visible;    /* 0: leave this point out, its results are 0; NULL = all are wanted */
-    const float        *views;      /* unit vectors to the eye, in the world, for gloss; 0 0 0 as above */
+    uint32_t     entity;            /* number of the entity that the points lie on, counted from 1. Its
+                                       transform moves them, and it neither hides nor lights them. 0 = none */
+    float       *rgb;               /* results, 3 floats a point, W/(sr m^2): the integral of L V cos / pi,
+                                       which times the albedo is the radiance of a diffuse surface. NULL =
+                                       not wanted */
+    float       *ambient;           /* results, a float a point, 0..1: the integral of V cos / pi. NULL = not
+                                       wanted */
+    float       *gloss;             /* results of harmonics, 3 floats a point: the integral of L V cos (n + 2)
+                                       / (2 pi) cos^n (angle to the mirrored view). NULL = not wanted */
+    const sfield_field *self;       /* what the points' own object hides, from sfield_build_self; NULL =
+                                       nothing */
+    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
+                                       NULL = nothing is kept */
+    const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
+                                       are wanted */
+    const float        *views;      /* for gloss, the direction from each point to the eye: unit, three
+                                       floats, in the world. 0 0 0: all results of the point are 0 */
     size_t              view_stride;        /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float        *exponents;  /* n of each point's Phong lobe, 1..1000; NULL = no lobes */
+    const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; NULL: gloss is 0 */
     size_t              exponent_stride;    /* bytes, a multiple of 4; 0 = one exponent for all */
 } sfield_points;
-
-SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
-SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield_entity *entities,
-                                               size_t count);
-SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
-SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
-                                      struct sfield_scene_stats *stats);
-/* A frame: where the entities are now, distant light (once, while it stays), and the light at all points of
-   all sets. desc and stats may be NULL. More about each: "scenes", below. */
-
-SFIELD_DEF void sfield_scene_free(sfield_scene *scene);      /* accepts NULL */
-SFIELD_DEF void sfield_free(sfield_field *field);            /* accepts NULL; no scene may use the field */
 
 /* ---- memory, threads, progress, messages: the caller's ---- */
 
@@ -285,7 +360,7 @@ typedef struct sfield_system {      /* all zero: malloc and free, this thread al
 
 /* ---- fields ---- */
 
-typedef enum sfield_basis {
+typedef enum sfield_basis {         /* the functions by which a field keeps what is seen from a point */
     SFIELD_BASIS_DEFAULT,           /* = SFIELD_BASIS_SH */
     SFIELD_BASIS_SH,                /* spherical harmonics: soft and fast */
     SFIELD_BASIS_HAAR,              /* Haar wavelets: all frequencies, slow. A header joined without them
@@ -293,202 +368,227 @@ typedef enum sfield_basis {
     SFIELD_BASIS_COUNT
 } sfield_basis;
 
-typedef enum sfield_spacing {       /* of the shells */
+typedef enum sfield_spacing {       /* how far apart the shells are */
     SFIELD_SPACING_DEFAULT,         /* = SFIELD_SPACING_GEOMETRIC */
-    SFIELD_SPACING_GEOMETRIC,       /* interpolated in solid angle: within 2 % of a sphere between shells */
-    SFIELD_SPACING_UNIFORM,         /* as in the paper, interpolated in the distance: 15 % wrong at 1.5 r */
+    SFIELD_SPACING_GEOMETRIC,       /* radii grow by a factor, and weights are linear in solid angle: between
+                                       shells a sphere hides what it should within 2 % */
+    SFIELD_SPACING_UNIFORM,         /* as in the paper: radii grow by a step, and weights are linear in the
+                                       distance: 15 % wrong at 1.5 r */
     SFIELD_SPACING_COUNT
 } sfield_spacing;
 
+#ifndef SFIELD_WITHOUT_BUILD
 typedef struct sfield_desc {        /* zero it, then set what you care about */
     sfield_system  system;
     sfield_basis   basis;
-    uint32_t       bands;           /* harmonics: 1..8; 0 = 4 */
+    uint32_t       bands;           /* of harmonics, 1..8; 0 = 4 */
     uint32_t       cube_side;       /* texels a side of a cube's face, a power of two, 4..64; 0 = 16 (wavelets
                                        32) */
     uint32_t       shells;          /* 2..64; 0 = 16 (wavelets 32) */
     uint32_t       position_side;   /* sample points a side of a face of a shell, 2..64; 0 = 16 (wavelets
                                        32) */
     sfield_spacing spacing;
-    float          inner, outer;    /* first and last shell, in r, 0.001 <= inner, 1.1 inner <= outer <= 1000,
-                                       no two shells within 0.02 %; 0 = 0.2 and 8 (wavelets 20) */
-    float          keep;            /* wavelets: the share of a cube's coefficients that is kept at most,
+    float          inner;           /* radius of the first shell, in radii of the bounding sphere,
+                                       0.001..1000; 0 = 0.2 */
+    float          outer;           /* radius of the last shell, in the same unit, 1.1 inner..1000; 0 = 8
+                                       (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
+    float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
-    float          window;          /* harmonics: strength of sfield_sh_window for every cube, >= 0 */
-    int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
-    uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
-    float          frames_per_second; /* > 0; 0 = 30 */
+    float          window;          /* of harmonics: the strength of sfield_sh_window for every cube,
+                                       0..1e6 */
+    int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
+                                       SFIELD_PRODUCT_EXP needs */
+    uint32_t       frames;          /* of sources: steps of time, 1..256; 0 = 1 */
+    float          frames_per_second; /* of sources, 1e-6..1e6; 0 = 30 */
     int            loop;            /* not 0: after the last frame comes the first; 0: the last stays */
-    float          center[3], radius; /* the bounding sphere, which must hold the mesh or emitter; radius 0 =
-                                         fitted, which callbacks do not allow */
-    uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all */
+    float          center[3];       /* of the bounding sphere, -1e18..1e18 */
+    float          radius;          /* of the bounding sphere, which must hold the mesh or emitter,
+                                       1e-18..1e18. 0 = the sphere is fitted, center too; callbacks need a
+                                       radius */
+    uint32_t       shard_begin;     /* to build in parts, each by another process: the first shell of this
+                                       part, counted through all frames */
+    uint32_t       shard_end;       /* the shell after the last one of this part; 0 = all shells, the whole
+                                       field. sfield_merge joins the parts */
     int            keep_inside;     /* not 0: sample points inside a closed mesh see nothing, as in the paper;
                                        0: they take the view from just outside the surface */
 } sfield_desc;
 
-typedef struct sfield_stats {       /* of a build */
-    uint32_t triangles;             /* used */
-    uint32_t skipped_triangles;     /* with a vertex that is not finite, or two equal corners */
+typedef struct sfield_stats {       /* what a build counted */
+    uint32_t triangles;             /* triangles that were used */
+    uint32_t skipped_triangles;     /* triangles with a vertex that is not finite, or with two equal
+                                       corners */
     uint64_t coefficients;          /* wavelets that were kept */
-    double   lost;                  /* wavelets: relative L2 error of those that were not kept, over all
-                                       samples */
-    size_t   peak_bytes;            /* asked of the allocator at once */
+    double   lost;                  /* relative L2 error, over all samples, of the wavelets that were not
+                                       kept */
+    size_t   peak_bytes;            /* the most memory that was asked of the allocator at once */
     uint64_t moved;                 /* sample points inside the mesh whose view was taken outside */
 } sfield_stats;
-
-/* sfield_build, on page one, builds the occlusion field of a mesh.
-   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, an index
-            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT,
-            SFIELD_ERR_CANCELLED
-   Memory   the field + 16 tasks of about 26 bytes a vertex and 0.2 MB + the samples of one shell
-   Cost     shells x 6 side^2 views of all triangles, and as many again for sample points inside: of 10,000
-            triangles seconds (harmonics) to minutes (wavelets), of a box 0.6 and 15 s */
 
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh,
                                                const float *radiance, sfield_field **out,
                                                sfield_stats *stats);
 /* Builds the source field of an emissive mesh.
-   radiance  r, g, b of each triangle, >= 0, for each frame one array after the other. A triangle shines on
-             the side from which it is counter-clockwise; for both sides give it once more, turned over. One
-             of radiance 0 hides those behind it
-   Errors    as sfield_build; SFIELD_ERR_INPUT also for a radiance that is negative or not finite */
+   radiance  r, g, b of each triangle, 0..1e18 W/(sr m^2); with several frames one such array after the other.
+             A triangle shines on the side from which its corners are counter-clockwise; for both sides give
+             the triangle once more, turned over. A triangle of radiance 0 hides those behind it
+   Errors    as sfield_build; SFIELD_ERR_INPUT also for a radiance out of its range */
 
 typedef void (*sfield_view_fn)(void *user, float time, const float position[3], const float direction[3],
                                float rgb[3]);
-/* Writes what arrives at a position in the field's space from a unit direction, which points away from the
-   position: radiance, or alpha in rgb[0]. It is called from your threads. Values that are negative or not
-   finite count as 0. */
+/* A function of yours that writes what arrives at a position from a direction: for sources the radiance, for
+   occlusion alpha in rgb[0], 1 = hidden. parallel_for's threads call the function. Values that are negative
+   or not finite count as 0, those above 1e18 as 1e18.
+   time       seconds from the first frame
+   position   in the field's space
+   direction  unit, pointing away from the position */
 
-typedef enum sfield_emitter_kind {
+typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
     SFIELD_EMITTER_DEFAULT,         /* = SFIELD_EMITTER_SPHERE */
-    SFIELD_EMITTER_SPHERE,          /* radius about the centre */
-    SFIELD_EMITTER_DISC,            /* radius about the centre, emits along normal */
-    SFIELD_EMITTER_RECTANGLE,       /* half axes u and v about the centre, emits along u x v */
-    SFIELD_EMITTER_CALLBACK,        /* view_fn; nothing comes from outside the bounding sphere */
+    SFIELD_EMITTER_SPHERE,          /* a sphere of `radius` about the centre */
+    SFIELD_EMITTER_DISC,            /* a disc of `radius` about the centre, which shines along `normal` */
+    SFIELD_EMITTER_RECTANGLE,       /* a rectangle about the centre with the half axes u and v, which shines
+                                       along u x v */
+    SFIELD_EMITTER_CALLBACK,        /* whatever view_fn says. Directions that miss the bounding sphere are not
+                                       asked */
     SFIELD_EMITTER_COUNT
 } sfield_emitter_kind;
 
-typedef struct sfield_emitter {     /* in the field's space, about desc.center */
+typedef struct sfield_emitter {     /* an analytic light in the field's space, about desc.center */
     sfield_emitter_kind kind;
-    float radius;                   /* > 0 */
-    float normal[3];                /* unit; a sphere may have 0 0 0 */
-    float u[3], v[3];
-    float radiance[3];              /* >= 0 */
-    float cone_half_angle;          /* radians about the normal, 0..pi; 0 = pi / 2. A sphere without a normal
-                                       shines everywhere */
-    sfield_view_fn view_fn;
+    float radius;                   /* of a sphere or disc, 1e-17..1e17 */
+    float normal[3];                /* of a disc, unit; a sphere may have one, or 0 0 0 */
+    float u[3], v[3];               /* of a rectangle, any length; half a diagonal is 1e-17..1e17 */
+    float radiance[3];              /* r, g, b, 0..1e18 W/(sr m^2) */
+    float cone_half_angle;          /* the light leaves within this angle about the normal, 0..pi; 0 = pi / 2.
+                                       A sphere without a normal shines everywhere */
+    sfield_view_fn view_fn;         /* of SFIELD_EMITTER_CALLBACK */
     void *user;                     /* given to view_fn */
 } sfield_emitter;
 
 SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter,
                                               sfield_field **out, sfield_stats *stats);
-/* Builds the source field of an analytic light or of a callback. desc.radius 0 = fitted, but for callbacks.
-   Errors  SFIELD_ERR_DESC (a field of desc or emitter), SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC, _LIMIT,
-           _CANCELLED */
+/* Builds the source field of an analytic light or of a callback. desc and stats may be NULL, but a callback
+   needs desc.radius.
+   Errors  SFIELD_ERR_DESC (a field of desc or emitter), SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_ALLOC,
+           SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED */
 
 SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_view_fn alpha_fn, void *user,
                                                sfield_field **out, sfield_stats *stats);
-/* Builds an occlusion field from your own renderer: alpha is 0..1. desc.radius is required. Errors as
-   above. */
+/* Builds an occlusion field by asking a function of yours, such as a ray tracer's, whether each direction
+   from each sample point is hidden. desc is needed, since desc.radius must be set.
+   alpha_fn  called with user for several directions in each texel; what it writes above 1 counts as 1
+   Errors    as sfield_build_emitter */
 
-/* sample points of a shell, 1..256 at a time, from which your renderer looks */
-typedef struct sfield_views {
+typedef struct sfield_views {       /* sample points, 1..256 at a time, from which your renderer is to look */
     float        center[3], radius; /* bounding sphere of the field */
-    float        time;              /* seconds, of a source's frame */
-    size_t       count;
-    const float *eyes;              /* (position - center) / radius, three floats each */
-    float       *values;            /* for you to write, for each eye. Harmonics: bands^2 coefficients;
-                                       wavelets: 6 N^2 texels. Of alpha, where 1 is hidden; of sources: of r,
-                                       then of g, then of b */
+    float        time;              /* seconds from the first frame of a source */
+    size_t       count;             /* eyes */
+    const float *eyes;              /* (position - center) / radius, three floats each. Eyes lie on the shell,
+                                       or just outside the mesh */
+    float       *values;            /* to be written, for one eye after the other: alpha, where 1 is hidden;
+                                       of sources r, then g, then b. Harmonics: bands^2 coefficients, as
+                                       sfield_sh_project makes them from texels. Wavelets: 6 N^2 texels */
 } sfield_views;
 
 typedef int (*sfield_views_fn)(void *user, const sfield_views *views);
-/* Returns not 0 to end the build. It is called from the thread that called us, shell after shell.
-   Coefficients are those that sfield_cube_basis makes. The eyes lie on the shell, or just outside the
-   mesh. */
+/* A function of yours that fills views->values. The thread that called sfield_build_views calls the function,
+   shell after shell. Returns 0 to go on; anything else ends the build. */
 
 SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
                                             sfield_views_fn see_fn, void *user, sfield_field **out,
                                             sfield_stats *stats);
-/* Builds a field whose cubes another renderer draws and projects, such as gl_backend's. Windows, logarithms,
-   the choice of wavelets and the block are made here.
-   source   not 0: of radiance, else of occlusion
-   mesh     the mesh that you draw, for the bounding sphere, the inscribed one and the sample points inside,
-            which are asked again from outside (keep_inside); NULL = desc.radius is required, none is
-            inscribed, none is moved
-   Values that are not finite or beyond 1e18 count as 0.
-   Errors   as sfield_build; SFIELD_ERR_CANCELLED where see_fn returned not 0 */
+/* Builds a field whose cubes another renderer draws and projects, such as gl_shadowfield.h.
+   sfield_build_views itself applies windows and logarithms, chooses wavelets and compresses.
+   source   not 0: the field is a source's, and values are radiances; 0: it is of occlusion
+   mesh     the mesh that you draw. The bounding sphere and the inscribed one are taken from it, and sample
+            points inside it are asked again from outside (desc.keep_inside). NULL: desc.radius must be set,
+            no sphere is inscribed, and no sample point is moved
+   see_fn   called with user. Values that are not finite, or beyond 1e18 (of occlusion 100), count as 0
+   Errors   as sfield_build; SFIELD_ERR_CANCELLED also if see_fn returned not 0 */
 
 SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield_mesh *mesh,
                                            const sfield_points *points, float offset, sfield_field **out,
                                            sfield_stats *stats);
-/* Builds the self-visibility of points on a mesh, O_p in the paper: the view from each position + offset x
-   its normal. It is for sfield_points.self. Harmonics store visibility x max(0, cosine), wavelets the
-   occlusion. Points in parts that run into each other are taken outside too (keep_inside).
-   points   count, positions and normals with their strides; the other members are not read
-   Errors   as sfield_build; SFIELD_ERR_INPUT also for positions that are not finite and normals that are not
-            unit */
+/* Builds the self-visibility of points on a mesh (O_p in the paper), for sfield_points.self: what each point
+   sees from its position + offset x its normal. Harmonics store visibility x max(0, cosine), wavelets the
+   occlusion. A point inside another part of the mesh looks from outside too (desc.keep_inside).
+   points   count (1..2^31 - 1), positions (-1e18..1e18) and normals with their strides; the other members are
+            not read
+   offset   0..1e18, in units of the mesh; a thousandth of its size keeps a point from seeing its own triangle
+   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for a stride, no points or the offset; SFIELD_ERR_INPUT
+            also for positions out of range and normals that are not unit */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out);
-/* Joins shards of one desc whose shells follow each other from the first to the last. The bytes are those of
-   the whole build. system may be NULL.
+/* Joins the shards of one field, given in the order of their shells, from the first shell to the last. The
+   bytes are those of the whole build. system may be NULL.
    Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_MISMATCH (these are not the shards of
             one field), SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
+#endif
 
-typedef enum sfield_kind {
+typedef enum sfield_kind {          /* what a field holds */
     SFIELD_KIND_NONE,
-    SFIELD_KIND_OCCLUSION,
-    SFIELD_KIND_SOURCE,
-    SFIELD_KIND_SELF,
+    SFIELD_KIND_OCCLUSION,          /* what an object hides from points round it */
+    SFIELD_KIND_SOURCE,             /* what a light radiates to points round it */
+    SFIELD_KIND_SELF,               /* what an object hides from points on it: sfield_build_self */
     SFIELD_KIND_COUNT
 } sfield_kind;
 
-typedef struct sfield_info {
+typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
     uint32_t       bands, cube_side, shells, position_side, frames;
     sfield_spacing spacing;
     int            logarithm;
     size_t         samples;         /* cubes that were recorded; of self-visibility: points */
-    uint64_t       coefficients;    /* wavelets in all of them */
+    uint64_t       coefficients;    /* wavelets in all of these cubes */
     size_t         bytes;           /* of the field, in memory and as a file */
     float          center[3], radius;
     float          inscribed;       /* radius of a sphere about the centre inside the closed mesh; 0 = none is
                                        known */
-    float          inner, outer;    /* in r */
-    uint32_t       shard_begin, shard_end; /* 0, 0: the whole field */
+    float          inner, outer;    /* radii of the first and last shell, in radii of the bounding sphere */
+    uint32_t       shard_begin, shard_end; /* 0, 0: the field is whole */
 } sfield_info;
 
 SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out);
-/* Writes what a field is; nothing where one of them is NULL. */
+/* Writes what a field is. If field or out is NULL, nothing is written. */
 
 SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, const float *positions,
                                       float time, float *out);
-/* Interpolates the field between eight samples at positions in its own space, three floats each.
-   out      harmonics: bands^2 coefficients for each position (sources: of r, then of g, then of b); wavelets:
-            6 N^2 texels likewise. Of visibility (or its logarithm, as stored), or of radiance
-   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_MISMATCH for self-visibility and for shards. Positions that are
-            not finite see nothing: visibility 1, radiance 0 */
+/* Interpolates what is seen from positions, each between eight samples of the field.
+   positions  three floats each, in the field's own space. From a position that is not finite nothing is seen:
+              visibility 1, radiance 0
+   time       seconds, of a source with frames
+   out        visibility (or its logarithm, if that is stored) or radiance, for one position after the other:
+              bands^2 coefficients or, with wavelets, 6 N^2 texels; of sources of r, then of g, then of b
+   Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (self-visibility, a shard) */
 
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
-/* Writes the coefficients or texels of self-visibility as they are stored, from point `first` on. Errors
-   SFIELD_ERR_ARGUMENT, SFIELD_ERR_MISMATCH. */
+/* Writes the self-visibility of count points from point `first` on, as it is stored.
+   out      for each point bands^2 coefficients or, with wavelets, 6 N^2 texels
+   Errors   SFIELD_ERR_ARGUMENT (NULL, points beyond the last), SFIELD_ERR_MISMATCH (a field of another
+            kind) */
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions,
                                         float *out);
-/* Writes the share of all directions that stays open at each position, 0..1; harmonics tell it from the first
-   coefficient alone. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_MISMATCH (not an occlusion field, its logarithm,
-   a shard). */
+/* Writes the share of all directions that an object leaves open at each position, 0..1: one float each, for
+   ambient occlusion. With harmonics the first coefficient alone is read, which makes this much cheaper than
+   sfield_query.
+   positions  three floats each, in the field's own space; one that is not finite gets 1
+   Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (not an occlusion field, one of logarithms, a
+              shard) */
 
 SFIELD_DEF size_t sfield_bytes(const sfield_field *field);
 /* Returns how many bytes sfield_write needs; 0 for NULL. */
+
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_bytes);
-/* Writes the file, little-endian: docs/shadowfield-format.md. Errors SFIELD_ERR_ARGUMENT,
-   SFIELD_ERR_MEMORY. */
+/* Writes a field as a file into your memory, little-endian: docs/shadowfield-format.md describes the bytes.
+   Errors  SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MEMORY (memory_bytes is below sfield_bytes) */
+
 SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
                                      sfield_field **out);
-/* Copies and checks a file: every size, offset, index and number in it. system may be NULL.
+/* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
+   number in the file is checked. system may be NULL.
    Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION,
            SFIELD_ERR_MISMATCH (wavelets, in a header joined without them), SFIELD_ERR_ALLOC,
            SFIELD_ERR_CANCELLED */
@@ -497,117 +597,135 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const 
 
 /* ---- scenes ---- */
 
-typedef enum sfield_product_mode {
+typedef enum sfield_product_mode {  /* how the visibilities of several entities are multiplied */
     SFIELD_PRODUCT_DEFAULT,         /* = TRIPLE for harmonics, TEXELS for wavelets */
-    SFIELD_PRODUCT_TRIPLE,          /* harmonics: projected after every product */
-    SFIELD_PRODUCT_EXP,             /* harmonics: one exp of the sum of logarithms for each light; needs
-                                       fields of them */
+    SFIELD_PRODUCT_TRIPLE,          /* harmonics: every product is projected on the same bands again */
+    SFIELD_PRODUCT_EXP,             /* harmonics: logarithms are added, and the sum's exponential is taken
+                                       once for each light. The fields must have been built with
+                                       desc.logarithm */
     SFIELD_PRODUCT_TEXELS,          /* wavelets: expanded where they have detail, multiplied on texels */
-    SFIELD_PRODUCT_SPARSE,          /* wavelets: sublinear product of coefficients (the paper). Rotated
-                                       entities may only receive, without a self-visibility */
+    SFIELD_PRODUCT_SPARSE,          /* wavelets: the paper's sublinear product of coefficients. Rotated
+                                       entities may receive light, but neither hide nor shine, nor have a
+                                       self-visibility */
     SFIELD_PRODUCT_COUNT
 } sfield_product_mode;
 
-typedef struct sfield_scene_desc {
-    sfield_system       system;
-    sfield_basis        basis;
-    uint32_t            bands;          /* harmonics: 1..8; 0 = 4. Fields must have as many */
-    uint32_t            cube_side;      /* wavelets: as the fields; 0 = 32. Harmonics: of the environment; 0 =
-                                           16 */
+typedef struct sfield_scene_desc {  /* zero it, then set what you care about */
+    sfield_system       system;         /* kept: the scene's later calls use it too */
+    sfield_basis        basis;          /* of all fields of the scene */
+    uint32_t            bands;          /* of harmonics, 1..8; 0 = 4. Fields must have as many */
+    uint32_t            cube_side;      /* texels a side of a cube's face, a power of two, 4..64. Wavelets: as
+                                           the fields have; 0 = 32. Harmonics: of the environment; 0 = 16 */
     sfield_product_mode product;
-    float               reach;          /* occluders count up to this many r and fade over the last quarter
-                                           (the paper's third culling rule); 0 = the outermost shell of the
-                                           field */
-    int                 strict;         /* not 0: a light whose bounding sphere overlaps that of an object is
-                                           an error */
+    float               reach;          /* occluders count up to this many radii of their bounding sphere,
+                                           0..1e6, and fade over the last quarter of that way (the paper's
+                                           third culling rule); 0 = the outermost shell of each field */
+    int                 strict;         /* not 0: sfield_scene_entities fails if the bounding sphere of a
+                                           light overlaps that of an object */
 } sfield_scene_desc;
 
-typedef struct sfield_scene_stats {
-    uint64_t points;                /* that were shaded, those left out by `visible` not among them */
-    uint64_t pairs;                 /* of a point and an occluder that is not its own */
-    uint64_t culled_far, culled_horizon, culled_hidden;   /* pairs left out by each of the three rules */
-    uint64_t products;              /* of a point's T with an occluder */
-    uint64_t lights;                /* dot products of a point with a light */
-    uint64_t reused;                /* of them, with a T from the cache */
+typedef struct sfield_scene_stats { /* what sfield_shade counted */
+    uint64_t points;                /* points that were shaded; those left out by `visible` do not count */
+    uint64_t pairs;                 /* pairs of a point and an occluder on which the point does not lie */
+    uint64_t culled_far;            /* pairs left out because the occluder is out of reach */
+    uint64_t culled_horizon;        /* pairs left out because the occluder lies below the point's horizon */
+    uint64_t culled_hidden;         /* pairs left out because nearer occluders hide this one */
+    uint64_t products;              /* multiplications of a point's T by the visibility of an occluder */
+    uint64_t lights;                /* dot products of a point's T with a light */
+    uint64_t reused;                /* those of `lights` whose T came from the cache */
     uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
 } sfield_scene_stats;
 
-/* sfield_scene_create: errors SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC.
-
-   sfield_scene_entities copies where everything is now, at most 65535 entities. Call it for each frame in
-   which something moved. Where it fails the scene keeps what it had.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (a transform that is not a rotation with one scale and a
-           translation, a tint that is not finite; strict: an overlap), SFIELD_ERR_MISMATCH (basis, bands,
-           cube, kind, a shard; SPARSE: a rotated entity that hides or shines), SFIELD_ERR_LIMIT,
-           SFIELD_ERR_ALLOC
-
-   sfield_scene_environment takes distant light as a latitude-longitude map of radiance; it is copied.
-   rgb       width x height x 3, from +Y down: the centre is +X, and +Z is right of it; NULL = no environment.
-             Texels that are negative or not finite count as 0; each has one radiance, and its exact solid
-             angle
-   rotation  map to world, NULL or 0 = none. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation),
-             SFIELD_ERR_ALLOC
-
-   sfield_shade computes the direct light at all points of all sets, from near to far (figure 5 of the paper).
-   Results are not clamped: ringing may go below 0, and surfaces that face a sun are 25 % too dark with 2
-   bands, 6 % too bright with 3 or 4.
-   Errors  SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without views),
-           SFIELD_ERR_INPUT (a normal or view that is not unit), SFIELD_ERR_MISMATCH (self or cache of another
-           basis or count, gloss in wavelets, self on a rotated entity with SPARSE), SFIELD_ERR_ALLOC. Points
-           that are not finite get 0
-   Cost    harmonics: about 0.1 us for a point and an occluder in reach */
-
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
-/* Gives the same environment another rotation, for the price of one rotation of coefficients, or of one cube
-   map. */
+/* Gives the same environment another rotation, from the map's space to the world; all 0 = none. It costs the
+   rotation of 3 vectors of coefficients, or of one cube map.
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (not a rotation) */
+
 SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direction[3],
                                           const float irradiance[3]);
-/* Adds a direction of light to the environment, until sfield_scene_environment is called again;
-   sfield_scene_turn does not turn it. direction is unit; NULL takes all suns away: set what moved anew, and
-   the map stays. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT */
+/* Adds a sun, light from one direction, to the environment. sfield_scene_turn does not turn suns. To move a
+   sun take all of them away and add them anew; the map stays.
+   direction    unit, towards the sun, in the world; NULL takes all suns away
+   irradiance   r, g, b of a surface that faces the sun, 0..1e18 W/m^2
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a vector that is not unit, irradiance) */
 
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *scene, float *coefs);
-/* Writes environment and suns as they are now, for shaders: bands^2 coefficients of r, then of g, then of b.
-   Harmonics only: else SFIELD_ERR_MISMATCH. SFIELD_ERR_ARGUMENT: NULL */
+/* Writes the environment and its suns as they are now, for shaders: bands^2 coefficients of r, then of g,
+   then of b.
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (a scene of wavelets) */
 
+#ifndef SFIELD_WITHOUT_CACHE
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count,
                                              uint32_t light_count, sfield_cache **out);
-/* Makes room for T of a set of points for light_count lights of this scene, of which the environment is one:
-   lazy occlusion updating. It takes 4 n^2 bytes a point and light with harmonics, 4 bytes a wavelet kept,
-   from the scene's allocator, and is filled with the first frame. Entities that move or change, another
-   scene, `entity` or `self` are noticed; positions and normals that you rewrite (a mesh that deforms, another
-   level of detail) are not: free the cache and create another. Errors SFIELD_ERR_ARGUMENT,
-   SFIELD_ERR_ALLOC */
-SFIELD_DEF void sfield_cache_free(sfield_cache *cache);      /* accepts NULL */
+/* Makes room in which a set of points keeps, from frame to frame, its T for each light: lazy occlusion
+   updating (section 4.2). The next sfield_shade fills the cache; then only what has changed is computed anew:
+   T of a point and a light is kept until an occluder between the two moves, comes or goes, or the entity that
+   the point lies on moves. A light that moves keeps its T as long as it passes no occluder. Points get the
+   results of the frame before, at the cost of a copy, if only occluders out of their reach moved since. The
+   cache notices all that by itself, and another scene, `entity` or `self` of the set.
+   It does not notice positions and normals that you rewrite (a mesh that deforms, another level of detail):
+   then free the cache and create another.
+   point_count   of the set, 1..2^31 - 1
+   light_count   1..65536 lights of the scene, of which the environment is one. Lights beyond keep nothing
+   Memory   from the scene's allocator, for each point and light: 4 bands^2 bytes with harmonics, 1 KB with
+            wavelets, of which the 256 largest are kept; besides, for each point 16 bytes, and 40 for 16
+            points with harmonics, for each one with wavelets
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+
+SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
+/* Takes back a cache and its memory. Accepts NULL. */
+
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 /* Returns how much memory a cache holds; 0 for NULL. */
+#endif
 
+#ifndef SFIELD_WITHOUT_INCIDENT
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
-/* Computes the incident radiance instead, from far to near, with occluders that several lights have in common
-   applied once (section 3.2 of the paper). Harmonics only.
-   coefs   3 n^2 floats a point, in world space, without self-visibility and BRDF: of all directions, whatever
-           the normal, which must be there all the same. Errors as sfield_shade */
+/* Computes the radiance that arrives at points, as coefficients, for materials of your own. Entities are
+   taken from far to near, so that occluders which several lights have in common are applied once (section
+   3.2).
+   set      the arrays for results are not written; normals must be there, but all directions count, whatever
+            the normal. Self-visibility and BRDF are not applied
+   coefs    bands^2 coefficients of r, then of g, then of b for each point, in world space
+   Errors   as sfield_shade; SFIELD_ERR_MISMATCH also for wavelets and SFIELD_PRODUCT_EXP */
+#endif
+
+/* ==== src/shadowfield/api_sparse.h ==== */
 
 /* ---- sparse vertices: shade few, interpolate the rest ---- */
 
 SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacing,
                                        const sfield_system *system, uint32_t *chosen, size_t *chosen_count,
                                        uint32_t *sources, float *weights);
-/* Chooses, for an object far from the eye, about one point for each cube of edge `spacing` and side of the
-   surface.
-   points   count, positions and normals (any length) with their strides; the other members are not read
-   chosen   has room for count; the *chosen_count points to shade, in order
-   sources  3 numbers into chosen for each point, weights: 3 floats, whose sum is 1
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC.
-   Cost     O(count log count) */
+/* Chooses the points of an object far from the eye that are worth shading: about one for each cube of edge
+   `spacing` and side of the surface. Shade these alone, then call sfield_spread.
+   points   count (1..2^31 - 1), positions and normals (any length) with their strides; the other members are
+            not read
+   spacing  world units, > 0
+   system   NULL = malloc and free
+   chosen   room for count numbers; *chosen_count numbers of points are written, cube by cube
+   sources  for each point the places of 3 points in `chosen`
+   weights  for each point the 3 weights of these; their sum is 1
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings
+            from the origin), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Cost     O(count log count), 40 bytes a point */
+
 SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights,
                                        size_t chosen_count, const float *rgb, float *out);
-/* Writes out[i], the sum of weights x rgb of the sources of point i. Errors SFIELD_ERR_ARGUMENT,
-   SFIELD_ERR_INPUT (a source out of range). */
+/* Interpolates shaded points for all others: out[i] is the sum of the rgb of the three sources of point i,
+   times their weights.
+   sources, weights   as sfield_sparse writes them, for count points
+   rgb      3 floats for each of the chosen_count points that were shaded
+   out      3 floats for each of count points; not rgb
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a source is not below chosen_count) */
 
 /* ==== src/shadowfield/api_harmonics.h ==== */
 
 /* ---- spherical harmonics ---- */
+
+/* Coefficient number l^2 + l + m belongs to band l, 0 <= l < bands. Functions that take `stride` work on
+   count vectors at a time, in planes: coefficient k of vector i is v[k * stride + i], and stride >= count. A
+   single plain vector has count 1 and stride 1. */
 
 #define SFIELD_MAX_BANDS 8u
 #define SFIELD_MAX_COEFS 64u
@@ -616,101 +734,137 @@ typedef struct sfield_algebra sfield_algebra;      /* tables of one number of ba
 
 SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_system *system,
                                                sfield_algebra **out);
-/* Makes the tables for 1..8 bands. system may be NULL. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC
-   (allocator), SFIELD_ERR_ALLOC. Cost 1 to 100 ms, 0.1 to 1 MB. */
-SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);      /* accepts NULL */
+/* Makes the tables for 1..8 bands. system may be NULL.
+   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Cost    1 to 100 ms, 0.1 to 1 MB */
+SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);
+/* Takes back tables and their memory. Accepts NULL. */
 
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y);
-/* Writes bands^2 (bands 1..8) values of the real basis at a unit direction. */
+/* Writes the values of the bands^2 (bands 1..8) real basis functions at a unit direction. */
 
-SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t count, const float *a,
-                                           const float *b, float *out, size_t stride);
-/* Computes out = a b, projected on the same bands (the tripling coefficients, all of them): exact up to that
-   truncation.
-   a, b, out  planes of count vectors, stride >= count floats from coefficient to coefficient; out may be a or
-              b
-   Errors     SFIELD_ERR_ARGUMENT. Cost: about 30 ns (4 bands, AVX2) over 3, see docs */
-
-SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
-/* Lists the terms of the product, for shaders: out_k += factor (a_i b_j + a_j b_i), once where i = j, for i
-   >= j >= 1 and k >= 1; a term with an index 0 is 0.2821 (a_0 b_k + a_k b_0), and 0.2821 a.b for k = 0.
-   terms    i | j << 8 | k << 16, rising in k; NULL, like factors, to be told only how many. Returns their
-            number */
-
-SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b,
-                                       float *out, size_t stride);
-/* Writes out[i], the integral of a_i b_i over the sphere. Arguments as above; out holds count floats. */
-
-typedef struct sfield_rotation {
+typedef struct sfield_rotation {    /* a rotation of functions, from sfield_sh_rotation */
     uint32_t bands;
-    int      identity;
-    float    block[680];        /* (2l+1) x (2l+1) for each band, by rows */
+    int      identity;              /* not 0: the rotation is none */
+    float    block[680];            /* (2l+1) x (2l+1) floats for each band l, by rows */
 } sfield_rotation;
 
 SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const float matrix[16],
                                             sfield_rotation *out);
-/* Makes the matrices that turn a function f into f(R^-1 w).
-   matrix  a rotation times one scale > 0; its translation is ignored
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (matrix). Cost 2 us (4 bands) to 50 us (8): once for each
-           entity and frame, not for each vector */
-
-SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in,
-                                          float *out, size_t stride);
-/* Turns count vectors, in planes; out may be in. Errors SFIELD_ERR_ARGUMENT. */
-
-SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
-                                             const sfield_system *system, double *out);
-/* Computes the product of several functions without truncation between them, on a grid of full order:
-   exactly.
-   functions  1..32; coefs holds bands^2 floats of each, one after the other
-   out        bands^2 coefficients of the product; its integral is sqrt(4 pi) out[0]
-   Errors     SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC. system may be NULL */
-
-SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
-SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in,
-                                       float *out, size_t stride);
-/* Compute the logarithm of one vector, by the eigenvalues of its product matrix, which are clipped below at
-   0.02, and the exponential of vectors in planes, by scaling and squaring. A product of visibilities is the
-   exponential of the sum of their logarithms, whatever their order (Ren et al. 2006). Errors
-   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC (logarithm). */
+/* Makes the matrices that turn a function f(w) into f(R^-1 w): what f has in direction w goes to R w.
+   matrix  R, a rotation, which may be multiplied by one scale > 0; its translation is ignored
+   Errors  SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (matrix)
+   Cost    2 us (4 bands) to 50 us (8): once for each entity and frame, not for each vector */
 
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
-/* Writes factors against ringing, 1 / (1 + strength l^2 (l+1)^2) for band l. */
-SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
-/* Returns the least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,592
-   directions); 1 also where none does, as with a mean below lowest. */
+/* Writes factors for each band l against ringing, 1 / (1 + strength l^2 (l+1)^2). */
 
 SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
-/* Writes A_l of max(0, cos): radiance coefficients convolved with them are irradiance. */
+/* Writes factors for each band, those of max(0, cos): coefficients of radiance times these are coefficients
+   of irradiance. */
 
 /* ---- cubes ---- */
 
 SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float direction[3]);
-/* Writes the unit direction of a texel's centre and returns its solid angle. side: a power of two, 2..64. */
+/* Writes the unit direction of a texel's centre and returns the texel's solid angle in sr; 0 for bad
+   arguments. side   a power of two, 2..64
+   texel  below 6 side^2; face side^2 + morton(x, y) */
+
 SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
-/* Returns the texel that a direction of any length falls into. */
-SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
-/* Writes the exact integrals of the bands^2 basis functions over a texel: sums of texels times these are a
-   function's coefficients. It serves projection elsewhere, as on a GPU. Errors SFIELD_ERR_ARGUMENT. */
+/* Returns the texel that a direction of any length falls into; 0 for bad arguments. */
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels,
                                            uint32_t channels, float *coefs);
-/* Integrates a cube of texels (channels values each, 1..3) against the basis, exactly over each texel; coefs:
-   bands^2 for each channel, one channel after the other. Errors SFIELD_ERR_ARGUMENT. */
+/* Projects a cube of texels on the basis, exactly over each texel.
+   side      a power of two, 2..64
+   texels    6 side^2 texels of `channels` (1..3) floats each
+   coefs     bands^2 for each channel, one channel after the other
+   Errors    SFIELD_ERR_ARGUMENT */
+
+/* ==== src/shadowfield/api_harmonics_tools.h ==== */
+
+/* ---- spherical harmonics of your own: what no scene needs ---- */
+
+SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t count, const float *a,
+                                           const float *b, float *out, size_t stride);
+/* Multiplies two functions, count pairs at a time: out is a b, projected on the bands that a and b have. All
+   tripling coefficients are used (section 4.1 of the paper), so that only the bands above are lost.
+   a, b, out  vectors in planes; out may be a or b
+   Errors     SFIELD_ERR_ARGUMENT
+   Cost       about 10 ns a product with 4 bands and AVX2, 5 ns with 3: docs/performance.md */
+
+SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
+/* Lists the terms of sfield_sh_product, for shaders that multiply functions themselves, and returns how many
+   there are. A term says out_k += factor (a_i b_j + a_j b_i), of which only one half is added if i = j. The
+   list has i >= j >= 1 and k >= 1 alone; what has an index 0 is simple: out_k += 0.2821 (a_0 b_k + a_k b_0)
+   for k >= 1, and out_0 is 0.2821 times the dot product of a and b.
+   terms     i | j << 8 | k << 16, rising in k
+   factors   one for each term; if terms or factors is NULL, nothing is written */
+
+SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b,
+                                       float *out, size_t stride);
+/* Writes out[i], the integral of a_i b_i over the sphere, which is the dot product of their coefficients.
+   a, b     vectors of bands^2 coefficients (bands 1..8), in planes
+   out      count floats
+   Errors   SFIELD_ERR_ARGUMENT */
+
+SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in,
+                                          float *out, size_t stride);
+/* Turns count vectors, in planes. out may be in. Errors SFIELD_ERR_ARGUMENT. */
+
+SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
+                                             const sfield_system *system, double *out);
+/* Multiplies several functions exactly, as a reference: on a grid that is fine enough for the full product,
+   of which the lowest bands are then projected. sfield_sh_product projects after each of its products
+   instead.
+   bands      1..8
+   functions  1..32
+   coefs      bands^2 floats of each function, one function after the other
+   system     may be NULL
+   out        bands^2 coefficients of the product, whose integral is sqrt(4 pi) out[0]
+   Errors     SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
+/* Computes the logarithm of one vector by the eigenvalues of its product matrix, which are clipped below at
+   0.02. A product of visibilities is the exponential of the sum of their logarithms, in any order (Ren et
+   al., SIGGRAPH 2006). Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. */
+
+SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in,
+                                       float *out, size_t stride);
+/* Computes the exponentials of vectors in planes, by scaling and squaring. Errors SFIELD_ERR_ARGUMENT. */
+
+SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
+/* Returns the least strength, 0..1, with which a function stays >= lowest in each of 2,592 directions.
+   Returns 1 also if no strength is enough, as for a function whose mean is below lowest, and 0 for bad
+   arguments. */
+
+SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
+/* Writes the exact integrals of the bands^2 basis functions over one texel. The sum over all texels of value
+   x these integrals are a function's coefficients: a table for projection elsewhere, as on a GPU.
+   Errors  SFIELD_ERR_ARGUMENT */
 
 /* ==== src/shadowfield/api_wavelets.h ==== */
 
 /* ---- Haar wavelets ---- */
 
+/* The 6 side^2 coefficients of a cube come face by face. On a face, [0] is the scaling coefficient, and
+   [4^j + 3 node + t] is wavelet t (0 in x, 1 in y, 2 in both) of square `node` of level j. */
+
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs);
 SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, float *texels);
-/* Transform all six faces in 2D and back, orthonormal over the texels of the planar face. Both arrays have 6
-   side^2 floats; they are not the same.
-   On a face, [0] is the scaling coefficient, and [4^j + 3 node + t] wavelet t (x, y, both) of level j. */
+/* Transform all six faces in 2D, and back. The basis is orthonormal over the texels of the planar face, so
+   that solid angles play no part.
+   side           a power of two, 2..64
+   texels, coefs  6 side^2 floats each, not the same array
+   Errors         SFIELD_ERR_ARGUMENT */
+
 SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, const float *b, float *out);
-/* Computes the coefficients of the product of two functions from their coefficients. Only squares below which
-   both have any are walked through (Ng, Ramamoorthi and Hanrahan 2004), so that non-zero coefficients cost
-   time, not texels. out is another array. Errors SFIELD_ERR_ARGUMENT */
+/* Multiplies two functions that are given by their coefficients (Ng, Ramamoorthi and Hanrahan, SIGGRAPH
+   2004).
+   a, b, out  6 side^2 coefficients each; out is another array
+   Errors     SFIELD_ERR_ARGUMENT
+   Cost       grows with the coefficients that are not 0, not with the texels: a square without any is not
+              walked into */
 
 /* ==== src/shadowfield/begin.h ==== */
 
@@ -720,7 +874,7 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 
 #endif /* SHADOWFIELD_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(SHADOWFIELD_IMPLEMENTATION) && !defined(SHADOWFIELD_IMPLEMENTED)
 
@@ -733,7 +887,8 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 #define SFIELD_ASSERT(condition) assert(condition)
 #endif
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed it. */
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
+   it. */
 #ifndef SFIELD_FILE
 #define SFIELD_FILE "shadowfield.h"
 #endif
@@ -745,12 +900,12 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 
 /* ==== src/shared/fp_begin.h ==== */
 
-
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
-   the pragma: results then stay within tolerance but not equal to the bit. */
+/* Forbids fused multiply-adds that the source does not ask for: gcc fuses across statements in its gnu modes
+   and on s390x, clang within expressions. For gcc, the pragmas take a user's -ffast-math back. In clang,
+   -ffast-math and -ffp-contract=fast win over the pragma: results then stay within tolerance, but are not
+   equal to the bit. */
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define SFIELD__FINITE_MATH 1
 #else
@@ -766,7 +921,6 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 #endif
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -788,7 +942,7 @@ static inline void sfield__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int sfield__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -796,13 +950,14 @@ static inline int sfield__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int sfield__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int sfield__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -818,7 +973,7 @@ static inline sfield__allocator sfield__allocator_make(void *(*alloc_fn)(size_t,
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *sfield__alloc(const sfield__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -836,7 +991,6 @@ static inline void sfield__free(const sfield__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -875,7 +1029,7 @@ static inline sfield__v3 sfield__v3_scale(sfield__v3 a, float s)
     return sfield__v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline sfield__v3 sfield__v3_madd(sfield__v3 a, sfield__v3 b, float s)
 {
     return sfield__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -906,8 +1060,8 @@ static inline sfield__v3 sfield__v3_max(sfield__v3 a, sfield__v3 b)
     return sfield__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline sfield__v3 sfield__v3_normalize(sfield__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -922,7 +1076,8 @@ static inline sfield__v3 sfield__v3_normalize(sfield__v3 a)
     return sfield__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int sfield__finite(float x)
 {
     uint32_t bits;
@@ -939,16 +1094,16 @@ static inline int sfield__v3_finite(sfield__v3 a)
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline sfield__v3 sfield__m4_point(const float *m, sfield__v3 p)
 {
-    return sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+    return sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int sfield__m4_is_affine(const float *m)
 {
     int i;
@@ -957,8 +1112,9 @@ static inline int sfield__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int sfield__m4_is_rigid_uniform(const float *m, float *scale)
 {
     sfield__v3 x = sfield__v3_load(m), y = sfield__v3_load(m + 4), z = sfield__v3_load(m + 8);
@@ -982,7 +1138,6 @@ static inline int sfield__m4_is_rigid_uniform(const float *m, float *scale)
 }
 
 /* ==== src/shared/bytes.h ==== */
-
 
 /* unit bytes: little-endian values in byte arrays, whatever the host's order and alignment */
 
@@ -1013,16 +1168,16 @@ static inline int sfield__host_is_little_endian(void)
 
 /* ==== src/shared/crc.h ==== */
 
-
 /* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
 
-/* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
-   enough to read. */
+/* Returns the checksum of data that follows data with the checksum crc; crc is 0 for the first piece. The
+   table has 16 entries: four bits a step are fast enough for files, and the table is small enough to read. */
 static inline uint32_t sfield__crc32(uint32_t crc, const void *data, size_t size)
 {
     static const uint32_t table[16] = {
-        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
-        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
+        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
     };
     const uint8_t *p = (const uint8_t *)data;
     size_t i;
@@ -1038,14 +1193,14 @@ static inline uint32_t sfield__crc32(uint32_t crc, const void *data, size_t size
 
 /* ==== src/shared/trig.h ==== */
 
-
 /* unit trig: elementary functions with the same bits on every machine */
 
-/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
-   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
-   undefined or returns NaN. */
+/* These functions use + - * / and sqrt alone, which IEEE 754 rounds the same everywhere as long as nothing
+   is contracted (unit fp_begin). Coefficients are minimax fits of our own. The float functions are free of
+   branches and calls, so that loops over them vectorise at SSE2 level. The errors named below are the
+   largest differences from the double functions, over all float arguments or a dense set
+   (tests/shared/units_test.c). Arguments out of range and NaN are clamped into the range, so that nothing
+   here is undefined or returns NaN. */
 
 static inline float sfield__from_bits(uint32_t bits)
 {
@@ -1061,8 +1216,8 @@ static inline uint32_t sfield__to_bits(float x)
     return bits;
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
-   absolute. */
+/* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
+   parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void sfield__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -1071,7 +1226,8 @@ static inline void sfield__sincos(float x, float *sine, float *cosine)
     t = x > -8192.0f ? x : -8192.0f;
     t = t < 8192.0f ? t : 8192.0f;
     k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
-    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) -
+        (float)k * 7.5497899548918822e-8f;
     z = r * r;
     s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
     c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
@@ -1081,7 +1237,8 @@ static inline void sfield__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
+/* Returns exp(x) as 2^k (1 + r + r^2 p(r)) with |r| <= ln 2 / 2, in double, so that exp, log and pow err by
+   1 ulp. */
 static inline double sfield__exp_core(double x)
 {
     double r, p, power;
@@ -1093,14 +1250,15 @@ static inline double sfield__exp_core(double x)
     k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
     r = x - (double)k * 0.69314718055994531;
     p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 +
+        r * (0.00833326438132814496 + r * p)));
     bits = (uint64_t)(k + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
     return power * (1.0 + (r + r * r * p));
 }
 
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+/* Returns the logarithm of x > 0 from x = 2^e m with m in [sqrt(1/2), sqrt(2)), by
+   log m = 2 artanh((m - 1) / (m + 1)). */
 static inline double sfield__log_core(float x)
 {
     double m = (double)x, s, z;
@@ -1117,17 +1275,18 @@ static inline double sfield__log_core(float x)
     }
     s = (m - 1.0) / (m + 1.0);
     z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 +
+         z * 0.117910756496012977));
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Infinity from 88.7228394 on. */
+/* Returns infinity above 88.7228394. */
 static inline float sfield__exp(float x)
 {
     return x > 88.7228394f ? sfield__from_bits(0x7f800000u) : (float)sfield__exp_core((double)x);
 }
 
-/* -infinity where x is not above 0. */
+/* Returns -infinity if x is not above 0. */
 static inline float sfield__log(float x)
 {
     return x > 0.0f ? (float)sfield__log_core(x) : sfield__from_bits(0xff800000u);
@@ -1145,18 +1304,19 @@ static inline float sfield__pow(float x, float y)
 
 /* ==== src/shared/cpu.h ==== */
 
-
 /* unit cpu: run-time detection of x86 vector units */
 
-/* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
-#if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+/* SFIELD__X86 is 1 if functions with target attributes can be compiled and chosen at run time. SFIELD__NO_SIMD, which
+   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
+   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+#if defined(SFIELD__NO_SIMD) || defined(__TINYC__)
+#define SFIELD__X86 0
+#elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define SFIELD__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(SFIELD__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
+#elif defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2
 #define SFIELD__TARGET_AVX512
@@ -1164,35 +1324,43 @@ static inline float sfield__pow(float x, float y)
 #define SFIELD__X86 0
 #endif
 
+/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
 #if SFIELD__X86 && defined(_MSC_VER)
 #include <intrin.h>
-/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline void sfield__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
+static inline unsigned sfield__cpu_xcr0(void) { return (unsigned)_xgetbv(0); }
+#elif SFIELD__X86
+#include <cpuid.h>
+static inline void sfield__cpu_ask(unsigned leaf, unsigned *r)
+{
+    __cpuid_count(leaf, 0, r[0], r[1], r[2], r[3]);
+}
+static inline unsigned sfield__cpu_xcr0(void)
+{
+    unsigned low, high;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return low;
+}
+#endif
+
+#if SFIELD__X86
+/* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
 static inline int sfield__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
-    int r[4];
-    __cpuid(r, 0);
+    const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
+    unsigned r[4];
+    sfield__cpu_ask(0, r);
     if (r[0] < 7) return 0;
-    __cpuid(r, 1);
-    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
-    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
-    __cpuidex(r, 7, 0);
-    return ((unsigned)r[1] & ebx) == ebx;
+    sfield__cpu_ask(1, r);
+    if ((r[2] & wanted) != wanted || (sfield__cpu_xcr0() & xcr0) != xcr0) return 0;
+    sfield__cpu_ask(7, r);
+    return (r[1] & ebx) == ebx;
 }
+/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
 static inline int sfield__cpu_has_avx2(void) { return sfield__cpu_leaf7(0x06u, 0x00000128u); }
+/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
 static inline int sfield__cpu_has_avx512(void) { return sfield__cpu_leaf7(0xe6u, 0xc0030128u); }
-#elif SFIELD__X86
-/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
-static inline int sfield__cpu_has_avx2(void)
-{
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-static inline int sfield__cpu_has_avx512(void)
-{
-    return sfield__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-}
 #else
 static inline int sfield__cpu_has_avx2(void) { return 0; }
 static inline int sfield__cpu_has_avx512(void) { return 0; }
@@ -1200,23 +1368,23 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/simd.h ==== */
 
-
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for sfield__lanes: SFIELD__LANE_COUNT floats, computed SFIELD__WIDTH at a time by the instruction set SFIELD__SET.
-   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
-   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
-   128 bits of WebAssembly, or one float at a time); then, where SFIELD__SIMD_SETS says so, by the header that includes itself
-   with SFIELD__SET, SFIELD__WIDTH and SFIELD__LANE_COUNT defined anew: avx2 and 8, avx512 and 16. sfield__simd_level says which one to call.
-   With SFIELD__NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if SFIELD__COMPILER_VECTORS is
-   defined. SFIELD__FILE is the header's name; a header that was pasted into another file cannot include itself and stays
-   with "plain".
+/* A kernel is written once, for sfield__lanes: SFIELD__LANE_COUNT floats, which the instruction set SFIELD__SET computes
+   SFIELD__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   SFIELD__SIMD_SETS is 1, the header includes itself with SFIELD__SET, SFIELD__WIDTH and SFIELD__LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. sfield__simd_level returns which set to call. With SFIELD__NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if SFIELD__COMPILER_VECTORS is defined. SFIELD__FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes sfield__lanes_add the name
    sfield__lanes_add_avx2 in set avx2; the header has such a list for its kernels. SFIELD__KERNEL stands before a kernel,
    SFIELD__IN_KERNEL before what is inlined into kernels.
 
-   Every set gives the same bits, but for sfield__lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+   Every set gives the same bits, but for sfield__lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
 #if defined(SFIELD__NO_SIMD) && (!defined(SFIELD__COMPILER_VECTORS) || defined(__i386__))
 #define SFIELD__SCALAR 1
 #else
@@ -1283,29 +1451,15 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 #define sfield__lanes_of_ints SFIELD__NAME_IN_SET(sfield__lanes_of_ints, SFIELD__SET)
 #define sfield__lanes_of_shorts SFIELD__NAME_IN_SET(sfield__lanes_of_shorts, SFIELD__SET)
 #define sfield__lanes_gather SFIELD__NAME_IN_SET(sfield__lanes_gather, SFIELD__SET)
-#define sfield__lanes3 SFIELD__NAME_IN_SET(sfield__lanes3, SFIELD__SET)
-#define sfield__lanes3_load SFIELD__NAME_IN_SET(sfield__lanes3_load, SFIELD__SET)
-#define sfield__lanes3_load_packed SFIELD__NAME_IN_SET(sfield__lanes3_load_packed, SFIELD__SET)
-#define sfield__lanes3_all SFIELD__NAME_IN_SET(sfield__lanes3_all, SFIELD__SET)
-#define sfield__lanes3_scale SFIELD__NAME_IN_SET(sfield__lanes3_scale, SFIELD__SET)
-#define sfield__lanes3_sub SFIELD__NAME_IN_SET(sfield__lanes3_sub, SFIELD__SET)
-#define sfield__lanes3_store_packed SFIELD__NAME_IN_SET(sfield__lanes3_store_packed, SFIELD__SET)
-#define sfield__lanes3_dot SFIELD__NAME_IN_SET(sfield__lanes3_dot, SFIELD__SET)
-#define sfield__mask_and SFIELD__NAME_IN_SET(sfield__mask_and, SFIELD__SET)
-#define sfield__mask_or SFIELD__NAME_IN_SET(sfield__mask_or, SFIELD__SET)
 #define sfield__mask_any SFIELD__NAME_IN_SET(sfield__mask_any, SFIELD__SET)
 #define sfield__mask_bits SFIELD__NAME_IN_SET(sfield__mask_bits, SFIELD__SET)
 #define sfield__mask_of_bits SFIELD__NAME_IN_SET(sfield__mask_of_bits, SFIELD__SET)
 #define sfield__ints_load SFIELD__NAME_IN_SET(sfield__ints_load, SFIELD__SET)
 #define sfield__ints_store SFIELD__NAME_IN_SET(sfield__ints_store, SFIELD__SET)
 #define sfield__ints_all SFIELD__NAME_IN_SET(sfield__ints_all, SFIELD__SET)
-#define sfield__ints_add SFIELD__NAME_IN_SET(sfield__ints_add, SFIELD__SET)
-#define sfield__ints_sub SFIELD__NAME_IN_SET(sfield__ints_sub, SFIELD__SET)
-#define sfield__ints_or SFIELD__NAME_IN_SET(sfield__ints_or, SFIELD__SET)
-#define sfield__ints_keep SFIELD__NAME_IN_SET(sfield__ints_keep, SFIELD__SET)
 #define sfield__ints_equal SFIELD__NAME_IN_SET(sfield__ints_equal, SFIELD__SET)
 
-/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
 static inline int sfield__simd_level(void)
 {
     if (!SFIELD__SIMD_SETS || !sfield__cpu_has_avx2()) return 0;
@@ -1313,7 +1467,6 @@ static inline int sfield__simd_level(void)
 }
 
 /* ==== src/shared/bits.h ==== */
-
 
 /* unit bits: counting and finding bits */
 
@@ -1327,17 +1480,17 @@ static inline uint32_t sfield__popcount(uint64_t x)
 
 /* ==== src/shared/part.h ==== */
 
-
 /* unit part: the caller's progress within parts of a call, and whether it cancels */
 
-/* progress may be NULL; from..to of 0..1. */
+/* The share from..to of a call's progress, 0..1. progress may be NULL. */
 typedef struct sfield__part {
     int (*progress)(void *user, float fraction);
     void *user;
     float from, to;
 } sfield__part;
 
-/* Where progress is not NULL; fraction: of the part. */
+/* Tells the caller that this fraction of the part is done. Returns not 0 if the caller cancels. progress
+   must not be NULL. */
 static inline int sfield__part_tell(const sfield__part *p, float fraction)
 {
     return p->progress(p->user, p->from + (p->to - p->from) * fraction);
@@ -1351,7 +1504,7 @@ static inline sfield__part sfield__part_of(const sfield__part *whole, float from
     return p;
 }
 
-/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+/* Returns 1 if the caller cancels before step i of count; the caller is asked every so many steps. */
 static inline int sfield__cancelled(const sfield__part *p, size_t i, size_t count, size_t every)
 {
     return p->progress && i % every == 0 && sfield__part_tell(p, (float)((double)i / (double)count)) != 0;
@@ -1359,17 +1512,17 @@ static inline int sfield__cancelled(const sfield__part *p, size_t i, size_t coun
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* SFIELD__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__COLD __attribute__((cold))
 #else
 #define SFIELD__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct sfield__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1378,7 +1531,7 @@ typedef struct sfield__logger {
 
 typedef struct sfield__message { char text[256]; size_t used; } sfield__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline SFIELD__COLD void sfield__message_text(sfield__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1395,8 +1548,8 @@ static inline SFIELD__COLD void sfield__message_count(sfield__message *m, uint64
     sfield__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline SFIELD__COLD int sfield__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1415,7 +1568,8 @@ static inline SFIELD__COLD int sfield__message_digits(double value, char digits[
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline SFIELD__COLD void sfield__message_number(sfield__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1455,7 +1609,7 @@ static inline SFIELD__COLD void sfield__message_number(sfield__message *m, doubl
     for (i = count; i <= exponent; i++) sfield__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline SFIELD__COLD void sfield__message_begin(sfield__message *m, const sfield__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1464,7 +1618,7 @@ static inline SFIELD__COLD void sfield__message_begin(sfield__message *m, const 
     sfield__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline SFIELD__COLD void sfield__log_text(const sfield__logger *logger, const char *field, const char *text)
 {
     sfield__message m;
@@ -1475,8 +1629,10 @@ static inline SFIELD__COLD void sfield__log_text(const sfield__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline SFIELD__COLD void sfield__log_value(const sfield__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline SFIELD__COLD void sfield__log_value(const sfield__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     sfield__message m;
     if (!logger->log) return;
@@ -1488,10 +1644,10 @@ static inline SFIELD__COLD void sfield__log_value(const sfield__logger *logger, 
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline SFIELD__COLD void sfield__log_element(const sfield__logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline SFIELD__COLD void sfield__log_element(const sfield__logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     sfield__message m;
     if (!logger->log) return;
@@ -1507,9 +1663,10 @@ static inline SFIELD__COLD void sfield__log_element(const sfield__logger *logger
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     sfield__message m;
     if (!logger->log) return;
@@ -1553,7 +1710,8 @@ static sfield__logger sfield__logger_of(const sfield_system *system, const char 
 }
 
 /* Returns the result with which a call fails, once its line is written. */
-static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result, const char *field,
+static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result,
+                                               const char *field,
                                   const char *text)
 {
     sfield__log_text(log, field, text);
@@ -1567,7 +1725,8 @@ static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *l
 }
 
 /* "FUNCTION: ARRAY[INDEX] TEXT" */
-static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result, const char *array,
+static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result,
+                                                  const char *array,
                                      uint64_t index, const char *text)
 {
     sfield__message m;
@@ -1646,6 +1805,15 @@ static void sfield__m4_set_identity(float *m)
     m[0] = m[5] = m[10] = m[15] = 1;
 }
 
+/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
+   bit changes. */
+static float sfield__unit(float x)
+{
+    uint32_t e = sfield__to_bits(x) >> 23;
+    e = e < 1u ? 1u : e > 253u ? 253u : e;
+    return sfield__from_bits((254 - e) << 23);
+}
+
 /* ==== src/shadowfield/vectors.h ==== */
 
 /* ---- vectors: sixteen floats at a time ---- */
@@ -1663,19 +1831,24 @@ static void sfield__m4_set_identity(float *m)
 #define SFIELD__INLINE static inline
 #endif
 
-enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16,    /* of 5 bands */
-       SFIELD__SHARED = 3 };        /* lanes that the same eight samples must serve, on average */
+enum {
+    SFIELD__LANES = 16,             /* points that are treated at a time */
+    SFIELD__STAGED = 300,           /* pairs of coefficients of 5 bands, which a stack holds */
+    SFIELD__STAGED_COEFS = 25,      /* coefficients of 5 bands */
+    SFIELD__PIECES = 16,            /* tasks that a call is divided into */
+    SFIELD__SHARED = 3              /* lanes that the same eight samples must serve, on average */
+};
 
 static int sfield__simd(void) { return sfield__simd_level(); }
 
 /* What the kernels do, by the best instruction set there is; kernels_end.h chooses. All of sixteen lanes. */
 
 /* out = a b, or with occlude a - a b. */
-static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
-                              int occlude);
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
+                              size_t stride, int occlude);
 
-static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
-                             int simd);
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride,
+                             int inverse, int simd);
 
 /* ==== src/shadowfield/sh_basis.h ==== */
 
@@ -1705,7 +1878,8 @@ static void sfield__sincos_d(double x, double *s, double *c)
    m phi into the polynomials cm + i sm = (x + i y)^m. No Condon-Shortley sign. */
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y)
 {
-    double z = direction[2], cm = 1, sm = 0, older, diagonal = 0.28209479177387814347;
+    double z = direction[2], cm = 1, sm = 0;
+    double older, diagonal = 0.28209479177387814347;
     uint32_t l, m;
     for (m = 0; m < bands; m++) {
         double now = diagonal, two = m ? 1.41421356237309504880 : 1;
@@ -1733,7 +1907,8 @@ static size_t sfield__grid_size(uint32_t degree) { return (size_t)(degree / 2 + 
 /* Gauss-Legendre in z times equal steps in phi: exact for polynomials up to degree. x, y, z, weight. */
 static void sfield__fill_grid(uint32_t degree, double *node)
 {
-    uint32_t n = degree / 2 + 1, m = degree + 1, i, j, step;
+    uint32_t n = degree / 2 + 1, m = degree + 1, i;
+    uint32_t j, step;
     for (i = 0; i < n; i++) {
         double z, unused, slope = 1, radius;
         sfield__sincos_d(sfield__pi * (i + 0.75) / (n + 0.5), &unused, &z);
@@ -1778,7 +1953,8 @@ static int sfield__is_above(uint32_t bands, const float *factors, const float *c
 {
     uint32_t i, k, l;
     for (i = 0; i < 36 * 72; i++) {
-        double d[3], y[SFIELD_MAX_COEFS], value = 0, s, c, ring;
+        double d[3], y[SFIELD_MAX_COEFS], value = 0;
+        double s, c, ring;
         sfield__sincos_d(sfield__pi * (i / 72) / 35, &ring, &d[2]);
         sfield__sincos_d(sfield__pi * (i % 72) / 36, &s, &c);
         d[0] = ring * c;
@@ -2150,7 +2326,8 @@ SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *r, size_t count
 /* Does one Jacobi rotation of the symmetric matrix m and of the vectors v, n x n each. */
 static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_t q)
 {
-    double off = m[p * n + q], theta, t, c, s;
+    double off = m[p * n + q], theta, t;
+    double c, s;
     uint32_t i;
     if (fabs(off) < 1e-15) return;
     theta = (m[q * n + q] - m[p * n + p]) / (2 * off);
@@ -2177,7 +2354,8 @@ static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_
    coefficients. */
 static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, double *work)
 {
-    uint32_t n = t->coefs, i, j, k, q, sweep;
+    uint32_t n = t->coefs, i, j;
+    uint32_t k, q, sweep;
     double *m = work, *v = work + n * n, sum[SFIELD_MAX_COEFS];
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) {
@@ -2332,7 +2510,8 @@ static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16
                                   0.86113631159405257522 };
     static const double weight[4] = { 0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
                                       0.34785484513745385737 };
-    uint32_t face, x, y, i, j;
+    uint32_t face, x, y;
+    uint32_t i, j;
     sfield__texel_place(side, texel, &face, &x, &y);
     for (j = 0; j < 4; j++)
         for (i = 0; i < 4; i++) {
@@ -2478,7 +2657,8 @@ static void sfield__haar_up(const float *w, uint32_t squares, const float *scali
 {
     uint32_t i;
     for (i = squares; i-- > 0;) {               /* from the end, so that out may be scaling */
-        float s = scaling[i], x = w[3 * i], y = w[3 * i + 1], z = w[3 * i + 2], *c = out + 4 * i;
+        float s = scaling[i], x = w[3 * i], y = w[3 * i + 1];
+        float z = w[3 * i + 2], *c = out + 4 * i;
         c[0] = 0.5f * (s + x + y + z);
         c[1] = 0.5f * (s - x + y - z);
         c[2] = 0.5f * (s + x - y - z);
@@ -2633,9 +2813,12 @@ typedef enum sfield__kind { SFIELD__KIND_OCCLUSION, SFIELD__KIND_SOURCE, SFIELD_
 
 typedef struct sfield__header {     /* 32-bit fields only */
     uint32_t magic, format, bytes, crc;
-    uint32_t kind, basis, logarithm, bands, cube_side, shells, position_side, spacing, frames, loop;
+    uint32_t kind, basis, logarithm, bands;
+    uint32_t cube_side, shells, position_side, spacing;
+    uint32_t frames, loop;
     uint32_t channels, samples, stride, entries;
-    float    center[3], radius, inscribed, frames_per_second, window;
+    float center[3], radius, inscribed;
+    float frames_per_second, window;
     uint32_t shard_begin, shard_end, reserved[5];
 } sfield__header;
 
@@ -2662,6 +2845,13 @@ static uint32_t sfield__groups(const sfield__header *h)
     return h->kind == SFIELD__KIND_SELF ? 1 : h->shells * h->frames;
 }
 static uint32_t sfield__planes(uint32_t bands) { return (bands * bands + 7) / 8 * 8; }
+
+/* Returns a bound on every value of a field, coefficient or wavelet, far above what a build makes: with it no
+   light comes near the largest float. What is hidden is 0..1 of each texel, radiance is 1e18 at most. */
+static float sfield__most_value(const sfield__header *h)
+{
+    return h->kind == SFIELD__KIND_SOURCE ? 1e20f : 1e4f;
+}
 
 /* Counts the words before the bytes of harmonics, or all words of wavelets. */
 static uint64_t sfield__block_words(const sfield__header *h)
@@ -2952,10 +3142,11 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
 }
 
 #ifndef SFIELD_WITHOUT_WAVELETS
-/* Checks that offsets rise, that scales are numbers, and that indices rise in each list. */
+/* Checks that offsets rise, that scales are in range, and that indices rise in each list. */
 static sfield_result sfield__check_lists(const sfield_field *f, sfield__part part)
 {
     const sfield__header *h = &f->h;
+    const float most = sfield__most_value(h) / 32767;
     uint32_t i, k, cells = 6 * h->cube_side * h->cube_side;
     if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return SFIELD_ERR_FORMAT;
     /* shards: nothing outside, so that sfield_merge fits */
@@ -2965,7 +3156,7 @@ static sfield_result sfield__check_lists(const sfield_field *f, sfield__part par
     for (i = 0; i < h->samples; i++) {
         if (sfield__cancelled(&part, i, h->samples, SFIELD__STEP_SAMPLES)) return SFIELD_ERR_CANCELLED;
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
-        if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
+        if (!sfield__in(f->sample_scale[i], 0, most)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
             uint32_t index = f->entry[(size_t)k * h->stride] >> 16;
             if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16))
@@ -2979,13 +3170,15 @@ static sfield_result sfield__check_lists(const sfield_field *f, sfield__part par
 static sfield_result sfield__check_content(const sfield_field *f, sfield__part part)
 {
     const sfield__header *h = &f->h;
-    uint32_t i;
+    const float most = sfield__most_value(h);
+    uint32_t i, count = sfield__groups(h) * h->stride;
     for (i = 0; i < h->shells; i++)
         if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f))
             return SFIELD_ERR_FORMAT;
     if (h->basis == SFIELD_BASIS_SH) {
-        for (i = 0; i < 2 * sfield__groups(h) * h->stride; i++)
-            if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return SFIELD_ERR_FORMAT;
+        for (i = 0; i < count; i++)
+            if (!sfield__in(255 * f->scale[i], -most, most) || !sfield__in(f->bias[i], -most, most))
+                return SFIELD_ERR_FORMAT;
         return SFIELD_OK;
     }
 #ifndef SFIELD_WITHOUT_WAVELETS
@@ -3117,6 +3310,7 @@ static int sfield__join_shards(sfield_field *whole, const sfield_field *const *s
     return 1;
 }
 
+#ifndef SFIELD_WITHOUT_BUILD
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out)
 {
@@ -3159,6 +3353,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     *out = f;
     return SFIELD_OK;
 }
+#endif
 
 /* ==== src/shadowfield/query_locate.h ==== */
 
@@ -3885,15 +4080,6 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
 
 /* ---- building: what analytic lights and callbacks radiate ---- */
 
-/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
-   bit changes. */
-static float sfield__unit(float x)
-{
-    uint32_t e = sfield__to_bits(x) >> 23;
-    e = e < 1u ? 1u : e > 253u ? 253u : e;
-    return sfield__from_bits((254 - e) << 23);
-}
-
 /* Writes what an analytic emitter radiates to the eye (in r, about the center) from a direction. */
 static void sfield__sample_emitter(const sfield__build *b, const float *eye, const float *d, float *rgb)
 {
@@ -3907,8 +4093,10 @@ static void sfield__sample_emitter(const sfield__build *b, const float *eye, con
         float p[3];
         for (c = 0; c < 3; c++) p[c] = b->h.center[c] + r * eye[c];
         if (e->view_fn) e->view_fn(e->user, b->time, p, d, rgb);
-        for (c = 0; c < 3; c++)
+        for (c = 0; c < 3; c++) {
             if (!(sfield__finite(rgb[c]) && rgb[c] > 0)) rgb[c] = 0;
+            rgb[c] = rgb[c] < 1e18f ? rgb[c] : 1e18f;
+        }
         return;
     }
     if (e->kind == SFIELD_EMITTER_SPHERE) {
@@ -3941,7 +4129,9 @@ static void sfield__sample_emitter(const sfield__build *b, const float *eye, con
 /* Samples analytic lights and callbacks, in those texels that the bounding sphere reaches. */
 static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const float *eye)
 {
-    uint32_t i, x, y, c, face, tx, ty, s = v->scale, n = b->h.cube_side;
+    uint32_t i, x, y;
+    uint32_t c, face, tx;
+    uint32_t ty, s = v->scale, n = b->h.cube_side;
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     float reach = d > 1.0001f ? sqrtf(1 - 1 / (d * d)) : -1, texel = 1.5f / (float)n;
     for (i = 0; i < b->cells; i++) {
@@ -4087,7 +4277,8 @@ static int sfield__find_span(const sfield__edges *e, uint32_t width, int y, cons
 static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box,
                                 uint32_t owner)
 {
-    int y, x, x0, x1, width = (int)v->width;
+    int y, x, x0;
+    int x1, width = (int)v->width;
     float sum[3], half = 0.5f * (float)width, det = e->det > 0 ? e->det : -1.00001f * e->det;
     for (x = 0; x < 3; x++) sum[x] = e->c[0][x] + e->c[1][x] + e->c[2][x];
     for (y = box[1]; y <= box[3]; y++) {
@@ -4219,7 +4410,8 @@ static void sfield__raster_mesh(const sfield__build *b, sfield__view *v)
 /* Counts samples into texels. The buffers are clean again afterwards. */
 static void sfield__count_samples(const sfield__build *b, sfield__view *v)
 {
-    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face, x, y, k, c;
+    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face;
+    uint32_t x, y, k, c;
     uint64_t mask = s == 64 ? ~(uint64_t)0 : ((uint64_t)1 << s) - 1;
     for (face = 0; face < 6; face++) {
         if (v->row_high[face] < 0) continue;
@@ -4622,7 +4814,8 @@ static uint32_t sfield__quantise_wavelet(float x, float scale)
 static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_t *kept, float *scale,
                                 uint32_t *entry)
 {
-    uint32_t i, c, used = 0, n = 0, equal;
+    uint32_t i, c, used = 0;
+    uint32_t n = 0, equal;
     float threshold = 0, most = 0, *sorted = v->key + b->cells;
     for (c = 0; c < b->h.channels; c++)
         (void)sfield_haar_forward(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells);
@@ -4760,10 +4953,11 @@ static void sfield__encode_sh(const sfield__build *b, sfield__view *v, const flo
 /* Takes what the caller's renderer saw from sample i of the batch: coefficients, or texels to encode. */
 static void sfield__encode_seen(const sfield__build *b, sfield__view *v, size_t i)
 {
+    const float most = b->h.kind == SFIELD__KIND_SOURCE ? 1e18f : 100;
     float *seen = b->seen + (i - b->from) * b->seen_size, *out;
     uint32_t c, n = b->h.bands * b->h.bands;
     size_t k;
-    for (k = 0; k < b->seen_size; k++) seen[k] = sfield__in(seen[k], -1e18f, 1e18f) ? seen[k] : 0;
+    for (k = 0; k < b->seen_size; k++) seen[k] = sfield__in(seen[k], -most, most) ? seen[k] : 0;
 #ifndef SFIELD_WITHOUT_WAVELETS
     if (b->h.basis == SFIELD_BASIS_HAAR) {
         memcpy(v->texel, seen, b->seen_size * sizeof *seen);
@@ -5234,10 +5428,12 @@ typedef struct sfield__item {       /* of an entity */
     float center[2][3], inverse[2], radius[2]; /* of occlusion and source: world center, 1 / (scale r), world
                                                   radius */
     float    inscribed, reach;      /* of the occluder, world */
+    float    was[3];                /* center[0] before the last change of the scene */
     int      identity;
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
-    uint32_t crc;                   /* of the occlusion field: another one may come to lie at the same
-                                       address */
+    uint64_t field, body, light;    /* hashes, 0 where there is none: of the occlusion field, by address and
+                                       by checksum, since another one may come to lie at the same address; of
+                                       that and where it stands; of the source and all that shines by it */
 } sfield__item;
 
 typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
@@ -5251,8 +5447,12 @@ struct sfield_scene {
     sfield__item     *item;
     sfield_rotation  *rotation;
     sfield__taps     *taps;
-    uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps, maps;
-    uint64_t          version, sky_version;       /* of everything but lights; of the environment */
+    uint32_t *occluder, *light, item_count, occluder_count;
+    uint32_t light_count, overlaps, maps;
+    /* Hashes of all that results depend on besides the points: the entities, the environment; both; and both
+       as they were before the last change, 0 if that did more than move the occluders of `moved`. */
+    uint64_t          entities_hash, sky_hash, now_hash, before_hash;
+    uint32_t         *moved, moved_count;
     float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their
                                        coefficients */
@@ -5264,6 +5464,14 @@ struct sfield_scene {
     uint8_t          *scratch;
     size_t            scratch_bytes;
 };
+
+typedef struct sfield__last {       /* a tile or a point, when its results were kept */
+    uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
+    float    middle[3], extent;     /* a sphere about the points */
+    uint32_t shown, active;         /* bits: points that were wanted; those that can be shaded: others give
+                                       0 */
+    int      has;                   /* which results */
+} sfield__last;
 
 struct sfield_cache {
     sfield__allocator allocator;
@@ -5279,15 +5487,17 @@ struct sfield_cache {
     float    *sky;
     uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are
                                        kept */
+    sfield__last *last;             /* of each tile (harmonics) or point */
+    float    *result;               /* of the last frame: r, g, b, ambient of each point */
 };
 
 /* ==== src/shadowfield/wavelets_strands.h ==== */
 
 /* ---- wavelets: what sixteen points share ---- */
 
-/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face: texels,
-   wavelets and sums are planes of sixteen, so that directions, sky and the samples that several points lie between are
-   read once for all of them. */
+/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face:
+   texels, wavelets and sums are planes of sixteen, so that directions, sky and the samples that several
+   points lie between are read once for all of them. */
 enum { SFIELD__STRANDS = 32, SFIELD__STRAND_LISTS = 256, SFIELD__BLOCK = 64, SFIELD__FEWEST = 3 };
 
 typedef struct sfield__listing {    /* what is kept at a sample, and how much of it each point takes */
@@ -5300,7 +5510,8 @@ typedef struct sfield__strand {     /* an entity in the order */
     uint32_t item, lanes, count;
     int      light;                 /* its number, -1 an occluder, -2 the own visibility */
     float    d2[SFIELD__LANES];
-    sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2 frames */
+    sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2
+                                       frames */
 } sfield__strand;
 
 typedef struct sfield__bundle {
@@ -5380,7 +5591,6 @@ typedef struct sfield__bundle {
 
 /* ==== src/shared/simd_begin.h ==== */
 
-
 /* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
 
 #undef SFIELD__KERNEL
@@ -5391,17 +5601,23 @@ typedef struct sfield__bundle {
 
 #if SFIELD__WIDTH == 16
 #define SFIELD__KERNEL SFIELD__TARGET_AVX512
-#define SFIELD__INTEL(name) _mm512_##name
 #elif SFIELD__WIDTH == 8
 #define SFIELD__KERNEL SFIELD__TARGET_AVX2
-#define SFIELD__INTEL(name) _mm256_##name
 #else
 #define SFIELD__KERNEL
+#endif
+
+#if SFIELD__WIDTH == 16
+#define SFIELD__INTEL(name) _mm512_##name
+#elif SFIELD__WIDTH == 8
+#define SFIELD__INTEL(name) _mm256_##name
+#else
 #define SFIELD__INTEL(name) _mm_##name
 #endif
 
-/* SFIELD__IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
-   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+/* SFIELD__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__IN_KERNEL __attribute__((always_inline)) SFIELD__KERNEL
 #else
@@ -5413,8 +5629,8 @@ typedef struct sfield__bundle {
 #define SFIELD__IN_LARGE_KERNEL inline SFIELD__IN_KERNEL
 #endif
 
-/* Does something with every piece of SFIELD__WIDTH lanes. With constants for the pieces, so that compilers keep them in
-   registers. */
+/* SFIELD__EACH executes statements for every piece of SFIELD__WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
 #if SFIELD__WIDTH > 1 && SFIELD__LANE_COUNT == SFIELD__WIDTH
 #define SFIELD__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
 #elif SFIELD__WIDTH > 1 && SFIELD__LANE_COUNT == 2 * SFIELD__WIDTH
@@ -5428,7 +5644,6 @@ typedef struct sfield__bundle {
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
-
 
 /* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
 
@@ -5467,7 +5682,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_greater(sfield__lanes a, sfield__lanes b)
 {
     sfield__lane_mask m;
@@ -5507,7 +5722,7 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_differ(sfield__l
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a, sfield__lanes b)
 {
 #if SFIELD__WIDTH == 16
@@ -5544,7 +5759,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_div(sfield__lanes a,
     return a;
 }
 
-/* a b + c. */
+/* Returns a b + c. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_muladd(sfield__lanes a, sfield__lanes b, sfield__lanes c)
 {
 #if SFIELD__WIDTH > 4
@@ -5555,7 +5770,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_muladd(sfield__lanes
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_max(sfield__lanes a, sfield__lanes b)
 {
 #if SFIELD__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
@@ -5566,7 +5781,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_max(sfield__lanes a,
     return a;
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_min(sfield__lanes a, sfield__lanes b)
 {
 #if SFIELD__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
@@ -5599,7 +5814,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_negate(sfield__lanes
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_keep(sfield__lane_mask m, sfield__lanes a)
 {
 #if SFIELD__WIDTH == 16
@@ -5610,7 +5825,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_keep(sfield__lane_ma
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline SFIELD__IN_KERNEL sfield__lane_ints sfield__lanes_truncate(sfield__lanes a)
 {
     sfield__lane_ints k;
@@ -5653,7 +5868,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_of_shorts(const int1
     return a;
 }
 
-/* from[k] of every lane's k. */
+/* Returns from[k] for each lane's k. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *from, sfield__lane_ints k)
 {
     sfield__lanes a;
@@ -5676,7 +5891,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *
     return a;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline SFIELD__IN_KERNEL uint32_t sfield__mask_bits(sfield__lane_mask m)
 {
     uint32_t bits = 0;
@@ -5766,7 +5981,6 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__ints_equal(sfield__lan
 
 /* ==== src/shared/simd_plain.h ==== */
 
-
 /* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
 
 #if !SFIELD__SIMD_X86 && SFIELD__WIDTH <= 4
@@ -5782,7 +5996,7 @@ typedef uint32_t sfield__piece_words;
 #endif
 typedef struct sfield__lanes { sfield__piece v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lanes;
 typedef struct sfield__lane_ints { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_ints;
-typedef struct sfield__lane_mask { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_mask;    /* all bits of a lane */
+typedef struct sfield__lane_mask { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_mask;    /* lanes of 0 or -1 */
 
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_load(const float *from)
 {
@@ -5808,7 +6022,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_greater(sfield__lanes a, sfield__lanes b)
 {
     sfield__lane_mask m;
@@ -5842,11 +6056,12 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_differ(sfield__l
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a, sfield__lanes b)
 {
 #if SFIELD__SIMD_VECTORS
-    SFIELD__EACH(a.v[piece] = (sfield__piece)((m.v[piece] & (sfield__piece_ints)a.v[piece]) | (~m.v[piece] & (sfield__piece_ints)b.v[piece])))
+    SFIELD__EACH(a.v[piece] = (sfield__piece)((m.v[piece] & (sfield__piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (sfield__piece_ints)b.v[piece])))
 #else
     SFIELD__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
 #endif
@@ -5877,20 +6092,20 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_div(sfield__lanes a,
     return a;
 }
 
-/* a b + c. */
+/* Returns a b + c. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_muladd(sfield__lanes a, sfield__lanes b, sfield__lanes c)
 {
     SFIELD__EACH(a.v[piece] = a.v[piece] * b.v[piece] + c.v[piece])
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_max(sfield__lanes a, sfield__lanes b)
 {
     return sfield__lanes_select(sfield__lanes_greater(a, b), a, b);
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_min(sfield__lanes a, sfield__lanes b)
 {
     return sfield__lanes_select(sfield__lanes_greater(b, a), a, b);
@@ -5931,7 +6146,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_negate(sfield__lanes
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_keep(sfield__lane_mask m, sfield__lanes a)
 {
 #if SFIELD__SIMD_VECTORS
@@ -5942,7 +6157,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_keep(sfield__lane_ma
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline SFIELD__IN_KERNEL sfield__lane_ints sfield__lanes_truncate(sfield__lanes a)
 {
     sfield__lane_ints k;
@@ -5979,7 +6194,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_of_shorts(const int1
     return a;
 }
 
-/* from[k] of every lane's k. */
+/* Returns from[k] for each lane's k. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *from, sfield__lane_ints k)
 {
     sfield__lanes a;
@@ -5994,7 +6209,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *
     return a;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline SFIELD__IN_KERNEL uint32_t sfield__mask_bits(sfield__lane_mask m)
 {
     uint32_t bits = 0;
@@ -6079,7 +6294,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const 
                                                                  uint32_t i, uint32_t j)
 {
     const float *bi = b + i * stride, *aj = a + j * stride;
-    const sfield__lanes one = sfield__lanes_mul(sfield__lanes_load(a + i * stride), sfield__lanes_load(b + j * stride));
+    const sfield__lanes one = sfield__lanes_mul(sfield__lanes_load(a + i * stride),
+                                                sfield__lanes_load(b + j * stride));
     return i == j ? one : sfield__lanes_muladd(sfield__lanes_load(bi), sfield__lanes_load(aj), one);
 }
 
@@ -6100,8 +6316,8 @@ static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const
     r[0] = sfield__lanes_mul(sum, y00);
 }
 
-static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs, int occlude,
-                                                         const sfield__lanes *r, float *out)
+static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs,
+                                                         int occlude, const sfield__lanes *r, float *out)
 {
     uint32_t k;
     for (k = 0; k < coefs; k++) {
@@ -6110,10 +6326,10 @@ static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t 
     }
 }
 
-/* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what a stack
-   should hold, so that they are made again for every use. */
-SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float *a, const float *b, float *out,
-                                           size_t stride, int occlude)
+/* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what
+   a stack should hold, so that they are made again for every use. */
+SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float *a, const float *b,
+                                           float *out, size_t stride, int occlude)
 {
     sfield__lanes p[SFIELD__STAGED + SFIELD__STAGED_COEFS], *r, sum;
     uint32_t i, k, q, staged = t->pair_count <= SFIELD__STAGED;
@@ -6129,7 +6345,8 @@ SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float 
         else
             for (; e < end; e++)
                 sum = sfield__lanes_muladd(sfield__lanes_all(e->c),
-                                           sfield__pair(a, b, stride, t->pair_i[e->pair], t->pair[e->pair]), sum);
+                                           sfield__pair(a, b, stride, t->pair_i[e->pair], t->pair[e->pair]),
+                                           sum);
         r[k] = sum;
     }
     sfield__product_end(a, stride, t->coefs, occlude, r, out);
@@ -6141,10 +6358,11 @@ SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float 
 
 #if SFIELD__WIDTH > 4
 /* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the
-   arithmetic. Pairs and terms are those of sfield_algebra's tables, in their order, so that the sums have the same
-   bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the lines are then
-   written from pair_i, pair, first and entry of an algebra of 4 bands. */
-static inline SFIELD__IN_KERNEL void sfield__pairs4(const float *a, const float *b, size_t stride, sfield__lanes *p)
+   arithmetic. Pairs and terms are those of sfield_algebra's tables, in their order, so that the sums have the
+   same bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the
+   lines are then written from pair_i, pair, first and entry of an algebra of 4 bands. */
+static inline SFIELD__IN_KERNEL void sfield__pairs4(const float *a, const float *b, size_t stride,
+                                                    sfield__lanes *p)
 {
     p[0] = sfield__pair(a, b, stride, 1, 1);           p[1] = sfield__pair(a, b, stride, 2, 1);
     p[2] = sfield__pair(a, b, stride, 2, 2);           p[3] = sfield__pair(a, b, stride, 3, 1);
@@ -6209,8 +6427,10 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__term(const sfield__entry *
 }
 
 static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__four_terms(const sfield__entry *c, sfield__lanes sum,
-                                                                       const sfield__lanes *p, const sfield__lanes *q,
-                                                                       const sfield__lanes *s, const sfield__lanes *t)
+                                                                       const sfield__lanes *p,
+                                                                       const sfield__lanes *q,
+                                                                       const sfield__lanes *s,
+                                                                       const sfield__lanes *t)
 {
     sum = sfield__term(c, sum, p);
     sum = sfield__term(c + 1, sum, q);
@@ -6218,7 +6438,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__four_terms(const sfield__en
     return sfield__term(c + 3, sum, t);
 }
 
-static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, const sfield__lanes *p, sfield__lanes *r)
+static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, const sfield__lanes *p,
+                                                    sfield__lanes *r)
 {
     r[1] = sfield__four_terms(c + 0, r[1], &p[8], &p[11], &p[15], &p[28]);
     r[1] = sfield__four_terms(c + 4, r[1], &p[41], &p[48], &p[55], &p[57]);
@@ -6271,8 +6492,8 @@ static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, cons
     r[15] = sfield__term(c + 162, r[15], &p[99]);
 }
 
-SFIELD__KERNEL static void sfield__product4(const sfield_algebra *t, const float *a, const float *b, float *out,
-                                            size_t stride, int occlude)
+SFIELD__KERNEL static void sfield__product4(const sfield_algebra *t, const float *a, const float *b,
+                                            float *out, size_t stride, int occlude)
 {
     sfield__lanes p[107], r[16];
     sfield__product_begin(a, b, stride, 16, r);
@@ -6286,12 +6507,13 @@ SFIELD__KERNEL static void sfield__product4(const sfield_algebra *t, const float
 
 /* ---- kernels: rotations of sixteen vectors ---- */
 
-SFIELD__KERNEL static void sfield__rotate(const sfield_rotation *rotation, const float *in, float *out, size_t stride,
-                                          int inverse)
+SFIELD__KERNEL static void sfield__rotate(const sfield_rotation *rotation, const float *in, float *out,
+                                          size_t stride, int inverse)
 {
     const float *block = rotation->block;
     sfield__lanes r[2 * SFIELD_MAX_BANDS];
-    uint32_t l, x, y, n, across, down;
+    uint32_t l, x, y;
+    uint32_t n, across, down;
     for (l = 0; l < rotation->bands; l++) {
         n = 2 * l + 1;
         across = inverse ? n : 1;
@@ -6310,7 +6532,8 @@ SFIELD__KERNEL static void sfield__rotate(const sfield_rotation *rotation, const
     }
 }
 
-/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: its stride. */
+/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: its
+   stride. */
 typedef struct sfield__held { sfield__lanes x0, x1, x2, x3, x4, x5, x6; } sfield__held;
 
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__row3(const float *m, uint32_t s, const sfield__held *h)
@@ -6332,8 +6555,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__row7(const float *m, uint3
     return sfield__lanes_muladd(sfield__lanes_all(m[6 * s]), h->x6, sum);
 }
 
-SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, const float *in, float *out, size_t stride,
-                                           int inverse)
+SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, const float *in, float *out,
+                                           size_t stride, int inverse)
 {
     const float *m = rotation->block;
     sfield__held h;
@@ -6343,14 +6566,16 @@ SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, cons
     h.x1 = sfield__lanes_load(in + 2 * stride);
     h.x2 = sfield__lanes_load(in + 3 * stride);
     for (y = 0, m += 1; y < 3; y++)
-        sfield__lanes_store(out + (1 + y) * stride, sfield__row3(m + y * (inverse ? 1 : 3), inverse ? 3 : 1, &h));
+        sfield__lanes_store(out + (1 + y) * stride,
+                            sfield__row3(m + y * (inverse ? 1 : 3), inverse ? 3 : 1, &h));
     h.x0 = sfield__lanes_load(in + 4 * stride);
     h.x1 = sfield__lanes_load(in + 5 * stride);
     h.x2 = sfield__lanes_load(in + 6 * stride);
     h.x3 = sfield__lanes_load(in + 7 * stride);
     h.x4 = sfield__lanes_load(in + 8 * stride);
     for (y = 0, m += 9; y < 5; y++)
-        sfield__lanes_store(out + (4 + y) * stride, sfield__row5(m + y * (inverse ? 1 : 5), inverse ? 5 : 1, &h));
+        sfield__lanes_store(out + (4 + y) * stride,
+                            sfield__row5(m + y * (inverse ? 1 : 5), inverse ? 5 : 1, &h));
     h.x0 = sfield__lanes_load(in + 9 * stride);
     h.x1 = sfield__lanes_load(in + 10 * stride);
     h.x2 = sfield__lanes_load(in + 11 * stride);
@@ -6359,7 +6584,8 @@ SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, cons
     h.x5 = sfield__lanes_load(in + 14 * stride);
     h.x6 = sfield__lanes_load(in + 15 * stride);
     for (y = 0, m += 25; y < 7; y++)
-        sfield__lanes_store(out + (9 + y) * stride, sfield__row7(m + y * (inverse ? 1 : 7), inverse ? 7 : 1, &h));
+        sfield__lanes_store(out + (9 + y) * stride,
+                            sfield__row7(m + y * (inverse ? 1 : 7), inverse ? 7 : 1, &h));
 }
 
 /* ==== src/shadowfield/kernels_samples.h ==== */
@@ -6389,7 +6615,8 @@ static inline SFIELD__IN_KERNEL sfield__corner_weights sfield__corner_weights_of
 }
 
 /* A coefficient of one shell: q its four samples, n apart. */
-static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w, const float *q,
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
+                                                                   const float *q,
                                                                    uint32_t n, float scale, float bias)
 {
     sfield__lanes sum = sfield__lanes_mul(sfield__lanes_all(q[0]), w->x0);
@@ -6399,7 +6626,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads to. */
+/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads
+   to. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)
@@ -6423,8 +6651,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_eight(const sfield
 }
 
 /* out: n planes, to which the coefficients are added where there are more to come. */
-SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at, const float *factor,
-                                                   int more, float *out)
+SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at,
+                                                   const float *factor, int more, float *out)
 {
     const sfield__corner_weights w = sfield__corner_weights_of(at, factor);
     const sfield__shells s = sfield__shells_of(c);
@@ -6438,8 +6666,8 @@ SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const
 }
 
 /* sum: to which every lane's dot product with t, n planes, is added. */
-SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfield__place *at, const float *factor,
-                                               const float *t, float *sum)
+SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfield__place *at,
+                                               const float *factor, const float *t, float *sum)
 {
     const sfield__corner_weights w = sfield__corner_weights_of(at, factor);
     const sfield__shells s = sfield__shells_of(c);
@@ -6512,8 +6740,8 @@ static inline SFIELD__IN_KERNEL void sfield__weigh_shells(const sfield_field *f,
     sfield__lanes_store(out->w1, sfield__lanes_mul(sfield__lanes_sub(one, w), sfield__lanes_min(tail, one)));
 }
 
-/* See sfield__locate16. Numbers of samples are floats until they are stored: 64 shells of 6 x 64^2 samples are
-   less than 2^24. */
+/* See sfield__locate16. Numbers of samples are floats until they are stored: 64 shells of 6 x 64^2 samples
+   are less than 2^24. */
 SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p, sfield__place *out)
 {
     const sfield__lanes zero = sfield__lanes_all(0), one = sfield__lanes_all(1);
@@ -6687,7 +6915,8 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
                                                      uint32_t count, float factor)
 {
     const sfield__lanes zero = sfield__lanes_all(0);
-    const sfield__lanes weight = sfield__lanes_mul(sfield__lanes_all(factor), sfield__lanes_load(list->weight));
+    const sfield__lanes weight = sfield__lanes_mul(sfield__lanes_all(factor),
+                                                   sfield__lanes_load(list->weight));
     const uint32_t *e = list->e, *end = list->end, mask = b->s->side * b->s->side - 1;
     float *planes = b->w;
     uint8_t *marks = b->marks;
@@ -6751,7 +6980,8 @@ SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t
         float *t = b->t + 16 * (size_t)(4 * i + k);
         if (n == 1)
             sfield__lanes_store(t, sfield__lanes_mul(sfield__lanes_load(t), sfield__lanes_sub(one, m[k])));
-        else if (b->marks[below + k]) sfield__face_darken(b, leaves, &m[k], 4 * squares, 4 * i + k, 2 * scale);
+        else if (b->marks[below + k]) sfield__face_darken(b, leaves, &m[k], 4 * squares, 4 * i + k,
+                                                          2 * scale);
         else if (sfield__any_lane(m[k])) sfield__face_dim(b, 4 * i + k, n, &m[k]);
     }
 }
@@ -6763,11 +6993,13 @@ SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *s
     const float scale = 1 / (float)b->s->side;
     uint32_t i, count = 0;
     sfield__lanes mean;
-    for (i = 0; i < strand->count && !(strand->list[i].e < strand->list[i].end && *strand->list[i].e < last);) i++;
+    for (i = 0; i < strand->count && !(strand->list[i].e < strand->list[i].end &&
+                                       *strand->list[i].e < last);) i++;
     if (i == strand->count) return 0;
     sfield__lanes_store(b->w, sfield__lanes_all(0));
     for (i = 0; i < strand->count; i++)
-        count = sfield__face_add_list(b, &strand->list[i], last, count, f->sample_scale[strand->list[i].sample]);
+        count = sfield__face_add_list(b, &strand->list[i], last, count,
+                                      f->sample_scale[strand->list[i].sample]);
     mean = sfield__lanes_mul(sfield__lanes_load(b->w), sfield__lanes_all(scale));
     if (b->marks[0]) sfield__face_darken(b, leaves, &mean, 1, 0, scale);
     else sfield__face_dim(b, 0, 4 * leaves, &mean);
@@ -6838,7 +7070,8 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
     }
     for (c = 0; c < 3; c++) {
         float *to = b->rgb + 16 * c;
-        sfield__lanes_store(to, sfield__lanes_muladd(sfield__lanes_all(tint[c]), sum[c], sfield__lanes_load(to)));
+        sfield__lanes_store(to, sfield__lanes_muladd(sfield__lanes_all(tint[c]), sum[c],
+                                                     sfield__lanes_load(to)));
     }
 }
 
@@ -6913,8 +7146,8 @@ SFIELD__KERNEL static void sfield__face_shade(sfield__bundle *b, const sfield_fi
 #include SFIELD__FILE
 #endif
 
-static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
-                              int occlude)
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
+                              size_t stride, int occlude)
 {
 #if SFIELD__SIMD_SETS
     if (t->simd == 2) {
@@ -6929,8 +7162,8 @@ static void sfield__product16(const sfield_algebra *t, const float *a, const flo
     sfield__product_plain(t, a, b, out, stride, occlude);
 }
 
-static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
-                             int simd)
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride,
+                             int inverse, int simd)
 {
 #if SFIELD__SIMD_SETS
     if (simd == 2) {
@@ -6959,8 +7192,8 @@ static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, c
     sfield__eight_to_planes_plain(c, at, factor, more, out);
 }
 
-static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor, const float *t,
-                              float *sum, int simd)
+static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
+                              const float *t, float *sum, int simd)
 {
 #if SFIELD__SIMD_SETS
     if (simd) {
@@ -6994,7 +7227,8 @@ static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *
     SFIELD__CALL(sfield__select, simd, (in, n, mask, out));
 }
 
-static void sfield__to_local16(const float *m, const float *c, float f, const float *p, float *local, int simd)
+static void sfield__to_local16(const float *m, const float *c, float f, const float *p, float *local,
+                               int simd)
 {
     SFIELD__CALL(sfield__to_local, simd, (m, c, f, p, local));
 }
@@ -7115,6 +7349,7 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->occluder);
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
+    sfield__free(&s->allocator, s->moved);
 }
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *s)
@@ -7151,6 +7386,11 @@ static sfield_result sfield__read_scene_desc(sfield_scene_desc *d, int has_out)
         return sfield__fail(&log, SFIELD_ERR_DESC, "desc.basis",
                             "is not in this header, joined without wavelets");
 #endif
+#ifdef SFIELD_WITHOUT_LOGARITHMS
+    if (d->product == SFIELD_PRODUCT_EXP)
+        return sfield__fail(&log, SFIELD_ERR_DESC, "desc.product",
+                            "is not in this header, joined without logarithms");
+#endif
     if (d->product == SFIELD_PRODUCT_DEFAULT)
         d->product = haar ? SFIELD_PRODUCT_TEXELS : SFIELD_PRODUCT_TRIPLE;
     if (haar != (d->product >= SFIELD_PRODUCT_TEXELS))
@@ -7184,7 +7424,6 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     s->cells = 6 * s->side * s->side;
     s->coefs = haar ? s->cells : d.bands * d.bands;
     s->planes = haar ? s->cells : sfield__planes(d.bands);
-    s->version = 1;
     kept = 3 * (size_t)s->cells + 3 * (size_t)s->planes * 3;
     s->sky = (float *)sfield__alloc_array(&a, kept, sizeof *s->sky);
     s->texel = (float *)sfield__alloc_array(&a, 4 * (size_t)s->cells, sizeof *s->texel);
@@ -7221,12 +7460,46 @@ static void sfield__place_field(sfield__item *it, int which, const sfield_field 
     it->inverse[which] = 1 / it->radius[which];
 }
 
+/* ---- hashes: what a cached T depends on ---- */
+
+static uint64_t sfield__hash(uint64_t h, uint64_t x)
+{
+    h = (h ^ x) * 0x9e3779b97f4a7c15u;
+    return h ^ h >> 29;
+}
+
+static uint64_t sfield__hash_bytes(uint64_t h, const void *data, size_t words)
+{
+    const uint8_t *p = (const uint8_t *)data;
+    for (; words; words--, p += 4) {
+        uint32_t x;
+        memcpy(&x, p, sizeof x);
+        h = sfield__hash(h, x);
+    }
+    return h;
+}
+
 /* Returns the result of an entity that cannot be used, once its line is written. */
 static sfield_result sfield__fail_entity(const sfield_scene *s, sfield_result result, size_t index,
                                          const char *text)
 {
     const sfield__logger log = sfield__logger_of(&s->desc.system, "sfield_scene_entities");
     return sfield__fail_at(&log, result, "entities", index, text);
+}
+
+/* Fills in the hashes of an item. They are taken here, since its fields may be freed before the next call. */
+static void sfield__hash_item(sfield__item *it)
+{
+    const sfield_entity *e = &it->e;
+    if (e->occlusion) {
+        it->field = sfield__hash(e->occlusion->h.crc, (uint64_t)(uintptr_t)e->occlusion) | 1;
+        it->body = sfield__hash_bytes(it->field, e->transform, 16) | 1;
+    }
+    if (e->source) {
+        uint64_t h = sfield__hash(e->source->h.crc, (uint64_t)(uintptr_t)e->source);
+        h = sfield__hash_bytes(sfield__hash_bytes(h, e->transform, 16), e->tint, 3);
+        it->light = sfield__hash_bytes(h, &e->time, 1) | 1;
+    }
 }
 
 static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entity *e, size_t index,
@@ -7241,6 +7514,8 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     if (!sfield__m4_is_rigid_uniform(e->transform, &scale))
         return sfield__fail_entity(s, SFIELD_ERR_INPUT, index,
                                    "has a transform that is no rotation with one scale > 0");
+    if (!sfield__finite(e->time))
+        return sfield__fail_entity(s, SFIELD_ERR_INPUT, index, "has a time that is not finite");
     it->identity = sfield__is_upright(e->transform);
     for (i = 0; i < 3; i++) {
         if (!sfield__in(e->tint[i], -1e18f, 1e18f))
@@ -7257,7 +7532,6 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
                 s, SFIELD_ERR_MISMATCH, index,
                 "has an occlusion of another kind, basis, bands or logarithm than the scene");
         sfield__place_field(it, 0, e->occlusion, scale);
-        it->crc = e->occlusion->h.crc;
         it->inscribed = e->occlusion->h.inscribed * scale;
         it->reach = it->radius[0] * (s->desc.reach > 0 ? s->desc.reach
                                                        : e->occlusion->radii[e->occlusion->h.shells - 1]);
@@ -7268,6 +7542,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
                                        "has a source of another kind, basis or bands than the scene");
         sfield__place_field(it, 1, e->source, scale);
     }
+    sfield__hash_item(it);
     /* what only receives may turn, unless it has a self-visibility */
     if (!s->algebra) {
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -7279,11 +7554,39 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-static int sfield__same_body(const sfield__item *p, const sfield__item *q)
+/* Takes up what results depend on now. before: the hash before this change if it only moved occluders, or
+   0. */
+static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
-    const sfield_entity *a = &p->e, *b = &q->e;
-    return a->occlusion == b->occlusion && p->crc == q->crc && (a->source == NULL) == (b->source == NULL) &&
-           ((!a->occlusion && a->source) || memcmp(a->transform, b->transform, sizeof a->transform) == 0);
+    s->before_hash = before;
+    s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
+}
+
+/* Compares the new entities with those before: which occluders moved, and whether that is all. */
+static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
+{
+    int alike = n->item_count == s->item_count && n->item_count > 0;
+    uint64_t h = n->item_count;
+    uint32_t i;
+    n->moved_count = 0;
+    for (i = 0; i < n->item_count; i++) {
+        sfield__item *now = &n->item[i];
+        const sfield__item *was = alike ? &s->item[i] : now;
+        h = sfield__hash(sfield__hash(h, now->body), now->light);
+        memcpy(now->was, was->center[0], sizeof now->was);
+        if (!alike) continue;
+        alike = was->field == now->field && was->light == now->light &&
+                !(was->reach < now->reach || was->reach > now->reach);
+        if (now->body != was->body) n->moved[n->moved_count++] = i;
+    }
+    if (h == s->entities_hash && alike) {       /* nothing moved: what moved before still counts */
+        for (i = 0; i < n->item_count; i++) memcpy(n->item[i].was, s->item[i].was, sizeof n->item[i].was);
+        memcpy(n->moved, s->moved, s->moved_count * sizeof *s->moved);
+        n->moved_count = s->moved_count;
+        return;
+    }
+    n->entities_hash = h;
+    sfield__note_change(n, alike ? s->now_hash : 0);
 }
 
 /* Makes the lists of the new scene beside the old one. */
@@ -7296,7 +7599,8 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
         (sfield_rotation *)sfield__alloc_array(&n->allocator, n->algebra ? room : 1, sizeof *n->rotation);
     n->occluder = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->occluder);
     n->light = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->light);
-    if (!n->item || !n->rotation || !n->occluder || !n->light) return SFIELD_ERR_ALLOC;
+    n->moved = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->moved);
+    if (!n->item || !n->rotation || !n->occluder || !n->light || !n->moved) return SFIELD_ERR_ALLOC;
     for (i = 0; i < count; i++) {
         sfield__item *it = &n->item[i];
         sfield_result result = sfield__make_item(n, &entities[i], i, it, n->rotation + (n->algebra ? i : 0));
@@ -7327,8 +7631,6 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 {
     sfield_scene n;
     sfield_result result;
-    uint32_t i;
-    int same;
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_entities");
@@ -7340,6 +7642,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.rotation = NULL;
     n.occluder = n.light = NULL;
     n.taps = NULL;
+    n.moved = NULL;
     n.occluder_count = n.light_count = n.overlaps = 0;
     n.item_count = (uint32_t)count;
     result = sfield__make_lists(&n, entities, count);
@@ -7347,9 +7650,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
         sfield__free_lists(&n);
         return result;
     }
-    same = count == s->item_count;
-    for (i = 0; i < count && same; i++) same = sfield__same_body(&s->item[i], &n.item[i]);
-    n.version = s->version + !same;
+    sfield__note_moves(s, &n);
     sfield__free_lists(s);
     *s = n;
     return SFIELD_OK;
@@ -7381,7 +7682,8 @@ static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t
     const uint32_t across = (32 * s->side + width - 1) / width, down = (16 * s->side + height - 1) / height;
     const uint32_t wide = width * across, high = height * down;
     const double step = 2 * sfield__pi / wide;
-    double first[2], turn[2], half, unused, sine, cosine;
+    double first[2], turn[2], half;
+    double unused, sine, cosine;
     uint32_t x, y;
     sfield__sincos_d(0.5 * step - sfield__pi, &first[1], &first[0]);
     sfield__sincos_d(step, &turn[1], &turn[0]);
@@ -7431,29 +7733,32 @@ static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, u
     return 1;
 }
 
+static void sfield__turn_harmonics(sfield_scene *s)
+{
+    sfield_rotation r;
+    float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    uint32_t c, k;
+    for (c = 0; c < 3; c++) {
+        float *now = s->sky_now + c * s->planes;
+        memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
+        if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
+            sfield__load_tile(s->coefs, 1, now, 1, tile);
+            sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
+            sfield__store_tile(s->coefs, 1, tile, now, 1);
+        }
+        for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
+    }
+}
+
 /* Turns the sky into the world. Harmonics turn their coefficients; wavelets resample the cube map, once. */
 static void sfield__turn_sky(sfield_scene *s)
 {
-    uint32_t c, k;
-    s->sky_version++;
-    if (s->algebra) {
-        sfield_rotation r;
-        float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
-        for (c = 0; c < 3; c++) {
-            float *now = s->sky_now + c * s->planes;
-            memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
-            if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
-                sfield__load_tile(s->coefs, 1, now, 1, tile);
-                sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
-                sfield__store_tile(s->coefs, 1, tile, now, 1);
-            }
-            for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
-        }
-        return;
-    }
+    if (s->algebra) sfield__turn_harmonics(s);
 #ifndef SFIELD_WITHOUT_WAVELETS
-    sfield__turn_cube(s);
+    else sfield__turn_cube(s);
 #endif
+    s->sky_hash = sfield__hash_bytes(1, s->sky_now, 3 * (size_t)s->planes);
+    sfield__note_change(s, 0);
 }
 
 static int sfield__rotation_good(const float *m)
@@ -7481,8 +7786,9 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
     log = sfield__logger_of(&s->desc.system, "sfield_scene_environment");
     if (!sfield__rotation_good(rotation))
         return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
-    if (rgb && (width < 1 || height < 1 || width > 65536 || height > 65536))
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "width or height", "is not 1..65536");
+    if (rgb && (!sfield__check_value(&log, width >= 1 && width <= 65536, "width", width, "1..65536") ||
+                !sfield__check_value(&log, height >= 1 && height <= 65536, "height", height, "1..65536")))
+        return SFIELD_ERR_ARGUMENT;
     if (rgb && !sfield__take_map(s, rgb, width, height)) return SFIELD_ERR_ALLOC;
     if (!rgb) memset(s->sky, 0, 3 * (size_t)s->cells * sizeof *s->sky);
     memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
@@ -7498,8 +7804,9 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
 {
     sfield__logger log;
-    if (!s || !rotation) return SFIELD_ERR_ARGUMENT;
+    if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_turn");
+    if (!rotation) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "rotation", "is NULL");
     if (!sfield__rotation_good(rotation))
         return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
     sfield__set_turn(s, rotation);
@@ -7521,13 +7828,17 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
         sfield__turn_sky(s);
         return SFIELD_OK;
     }
-    if (sfield__unit_vector(direction) != 1)
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "direction", "is not unit");
-    for (k = 0; k < 3; k++) {
-        if (!sfield__in(irradiance[k], 0, 1e18f))
-            return sfield__fail(&log, SFIELD_ERR_INPUT, "irradiance", "is not 0..1e18");
-        d[k] = (double)direction[k];
+    for (k = 0; k < 3; k++) d[k] = (double)direction[k];
+    if (sfield__unit_vector(direction) != 1) {
+        sfield__log_value(&log, "the length of direction", sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]),
+                          "1 (0.97..1.03)");
+        return SFIELD_ERR_INPUT;
     }
+    for (k = 0; k < 3; k++)
+        if (!sfield__in(irradiance[k], 0, 1e18f)) {
+            sfield__log_element(&log, "irradiance", k, "is", (double)irradiance[k], "0..1e18");
+            return SFIELD_ERR_INPUT;
+        }
     if (s->algebra) {
         sfield_sh_basis(s->desc.bands, d, y);
         for (c = 0; c < 3; c++)
@@ -7544,9 +7855,12 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
 
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
 {
+    sfield__logger log;
     uint32_t c;
-    if (!s || !coefs) return SFIELD_ERR_ARGUMENT;
-    if (!s->algebra) return SFIELD_ERR_MISMATCH;
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_scene_sky");
+    if (!coefs) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "coefs", "is NULL");
+    if (!s->algebra) return sfield__fail(&log, SFIELD_ERR_MISMATCH, "scene", "has wavelets, not harmonics");
     for (c = 0; c < 3; c++)
         memcpy(coefs + c * s->coefs, s->sky_now + c * s->planes, s->coefs * sizeof *coefs);
     return SFIELD_OK;
@@ -7559,16 +7873,25 @@ SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point_count, uint32_t light_count,
                                              sfield_cache **out)
 {
+    sfield__logger log;
     sfield_cache *c;
-    size_t own, units, lanes, values, bytes;
+    size_t own, units, lanes;
+    size_t values, bytes;
     uint8_t *at;
-    if (!s || !out || !point_count || !light_count || light_count > 65536 || point_count > 0x7fffffffu)
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_cache_create");
+    if (!out) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "out", "is NULL");
+    if (!sfield__check_value(&log, point_count && point_count <= 0x7fffffffu, "point_count",
+                             (double)point_count, "1..2^31 - 1") ||
+        !sfield__check_value(&log, light_count && light_count <= 65536, "light_count", light_count,
+                             "1..65536"))
         return SFIELD_ERR_ARGUMENT;
     own = s->algebra ? (point_count + 15) / 16 : point_count;
     if (!sfield__mul_size(own, light_count, &units) || units > SIZE_MAX / 16384) return SFIELD_ERR_ALLOC;
     lanes = units * (s->algebra ? 32 : 1);          /* marks as many as lights */
     values = lanes * (s->algebra ? s->coefs : (uint32_t)SFIELD__CACHED);
-    bytes = sizeof *c + (units + own) * sizeof *c->hash + lanes * sizeof *c->scale +
+    bytes = sizeof *c + (units + own) * sizeof *c->hash + own * sizeof *c->last +
+            4 * point_count * sizeof *c->result + lanes * sizeof *c->scale +
             (s->algebra ? 2 * values + own : 4 * values + 3 * own * sizeof *c->sky);
     at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
     if (!at) return SFIELD_ERR_ALLOC;
@@ -7582,12 +7905,14 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
     c->cells = s->algebra ? 0 : s->cells;
     c->hash = (uint64_t *)(void *)(at + sizeof *c);
     c->lit = c->hash + units;
-    c->scale = (float *)(void *)(c->lit + own);
+    c->last = (sfield__last *)(void *)(c->lit + own);
+    c->result = (float *)(void *)(c->last + own);
+    c->scale = c->result + 4 * point_count;
     c->sky = c->scale + lanes;
     c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * own));
     c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
     c->marks = (uint8_t *)(c->value + values);
-    memset(c->hash, 0, (size_t)((uint8_t *)c->scale - (uint8_t *)c->hash));
+    memset(c->hash, 0, (size_t)((uint8_t *)c->result - (uint8_t *)c->hash));
     *out = c;
     return SFIELD_OK;
 }
@@ -7605,34 +7930,30 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ?
 /* Smaller T are kept as 0: 32767 over them would pass what a float holds. */
 #define SFIELD__LEAST_T 1e-30f
 
-static uint64_t sfield__hash(uint64_t h, uint64_t x)
-{
-    h = (h ^ x) * 0x9e3779b97f4a7c15u;
-    return h ^ h >> 29;
-}
-
-static uint64_t sfield__hash_bytes(uint64_t h, const void *data, size_t words)
-{
-    const uint8_t *p = (const uint8_t *)data;
-    for (; words; words--, p += 4) {
-        uint32_t x;
-        memcpy(&x, p, sizeof x);
-        h = sfield__hash(h, x);
-    }
-    return h;
-}
-
-/* Hashes what T of a set depends on besides occluders: all bodies, and where its points stand. An entity that
-   shines and hides nothing moves without a new version, since lamps do; points that lie on it move with
-   it. */
+/* Hashes what T of a set depends on besides the occluders on its way: how the scene computes, and where the
+   points stand. Points that lie on an entity move with it. The number of occluders decides which T on the way
+   are rounded (sfield__chain_products). */
 static uint64_t sfield__hash_stand(const sfield_scene *s, const sfield_points *set)
 {
-    uint64_t h = sfield__hash(s->version, (uint64_t)(uintptr_t)s);
+    const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,
+                              s->has_sky || s->has_sun };
+    uint64_t h = sfield__hash_bytes((uint64_t)(uintptr_t)s, how, 5);
+    h = sfield__hash_bytes(h, &s->desc.reach, 1);
     h = sfield__hash(h, (uint64_t)(uintptr_t)set->self);
-    h = sfield__hash(h, (uint64_t)set->entity << 32 | (set->self ? set->self->h.crc : 0));
+    if (set->self) h = sfield__hash(h, set->self->h.crc);
     if (set->entity) h = sfield__hash_bytes(h, s->item[set->entity - 1].e.transform, 16);
     return h;
 }
+
+/* Rounds to 16 bits. What is not in their range, as where T is no number, becomes 0. */
+static int16_t sfield__to_int16(float q)
+{
+    if (!(fabsf(q) < 32767.5f)) return 0;
+    return (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+}
+
+/* Returns the scale of values whose largest is `most`: 0 if that is beyond floats. */
+static float sfield__scale_of(float most) { return sfield__finite(most) ? most / 32767 : 0; }
 
 static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t)
 {
@@ -7644,12 +7965,10 @@ static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t)
             float x = fabsf(t[k * SFIELD__LANES + l]);
             most = x > most ? x : most;
         }
-        c->scale[slot * SFIELD__LANES + l] = most / 32767;
+        c->scale[slot * SFIELD__LANES + l] = sfield__scale_of(most);
         inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
-        for (k = 0; k < c->coefs; k++) {
-            float q = t[k * SFIELD__LANES + l] * inverse;
-            value[k * SFIELD__LANES + l] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
-        }
+        for (k = 0; k < c->coefs; k++)
+            value[k * SFIELD__LANES + l] = sfield__to_int16(t[k * SFIELD__LANES + l] * inverse);
     }
 }
 
@@ -7664,6 +7983,77 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {
     return ((c->points + 15) / 16 + tile) * c->lights + number - 1;
+}
+
+/* ---- results of the last frame ---- */
+
+enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
+
+/* Which of some points are wanted, as bits. */
+static uint32_t sfield__wanted(const sfield_points *set, size_t first, uint32_t count)
+{
+    uint32_t l, bits = 0;
+    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
+    return bits;
+}
+
+/* Whether an occluder that stood or stands at c may hide something of the sphere about some points. Wider
+   than the test that leaves occluders out by as much as roundings can matter. */
+static int sfield__is_near(const sfield__last *last, const float *c, float reach)
+{
+    float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
+    return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
+}
+
+/* Whether what was computed for a unit (a tile or a point) in the last frame still holds: nothing changed but
+   occluders that were, and are, out of its reach, and the same points are wanted: which of them share samples
+   of a field decides the last bits. Costs a few comparisons for each occluder that moved. */
+static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t stand, size_t unit,
+                                uint32_t wanted)
+{
+    sfield__last *last = &set->cache->last[unit];
+    uint32_t i;
+    const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
+    if (!last->seen || ((wanted ^ last->shown) & last->active) || (has & ~last->has)) return 0;
+    if (last->seen == sfield__hash(stand, s->now_hash)) return 1;
+    if (!s->before_hash || last->seen != sfield__hash(stand, s->before_hash)) return 0;
+    for (i = 0; i < s->moved_count; i++) {
+        const sfield__item *it = &s->item[s->moved[i]];
+        if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
+            return 0;
+    }
+    last->seen = sfield__hash(stand, s->now_hash);
+    return 1;
+}
+
+/* Writes the results of the last frame again, 0 for points that are not wanted. Returns how many were. */
+static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
+                                       uint32_t wanted)
+{
+    const float *result = set->cache->result + 4 * first;
+    uint32_t l, k;
+    wanted &= set->cache->last[unit].active;
+    for (l = 0; l < count; l++, result += 4) {
+        const int here = wanted >> l & 1;
+        for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
+        if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
+    }
+    return sfield__popcount(wanted);
+}
+
+/* Keeps the results that were just written for a unit of points. */
+static void sfield__keep_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
+                                 const sfield__last *now)
+{
+    sfield__last *last = &set->cache->last[unit];
+    float *result = set->cache->result + 4 * first;
+    uint32_t l, k;
+    *last = *now;
+    last->has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
+    for (l = 0; l < count; l++, result += 4) {
+        for (k = 0; k < 3; k++) result[k] = set->rgb ? set->rgb[3 * (first + l) + k] : 0.0f;
+        result[3] = set->ambient ? set->ambient[first + l] : 0.0f;
+    }
 }
 
 /* ==== src/shadowfield/shade_tile.h ==== */
@@ -7884,7 +8274,7 @@ static void sfield__find_masks(sfield__tile *t)
     uint32_t j, i;
     t->way = t->stand;
     for (i = 0; i < t->count && cached; i++)
-        t->way = sfield__hash(t->way, (uint64_t)t->item[t->order[i]] << 16 | t->used[t->order[i]]);
+        t->way = sfield__hash(sfield__hash(t->way, s->item[t->item[t->order[i]]].body), t->used[t->order[i]]);
     t->way |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
@@ -7902,9 +8292,11 @@ static void sfield__find_masks(sfield__tile *t)
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
-            if (bits && cached) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
+            if (bits && cached)
+                t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
-        t->hash[j] |= 1;
+        /* where its way leaves that of all lights, up to where T is rounded */
+        t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
 }
@@ -7932,7 +8324,8 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
         if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
-            float d2 = near_i[l], e2 = near_j[l], dot = 0, sines, cosines;
+            float d2 = near_i[l], e2 = near_j[l], dot = 0;
+            float sines, cosines;
             if (!((lanes & ~hidden) >> l & 1) || e2 >= d2 || a2 >= d2 || b2 >= e2 || b2 * d2 <= a2 * e2)
                 continue;
             if (t->factor[j * SFIELD__LANES + l] < 1) continue;
@@ -7953,7 +8346,8 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
 /* Evaluates the basis at 16 directions in planes, in float. */
 static void sfield__evaluate_basis16(uint32_t bands, const float *d, float *out)
 {
-    float cm[16], sm[16], older[16], now[16], diagonal = sfield__y00;
+    float cm[16], sm[16], older[16];
+    float now[16], diagonal = sfield__y00;
     uint32_t l, m, i;
     for (i = 0; i < 16; i++) {
         cm[i] = 1;
@@ -8200,7 +8594,8 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     const sfield_field *f = it->e.source;
     const uint32_t n = t->s->coefs, shells = f->h.shells, every = f->tone < 3;
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
-    uint32_t group[SFIELD__LANES], frame[2], i, k, c, l;
+    uint32_t group[SFIELD__LANES], frame[2], i;
+    uint32_t k, c, l;
     uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
     float sum[3][SFIELD__LANES] = { { 0 } }, weight[2][SFIELD__LANES], own[SFIELD__LANES];
     float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
@@ -8264,7 +8659,8 @@ static void sfield__shine_light(const sfield__tile *t, uint32_t j, const float *
 static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
 {
     const sfield_scene *s = t->s;
-    uint32_t j, c, k, l, n = s->coefs * SFIELD__LANES;
+    uint32_t j, c, k;
+    uint32_t l, n = s->coefs * SFIELD__LANES;
     memset(rgb, 0, 3 * SFIELD__LANES * sizeof *rgb);
     for (j = 0; j < t->lights; j++)
         if (!sfield__is_own(t, j))
@@ -8318,7 +8714,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     const sfield_scene *s = t->s;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
     const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
-    uint32_t step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
+    uint32_t step = n + 1, from = 0, last = 0, least = n;
+    uint32_t i, j, a, b;
     float *now = t->start;
     for (j = 0; j < slots; j++) {
         if (!t->needed[j]) continue;
@@ -8326,17 +8723,22 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         for (i = n; i-- > last;)
             if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
     }
+#ifndef SFIELD_WITHOUT_CACHE
     if (cache) {
-        step = n / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
+        step = s->occluder_count / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
         if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
         cache->lit[tile] = t->way;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
         if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
         from *= step;
     }
+#else
+    (void)cache, (void)tile, (void)step, (void)least;
+#endif
     if (!from) sfield__start_tile(t);
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
     for (i = from; i <= last; i++) {
+#ifndef SFIELD_WITHOUT_CACHE
         /* rounded always, so that a later start from here is the same */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
@@ -8344,6 +8746,7 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
             sfield__recall_tile(cache, slot, now, s->simd);
             if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
         }
+#endif
         for (j = 0; j < slots; j++) {
             const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
             float *light = t->t + j * size;
@@ -8362,7 +8765,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 static void sfield__chain_logarithms(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
+    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i;
+    uint32_t j, k, l;
     size_t size = (size_t)t->chains * n;
     float *sum = t->turned;
     int c;
@@ -8386,13 +8790,48 @@ static void sfield__chain_logarithms(sfield__tile *t)
     }
 }
 
+/* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
+static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
+{
+    const size_t unit = t->first / SFIELD__LANES;
+    uint64_t points, lights;
+    if (!sfield__is_untouched(t->s, t->set, t->stand, unit, wanted)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, wanted);
+    lights = points * sfield__lights_of(t->s, t->set, t->sky);
+    t->stats.points += points;
+    t->stats.lights += lights;
+    t->stats.reused += lights;
+    return 1;
+}
+
+/* Keeps what was written, for the next frame. */
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
+{
+    sfield__last now;
+    memset(&now, 0, sizeof now);
+    now.seen = sfield__hash(t->stand, t->s->now_hash);
+    memcpy(now.middle, t->middle, sizeof now.middle);
+    now.extent = t->extent;
+    now.shown = wanted;
+    now.active = t->active;
+    sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
+}
+
 static void sfield__shade_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
-    uint32_t j, needed = 0;
+    uint32_t j, needed = 0, wanted = 0;
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) {
+        wanted = sfield__wanted(t->set, t->first, t->lanes);
+        if (sfield__repeat_tile(t, wanted)) return;
+    }
+#else
+    (void)wanted;
+#endif
     sfield__load_lanes(t);
     if (!t->visible) {
         memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
@@ -8421,9 +8860,13 @@ static void sfield__shade_tile(sfield__tile *t)
     }
     if (needed) {
         sfield__fade_candidates(t);
+#ifndef SFIELD_WITHOUT_LOGARITHMS
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_logarithms(t);
-        else sfield__chain_products(t, cache);
+        else
+#endif
+        sfield__chain_products(t, cache);
     }
+#ifndef SFIELD_WITHOUT_CACHE
     /* fresh ones too, so that both are equal */
     for (j = 0; cache && j < slots && j < cache->lights; j++) {
         size_t slot = t->first / SFIELD__LANES * cache->lights + j;
@@ -8434,7 +8877,11 @@ static void sfield__shade_tile(sfield__tile *t)
         }
         sfield__recall_tile(cache, slot, t->t + j * size, s->simd);
     }
+#endif
     sfield__write_outputs(t);
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) sfield__keep_tile_results(t, wanted);
+#endif
 }
 
 /* Returns the lanes for which light j lies just before occluder i - 1 of the order, or, of i = 0, before
@@ -8485,7 +8932,8 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
     const sfield_scene *s = t->s;
     const uint32_t n = s->coefs * SFIELD__LANES;
     float *sum = t->t;
-    uint32_t i, j, k, l, c;
+    uint32_t i, j, k;
+    uint32_t l, c;
     sfield__load_lanes(t);
     sfield__find_candidates(t);
     sfield__find_masks(t);
@@ -8868,7 +9316,8 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     uint16_t *index = c->index + slot * SFIELD__CACHED;
     int16_t *value = c->value + slot * SFIELD__CACHED;
     float threshold = 0, most = 0, inverse, weight = 0;
-    uint32_t i, n = 0, used = 0, next = 0, face = side * side;
+    uint32_t i, n = 0, used = 0;
+    uint32_t next = 0, face = side * side;
     float *key = p->work, *sorted = p->coefs;   /* clean again below */
     for (i = 0; i < cells; i++) {
         uint32_t in_face = i & (face - 1);
@@ -8886,11 +9335,10 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
             index[n++] = (uint16_t)i;
             most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
         }
-    c->scale[slot] = most / 32767;
+    c->scale[slot] = sfield__scale_of(most);
     inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
     for (i = 0; i < SFIELD__CACHED; i++) {
-        float q = i < n ? p->haar[index[i]] * inverse : 0;
-        value[i] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+        value[i] = i < n ? sfield__to_int16(p->haar[index[i]] * inverse) : (int16_t)0;
         if (i >= n) index[i] = 0;
     }
 }
@@ -8905,7 +9353,7 @@ static void sfield__light_from_cache(sfield__point *p, const sfield_cache *c, si
     const uint32_t cells = p->s->cells;
     uint32_t i, k;
     if (!it) {
-        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_version) | 1;
+        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_hash) | 1;
         uint64_t *lit = &c->lit[slot / c->lights];
         float *rgb = c->sky + 3 * (slot / c->lights);
         for (k = 0; k < 3 && *lit != now; k++) {
@@ -8948,20 +9396,24 @@ static void sfield__add_sky(sfield__point *p)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Goes through figure 5 on texels (or on coefficients). With a cache, it only fills the cache; those lights
-   are added from what was kept. */
+/* Whether a cache keeps T for a light. */
+static int sfield__keeps(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
+
+/* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
+   not added here, but later from what was kept; only those whose T is out of date are kept anew. */
 static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
-                         sfield_cache *cache, const uint64_t *hash, float *ambient)
+                              const uint64_t *hash, uint32_t until, float *ambient)
 {
     const sfield_scene *s = p->s;
+    sfield_cache *cache = p->set->cache;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
     uint32_t i, k;
     int fresh = 0;                              /* p->haar is that of p->t */
     sfield__start_texels(p, index, n);
-    for (i = 0; i <= count; i++) {
+    for (i = 0; i < until; i++) {
         const sfield__item *it = i < count ? &s->item[p->ray[i].item] : NULL;
-        uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
-        int keep;
+        const uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
+        uint64_t *kept;
         if (it && p->ray[i].light < 0) {
             sfield__lists lists;
             float fade = 4 * (1 - sqrtf(p->ray[i].d2) / it->reach);
@@ -8977,15 +9429,15 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        keep = cache && slot < cache->lights;
-        if (!fresh && !sparse && (keep || (it && !it->map))) {
+        kept = sfield__keeps(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        if (kept && *kept == hash[slot]) continue;
+        if (!fresh && !sparse && (kept || (it && !it->map))) {
             (void)sfield_haar_forward(s->side, p->t, p->haar);
             fresh = 1;
         }
-        if (keep) {
-            size_t at = index * cache->lights + slot;
-            if (cache->hash[at] != hash[slot]) sfield__keep_wavelets(p, cache, at);
-            cache->hash[at] = hash[slot];
+        if (kept) {
+            sfield__keep_wavelets(p, cache, index * cache->lights + slot);
+            *kept = hash[slot];
         } else if (it) sfield__add_light(p, it, x, p->haar);
         else if (s->has_sky || s->has_sun) sfield__add_sky(p);
     }
@@ -8997,60 +9449,108 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
     }
 }
 
+/* Writes what T of each light depends on: the occluders before it on the way from near to far; 0 for lights
+   that are not asked for. Returns how many rays have to be walked, the environment as the last: to the last
+   light whose T is not kept or out of date. */
+static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t count, uint64_t *hash)
+{
+    const sfield_scene *s = p->s;
+    const sfield_cache *cache = p->set->cache;
+    const int sky = s->has_sky || s->has_sun;
+    uint64_t before = p->stand;
+    uint32_t i, until = 0;
+    for (i = 0; i <= s->light_count; i++) hash[i] = 0;
+    for (i = 0; i <= count; i++) {
+        const uint32_t slot = i < count ? (uint32_t)p->ray[i].light : s->light_count;
+        if (i < count && p->ray[i].light < 0) {
+            before = sfield__hash(before, s->item[p->ray[i].item].body);
+            continue;
+        }
+        if (i == count && !sky && !p->set->ambient) continue;
+        hash[slot] = before | 1;
+        if (sfield__keeps(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+            p->stats.reused += i < count || sky;
+        else
+            until = i + 1;
+    }
+    return until;
+}
+
+/* Returns the light of a sky of 1 by the T that is kept for the environment: sums of whole faces. */
+static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cache *c, size_t slot)
+{
+    float sum = 0;
+    size_t i, at = slot * SFIELD__CACHED;
+    for (i = at; i < at + SFIELD__CACHED; i++)
+        if (c->index[i] % (s->side * s->side) == 0)
+            sum += (float)c->value[i] * c->scale[slot] * (float)s->side * 0.318309886f;
+    return sum;
+}
+
+/* Shades a point that can be shaded, into p->rgb, and *ambient if it is wanted. */
+static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint64_t *hash, float *ambient)
+{
+    const sfield_scene *s = p->s;
+    sfield_cache *cache = p->set->cache;
+    const int kept = sfield__keeps(cache, s->light_count);
+    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
+    uint32_t j;
+    if (until)
+        sfield__walk_rays(p, index, x, n, count, hash, until, p->set->ambient && !kept ? ambient : NULL);
+    for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
+        if (!hash[j]) continue;                 /* the own entity's */
+        else if (j < s->light_count)
+            sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+        else if (s->has_sky || s->has_sun)
+            sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
+    if (p->set->ambient && kept)
+        *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
+}
+
 static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
-    sfield_cache *cache = set->cache;
+    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* for its way of loading */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t count, i, j, k, slots = s->light_count + 1, stale = !cache || cache->lights < slots;
-    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
+    uint32_t k, wanted = sfield__wanted(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
+        p->stats.points += points;
+        p->stats.lights += points * lights;
+        p->stats.reused += points * lights;
+        return;
+    }
     memset(&one, 0, sizeof one);
     one.s = s;
     one.set = set;
     one.first = index;
     one.lanes = 1;
     sfield__load_lanes(&one);
+    for (k = 0; k < 3; k++) {
+        x[k] = one.p[16 * k];
+        n[k] = one.n[16 * k];
+    }
     p->rgb = rgb;
     if (one.visible) {
-        for (k = 0; k < 3; k++) {
-            x[k] = one.p[16 * k];
-            n[k] = one.n[16 * k];
-        }
         p->stats.points++;
         p->stats.lights += lights;
-        count = sfield__find_rays(p, x, n);
-        for (j = 0; j < slots; j++) hash[j] = 0;
-        for (i = 0; i <= count; i++) {          /* the occluders before each light */
-            uint64_t h = p->stand;
-            uint32_t slot = i < count ? (uint32_t)p->ray[i].light : slots - 1;
-            if (i < count && p->ray[i].light < 0) continue;
-            for (k = 0; k < i; k++)
-                if (p->ray[k].light < 0) h = sfield__hash(h, p->ray[k].item);
-            hash[slot] = h | 1;
-            if (cache && slot < cache->lights && cache->hash[index * cache->lights + slot] != hash[slot])
-                stale = 1;
-        }
-        if (stale) sfield__walk_rays(p, index, x, n, count, cache, hash, set->ambient ? &ambient : NULL);
-        else p->stats.reused += lights;
-        for (j = 0; cache && j < slots && j < cache->lights; j++)
-            if (!hash[j]) continue;             /* the own entity's */
-            else if (j < s->light_count)
-                sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
-            else if (s->has_sky || s->has_sun)
-                sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
-        if (set->ambient && !stale) {
-            size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;
-            for (i = 0; i < SFIELD__CACHED; i++)
-                if (cache->index[at + i] % (s->side * s->side) == 0)
-                    ambient += (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] *
-                               (float)s->side * 0.318309886f;
-        }
+        sfield__light_point(p, index, x, n, hash, &ambient);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
     if (set->ambient) set->ambient[index] = ambient;
+    if (set->cache) {
+        sfield__last now;
+        memset(&now, 0, sizeof now);
+        now.seen = sfield__hash(p->stand, s->now_hash);
+        memcpy(now.middle, x, sizeof now.middle);
+        now.shown = wanted;
+        now.active = one.active;
+        sfield__keep_results(set, index, index, 1, &now);
+    }
 }
 
 /* ==== src/shadowfield/wavelets_bundle.h ==== */
@@ -9591,6 +10091,24 @@ static sfield_result sfield__check_sparse(const sfield__logger *log, const sfiel
     return SFIELD_OK;
 }
 
+/* Finds the cell of each point, a cube and a side, and sorts the points by their cells. */
+static void sfield__sort_into_cells(const sfield_points *points, float spacing, sfield__cell *cells)
+{
+    size_t i, count = points->count;
+    uint32_t k;
+    for (i = 0; i < count; i++) {
+        const float *p = sfield__row(points->positions, points->position_stride, i);
+        int32_t at[3];
+        for (k = 0; k < 3; k++) at[k] = (int32_t)(p[k] / spacing) - (p[k] < 0);
+        cells[i].x = at[0];
+        cells[i].y = at[1];
+        cells[i].z = at[2];
+        cells[i].side = (int32_t)sfield__face_of(sfield__row(points->normals, points->normal_stride, i));
+        cells[i].point = (uint32_t)i;
+    }
+    qsort(cells, count, sizeof *cells, sfield__compare_cells);
+}
+
 SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacing,
                                        const sfield_system *system, uint32_t *chosen, size_t *chosen_count,
                                        uint32_t *sources, float *weights)
@@ -9603,7 +10121,13 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
     size_t i, n = 0, count;
     uint32_t k;
     if (!points || !chosen || !chosen_count || !sources || !weights)
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "an argument", "is NULL");
+        return sfield__fail(&log, SFIELD_ERR_ARGUMENT,
+                            !points         ? "points"
+                            : !chosen       ? "chosen"
+                            : !chosen_count ? "chosen_count"
+                            : !sources      ? "sources"
+                                            : "weights",
+                            "is NULL");
     if (!sfield__system_good(system)) return sfield__fail_allocator(&log);
     result = sfield__check_sparse(&log, points, spacing);
     if (result != SFIELD_OK) return result;
@@ -9611,17 +10135,7 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
     cells = (sfield__cell *)sfield__alloc_array(&a, 2 * count, sizeof *cells);
     if (!cells) return SFIELD_ERR_ALLOC;
     first = cells + count;
-    for (i = 0; i < count; i++) {
-        const float *p = sfield__row(points->positions, points->position_stride, i);
-        int32_t at[3];
-        for (k = 0; k < 3; k++) at[k] = (int32_t)(p[k] / spacing) - (p[k] < 0);
-        cells[i].x = at[0];
-        cells[i].y = at[1];
-        cells[i].z = at[2];
-        cells[i].side = (int32_t)sfield__face_of(sfield__row(points->normals, points->normal_stride, i));
-        cells[i].point = (uint32_t)i;
-    }
-    qsort(cells, count, sizeof *cells, sfield__compare_cells);
+    sfield__sort_into_cells(points, spacing, cells);
     for (i = 0; i < count; i++) {               /* the point nearest to a cell's middle stands for it */
         const float *p = sfield__row(points->positions, points->position_stride, cells[i].point);
         float middle[3], d2 = 0;
@@ -9681,7 +10195,6 @@ SFIELD_DEF const char *sfield_result_text(sfield_result result)
 }
 
 /* ==== src/shared/fp_end.h ==== */
-
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)

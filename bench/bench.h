@@ -70,7 +70,7 @@ int bn_ism_flicker(const bn_options *options);
 
 /* csm_scalar.c: the queries of csm.h built with COHSM_NO_SIMD. */
 typedef struct bn_scalar { cohsm_maps *maps; } bn_scalar;
-cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size);
+cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size, cohsm_layout layout);
 cohsm_result bn_scalar_visible(const bn_scalar *scalar, const cohsm_query *query, float *visible);
 void         bn_scalar_free(bn_scalar *scalar);
 

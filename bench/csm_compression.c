@@ -37,9 +37,9 @@ static void print(const bn_options *options, const bn_model *model, const row *r
     bn_text("model", model->name);
     bn_integer("triangles", r->stats.triangles);
     bn_text("domain", r->domain);
-    bn_integer("n", r->info.map_count);
+    bn_integer("map_count", r->info.map_count);
     bn_integer("side", r->side);
-    bn_integer("m", r->m);
+    bn_integer("map_side", r->m);
     bn_text("order", order_name(r->info.order));
     bn_text("layers", layers_name(r->layers));
     bn_number("ratio", r->info.ratio);

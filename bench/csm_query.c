@@ -272,12 +272,16 @@ static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool 
 
 /* ---- rows ---- */
 
-typedef struct table { cohsm_maps *maps; bn_scalar scalar; cohsm_info info; } table;
+typedef struct table { cohsm_maps *maps[2]; bn_scalar scalar[2]; cohsm_info info[2]; } table;     /* by layout */
+
+static const cohsm_layout layouts[2] = { COHSM_LAYOUT_COMPACT, COHSM_LAYOUT_FAST };
 
 static void table_free(table *t)
 {
-    cohsm_free(t->maps);
-    bn_scalar_free(&t->scalar);
+    for (int i = 0; i < 2; i++) {
+        cohsm_free(t->maps[i]);
+        bn_scalar_free(&t->scalar[i]);
+    }
 }
 
 static int table_build(table *t, const bn_options *options, const bn_model *model, uint32_t m)
@@ -285,17 +289,20 @@ static int table_build(table *t, const bn_options *options, const bn_model *mode
     cohsm_desc desc = bn_desc(options);
     cohsm_mesh mesh = bn_model_mesh(model);
     cohsm_result result;
-    size_t size;
-    const void *data;
+    size_t size = 0;
+    const void *data = NULL;
     memset(t, 0, sizeof *t);
     desc.domain.side[0] = desc.domain.side[1] = SIDE;
     desc.map_side = m;
-    result = cohsm_build(&desc, &mesh, &t->maps, NULL);
+    result = cohsm_build(&desc, &mesh, &t->maps[0], NULL);
     ex_progress(NULL, 1);
     if (result == COHSM_OK) {
-        cohsm_get_info(t->maps, &t->info);
-        data = cohsm_data(t->maps, &size);
-        result = bn_scalar_open(&t->scalar, data, size);
+        data = cohsm_data(t->maps[0], &size);
+        result = cohsm_open_as(data, size, COHSM_LAYOUT_FAST, 0, NULL, &t->maps[1]);
+    }
+    for (int i = 0; i < 2 && result == COHSM_OK; i++) {
+        cohsm_get_info(t->maps[i], &t->info[i]);
+        result = bn_scalar_open(&t->scalar[i], data, size, layouts[i]);
     }
     if (result == COHSM_OK)
         return 0;
@@ -326,24 +333,33 @@ static void print_errors(const subject *s, const rays *r)
     bn_number("false_light", s->has_peer ? (double)light / (double)r->count : HUGE_VAL);
 }
 
-static int print_row(const subject *s, const table *t, int coherent, int threads, int simd, cohsm_filter filter,
-                     float bias)
+static void print_layout(const cohsm_info *info)
+{
+    int fast = info->layout == COHSM_LAYOUT_FAST;
+    size_t bytes = fast ? info->fast_bytes : info->bytes;
+    bn_text("layout", fast ? "fast" : "compact");
+    bn_integer("table_bytes", bytes);
+    bn_number("compression", 2.0 * info->view_count * info->map_side * info->map_side / (double)bytes);
+}
+
+static int print_row(const subject *s, const table *t, int fast, int coherent, int threads, int simd,
+                     cohsm_filter filter, float bias)
 {
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
     const rays *r = s->rays[coherent];
     const peer *p = &s->peers[coherent];
-    work w = { r, NULL, BN_RAY1, t->maps, simd ? NULL : &t->scalar, filter, bias, coherent, s->lit, 0 };
+    work w = { r, NULL, BN_RAY1, t->maps[fast], simd ? NULL : &t->scalar[fast], filter, bias, coherent, s->lit, 0 };
     double mqueries = speed(&w, s->pools[threads - 1]);
     if (w.failed)
         return bn_failed(s->model->name, "a query failed");
     bn_begin(s->options, "csm_query", threads, simd ? bn_simd() : "none");
     bn_text("model", s->model->name);
     bn_text("layers", "z1z2");
-    bn_integer("table_bytes", t->info.bytes);
+    print_layout(&t->info[fast]);
     bn_text("mode", coherent ? "coherent" : "random");
     bn_text("filter", filters[filter]);
-    bn_integer("n", t->info.map_count);
-    bn_integer("m", t->info.map_side);
+    bn_integer("map_count", t->info[fast].map_count);
+    bn_integer("map_side", t->info[fast].map_side);
     bn_number("bias", (double)bias);
 #if defined(__AVX2__)
     bn_text("flags", "above the baseline of the architecture");
@@ -360,19 +376,19 @@ static int print_row(const subject *s, const table *t, int coherent, int threads
     return 0;
 }
 
-static int print_rows(const subject *s, const table *t, int is_default_size)
+static int print_rows(const subject *s, const table *t, int fast, int is_default_size)
 {
     int most = s->pools[1] ? 2 : 1, failed = 0;
     for (int coherent = 0; coherent < 2; coherent++)
         for (int threads = 1; threads <= most; threads++)
-            failed |= print_row(s, t, coherent, threads, 1, COHSM_FILTER_NEAREST, 1);
+            failed |= print_row(s, t, fast, coherent, threads, 1, COHSM_FILTER_NEAREST, 1);
     if (!is_default_size && !s->options->full)
         return failed;
     for (int coherent = 0; coherent < 2; coherent++)
-        failed |= print_row(s, t, coherent, 1, 0, COHSM_FILTER_NEAREST, 1);
-    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_NEAREST, 0);
-    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_PCF, 1);
-    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_ROULETTE, 1);
+        failed |= print_row(s, t, fast, coherent, 1, 0, COHSM_FILTER_NEAREST, 1);
+    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_NEAREST, 0);
+    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_PCF, 1);
+    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_ROULETTE, 1);
     return failed;
 }
 
@@ -392,7 +408,8 @@ static int measure_tables(subject *s)
         table t;
         if (table_build(&t, s->options, s->model, sizes[i]) != 0)
             return -1;
-        result = print_rows(s, &t, sizes[i] == 128);
+        for (int fast = 0; fast < 2 && result == 0; fast++)
+            result = print_rows(s, &t, fast, sizes[i] == 128);
         table_free(&t);
     }
     return result;

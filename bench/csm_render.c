@@ -91,7 +91,7 @@ static int measure(const bn_options *options, const char *program, const files *
             size, "--samples", "4096", "--threads", threads, "--out", f->reference, "--json", f->json, NULL };
         const char *const csm[] = { program, "--technique", "csm", "--scene", scene, "--env", sky, "--size",
             size, "--samples", "4096", "--threads", threads, "--out", f->picture, "--json", f->json,
-            "--set", "side=128", "--set", "m=256", "--set", set_filter, NULL };
+            "--set", "side=128", "--set", "map_side=256", "--set", set_filter, NULL };
         if (start(program, reference) != 0)
             return bn_failed(program, "the reference failed");
         noise = read_number(f->json, "noise");
@@ -107,7 +107,7 @@ static int measure(const bn_options *options, const char *program, const files *
     bn_integer("samples", 4096);
     bn_text("filter", filter);
     bn_integer("side", 128);
-    bn_integer("m", 256);
+    bn_integer("map_side", 256);
     bn_number("msamples_s", (double)(d.lit - d.edges) * 4096 / read_number(f->json, "frame_ms") * 1e-3);
     bn_number("rmse_vs_reference", d.rmse);
     bn_number("inside_rmse", d.inside);

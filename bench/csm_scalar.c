@@ -9,9 +9,9 @@
 #endif
 #include "bench.h"
 
-cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size)
+cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size, cohsm_layout layout)
 {
-    return cohsm_open(block, size, NULL, &scalar->maps);
+    return cohsm_open_as(block, size, layout, 0, NULL, &scalar->maps);
 }
 
 cohsm_result bn_scalar_visible(const bn_scalar *scalar, const cohsm_query *query, float *visible)

@@ -148,7 +148,7 @@ static int picture_row(const bn_options *options, const files *f, const char *sc
 {
     char arguments[2048], figures[4096], compared[1024];
     snprintf(arguments, sizeof arguments, "render --technique envshadow --scene '%s' --env '%s' --size %s --samples %d "
-             "--threads %d --set lights=%u --set method=%s --out '%s' --json -", scene, sky, size, samples,
+             "--threads %d --set light_count=%u --set method=%s --out '%s' --json -", scene, sky, size, samples,
              options->threads, (unsigned)k, method_names[method], f->picture);
     if (run(options, arguments, figures, sizeof figures) != 0)
         return bn_failed(scene, "render failed");

@@ -101,6 +101,22 @@ static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps 
     return best;
 }
 
+/* Reads the answers back and compares them with csm.h's own. Returns the mean of the differences, which rounding leaves
+   about 0, or a negative number where either cannot be had. */
+static double mean_difference(bn_gl *r, glbk_csm_asker *asker, const cohsm_query *query, const cohsm_maps *built)
+{
+    cohsm_instance one = { NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 } };
+    float *visible = malloc(2 * QUERIES * sizeof *visible), *wanted = visible ? visible + QUERIES : NULL;
+    double sum = 0;
+    int ok = visible && glbk_csm_ask_read(&r->gl, asker, QUERIES, visible) == GLBK_OK;
+    one.maps = built;
+    ok = ok && cohsm_visible_scene(&one, 1, query, wanted, NULL) == COHSM_OK;
+    for (size_t i = 0; i < QUERIES && ok; i++)
+        sum += fabs((double)visible[i] - (double)wanted[i]);
+    free(visible);
+    return ok ? sum / QUERIES : -1;
+}
+
 static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
 {
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
@@ -121,7 +137,7 @@ static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *
     result = upload(r, built, &maps) == 0 ? glbk_csm_asker_create(&r->gl, QUERIES, &asker) : GLBK_ERR_GL;
     for (int i = 0; i < 6 && result == GLBK_OK; i++) {
         cohsm_query q;
-        double seconds;
+        double seconds, difference;
         memset(&q, 0, sizeof q);
         q.count = QUERIES;
         q.positions = items;
@@ -133,19 +149,25 @@ static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *
         make_questions(model, i % 2, items);
         result = glbk_csm_ask_upload(&r->gl, &asker, &q);
         seconds = time_queries(r, &asker, &maps, &result);
-        if (result != GLBK_OK)
+        difference = result == GLBK_OK ? mean_difference(r, &asker, &q, built) : -1;
+        if (difference < 0 || difference > 1e-3) {
+            if (result == GLBK_OK)
+                bn_failed("gl_csm_query", "the GPU's answers are not csm.h's");
+            result = result == GLBK_OK ? GLBK_ERR_MISMATCH : result;
             break;
+        }
         begin(options, r, "gl_csm_query");
         bn_text("model", model->name);
         bn_text("mode", i % 2 ? "coherent" : "random");
         bn_text("filter", filters[i / 2]);
-        bn_integer("n", info.map_count);
-        bn_integer("m", info.map_side);
+        bn_integer("map_count", info.map_count);
+        bn_integer("map_side", info.map_side);
         bn_integer("width", WIDTH);
         bn_integer("height", HEIGHT);
         bn_integer("samples", 1);
         bn_number("frame_ms", 1e3 * seconds);
         bn_number("msamples_s", QUERIES / seconds * 1e-6);
+        bn_number("mean_difference", difference);
         bn_end(options);
     }
     if (result != GLBK_OK)
@@ -252,8 +274,8 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         bn_integer("width", wide);
         bn_integer("height", high);
         bn_integer("samples", samples[i]);
-        bn_integer("n", info.map_count);
-        bn_integer("m", info.map_side);
+        bn_integer("map_count", info.map_count);
+        bn_integer("map_side", info.map_side);
         bn_number("frame_ms", 1e3 * best);
         bn_number("msamples_s", (double)wide * high * samples[i] / best * 1e-6);
         bn_end(options);
@@ -358,8 +380,8 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
         begin(options, r, "gl_csm_build");
         bn_text("model", model->name);
         bn_integer("triangles", model->triangles);
-        bn_integer("n", n);
-        bn_integer("m", m);
+        bn_integer("map_count", n);
+        bn_integer("map_side", m);
         bn_number("raster_ms", 1e3 * raster);
         bn_number("compress_ms", 1e3 * compress);
         bn_number("pack_ms", 1e3 * pack);

@@ -213,7 +213,7 @@ static void write_row(const bn_options *options, const rig *r, const setting *s)
     bn_integer("height", r->renderer.height);
     bn_integer("k", r->count);
     bn_integer("c", s->c);
-    bn_integer("m", MAP_SIZE);
+    bn_integer("map_side", MAP_SIZE);
     bn_text("filter", names[s->filter]);
     bn_number("shadow_ms", s->best.shadow_ms);
     bn_number("light_ms", s->best.light_ms);

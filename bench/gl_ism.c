@@ -162,8 +162,8 @@ static void write_row(setup *u, int path)
     bn_integer("triangles", s->mesh.mesh.index_count / 3);
     bn_integer("width", s->gbuffer.width);
     bn_integer("height", s->gbuffer.height);
-    bn_integer("vpls", u->desc.vpl_count);
-    bn_integer("points", u->desc.surfel_count);
+    bn_integer("vpl_count", u->desc.vpl_count);
+    bn_integer("surfel_count", u->desc.surfel_count);
     bn_integer("pattern", u->shading.pattern);
     bn_number("rsm_ms", s->rsm_ms);
     bn_number("choose_ms", u->choose);

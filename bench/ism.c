@@ -245,8 +245,8 @@ static int visibility_of(const bn_options *options, const char *path, const char
         bn_text("scene", name);
         bn_text("spread", spreads[i].name);
         bn_integer("windows", (uint64_t)spreads[i].windows);
-        bn_integer("vpls", 1024);
-        bn_integer("points", 8192);
+        bn_integer("vpl_count", 1024);
+        bn_integer("surfel_count", 8192);
         bn_number("differs", error.share);
         bn_number("differs_weighted", error.weighted);
         bn_number("false_shadow", error.false_shadow);
@@ -374,8 +374,8 @@ static int picture_of(const bn_options *options, const files *f, const char *sce
     bn_text("light", "the scene's own");
     bn_text("backend", "cpu");
     bn_number("triangles", number(f, "ism", "triangles"));
-    bn_number("vpls", number(f, "ism", "vpls"));
-    bn_number("points", number(f, "ism", "points"));
+    bn_number("vpl_count", number(f, "ism", "vpls"));
+    bn_number("surfel_count", number(f, "ism", "surfels"));
     bn_number("rsm_ms", number(f, "ism", "rsm_ms"));
     bn_number("choose_ms", number(f, "ism", "choose_ms"));
     bn_number("build_ms", number(f, "ism", "build_ms"));
@@ -436,10 +436,10 @@ static void report_cause(const bn_options *options, const char *scene, const cau
     bn_text("scene", scene);
     bn_text("cause", c->name);
     bn_text("visibility", sights[c->visibility]);
-    bn_text("near", rules[c->near_mode]);
-    bn_integer("vpls", c->vpls);
+    bn_text("near_mode", rules[c->near_mode]);
+    bn_integer("vpl_count", c->vpls);
     bn_integer("rsm", c->rsm);
-    bn_integer("light_points", c->light_points);
+    bn_integer("light_point_count", c->light_points);
     bn_number("rmse_vs_reference", e->rmse);
     bn_number("rmse_without_worst_hundredth", e->rmse_99);
     bn_number("mean_ratio", e->ratio);
@@ -589,8 +589,8 @@ int bn_ism_vpls(const bn_options *options)
         bn_begin(options, "ism_vpls", options->threads, simd());
         bn_text("scene", s.name);
         bn_text("importance", names[i]);
-        bn_integer("vpls", 256);
-        bn_integer("view_grid", grid);
+        bn_integer("vpl_count", 256);
+        bn_integer("view_grid_side", grid);
         bn_number("mse", error);
         bn_number("relative_rmse", sqrt(error) / mean);
         bn_number("mse_over_flux", error / flux_error);
@@ -649,8 +649,8 @@ int bn_ism_flicker(const bn_options *options)
     if (result == 0) {
         bn_begin(options, "ism_flicker", options->threads, simd());
         bn_text("scene", s.name);
-        bn_integer("vpls", 512);
-        bn_integer("points", 2048);
+        bn_integer("vpl_count", 512);
+        bn_integer("surfel_count", 2048);
         bn_number("persistent", flicker[0]);
         bn_number("not_persistent", flicker[1]);
         bn_number("ratio", flicker[0] / flicker[1]);

@@ -10,7 +10,7 @@
 extern const char dapple_commit[], dapple_version[];
 
 #define USAGE "bench NAME|all [--model FILE.glb|builtin:NAME] [--assets DIR] [--threads N] [--full] [--side N] " \
-              "[--m M] [--json FILE], or bench --list"
+              "[--map-side N] [--json FILE], or bench --list"
 
 static const struct { const char *name, *what; int (*run)(const bn_options *options);
 } benches[] = {
@@ -329,9 +329,9 @@ static int parse(bn_options *o, int count, char **values, const char **json)
         } else if (strcmp(values[i], "--side") == 0) {
             if (parse_size(value, 1, 1024, &o->side) != 0)
                 return bad_arguments("--side", "must be 1 to 1024");
-        } else if (strcmp(values[i], "--m") == 0) {
+        } else if (strcmp(values[i], "--map-side") == 0) {
             if (parse_size(value, 4, 1024, &o->m) != 0)
-                return bad_arguments("--m", "must be 4 to 1024");
+                return bad_arguments("--map-side", "must be 4 to 1024");
         } else {
             return bad_arguments(values[i], "unknown option");
         }

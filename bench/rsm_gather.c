@@ -178,10 +178,10 @@ static int measure_scene(run *r, const char *scene)
         { "cpu", "", "full", "", 224, 0 },                   /* the paper's work */
         { "cpu", "", "interpolated", "", 224, 0 },
         { "cpu", "", "full", "--set pattern=mixed", 400, 1 },
-        { "cpu", "", "full", "--set pattern=mixed --set m=2048", 400, 1 },
+        { "cpu", "", "full", "--set pattern=mixed --set side=2048", 400, 1 },
         { "cpu", "", "full", "--set pattern=mixed --set near_field=0", 400, 1 },
-        { "cpu", "", "full", "--set m=512", 0, 1 },
-        { "cpu", "", "full", "--set m=512 --set near_field=0", 0, 1 },
+        { "cpu", "", "full", "--set side=512", 0, 1 },
+        { "cpu", "", "full", "--set side=512 --set near_field=0", 0, 1 },
         { "gl", "core", "full", "", 400, 0 },
         { "gl", "compute", "full", "", 400, 0 },
         { "gl", "core", "interpolated", "", 400, 0 },

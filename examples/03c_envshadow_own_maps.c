@@ -5,7 +5,8 @@
 
    Three lamps far away, given as plain arrays; balls that are no meshes, whose depth this program finds by itself for
    each map, as a renderer on another API would; and shiny surfaces, for which the header says light by light how much
-   of it arrives. */
+   of it arrives. For one point in the penumbra of each light it asks the depths in this program's memory too: in this
+   way you can check the answers of a shader that you wrote for another API. */
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 
@@ -86,7 +87,7 @@ static float reflect(const float *p, const float *n, const float *l)
 int main(int count, char **values)
 {
     static float points[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], visible[WIDTH * HEIGHT];
-    static float picture[3 * WIDTH * HEIGHT], depth[SIDE * SIDE];
+    static float picture[3 * WIDTH * HEIGHT], depth[LIGHTS][SIDE * SIDE];
     static int place[WIDTH * HEIGHT];               /* the pixel that a point is seen in */
     envsh_lights lights = { LIGHTS, directions[0], irradiances[0], axes_u[0], axes_v[0], 0 };
     envsh_bounds bounds = { { -1.6f, 0, -0.75f }, { 1.65f, 1.75f, 0.65f } };
@@ -102,8 +103,8 @@ int main(int count, char **values)
     if (envsh_maps_begin(maps, &lights, bounds) != ENVSH_OK) return fprintf(stderr, "no lights\n"), 1;
     views = envsh_get_views(maps, NULL);
     for (uint32_t i = 0; i < LIGHTS; i++) {
-        draw_balls(&views[i], depth);
-        envsh_maps_set(maps, i, depth, 0);
+        draw_balls(&views[i], depth[i]);
+        envsh_maps_set(maps, i, depth[i], 0);
     }
     envsh_maps_end(maps);
 
@@ -116,7 +117,13 @@ int main(int count, char **values)
     receivers.positions = points;
     receivers.normals = normals;
     for (uint32_t i = 0; i < LIGHTS; i++) {
+        envsh_tile tile = { &views[i], depth[i], SIDE * sizeof(float), sizeof(float), SIDE };
+        size_t at = 0;
         if (envsh_visible(maps, i, NULL, &receivers, visible) != ENVSH_OK) return fprintf(stderr, "no light\n"), 1;
+        while (at + 1 < receivers.count && (visible[at] <= 0 || visible[at] >= 1)) at++;
+        printf("point %u sees %.3f of light %u, by the tile alone %.3f\n", (unsigned)at, (double)visible[at],
+               (unsigned)i,
+               (double)envsh_visibility_twin(&tile, NULL, points + 3 * at, normals + 3 * at, (uint32_t)at));
         for (size_t k = 0; k < receivers.count; k++)
             for (int c = 0; c < 3; c++)
                 picture[3 * place[k] + c] += visible[k] * irradiances[i][c] *

@@ -104,13 +104,15 @@ int main(int count, char **values)
     gifilt_points points = { 0 };
     gifilt_desc size = { 0 };
     gifilt_frame settings = { 0 };
+    gifilt_result result;
     float clip[16];
     int frame, i, k;
 
     size.width = WIDTH;
     size.height = HEIGHT;
-    if (!file || gifilt_create(&size, &filter) != GIFILT_OK)
-        return fprintf(stderr, "cannot write the picture, or out of memory\n"), 1;
+    if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;
+    result = gifilt_create(&size, &filter);
+    if (result != GIFILT_OK) return fprintf(stderr, "gifilt_create: %s\n", gifilt_result_text(result)), 1;
     points.count = PIXELS;
     points.positions = positions;
     points.normals = normals;
@@ -126,7 +128,8 @@ int main(int count, char **values)
         }
         for (i = 0; i < PIXELS; i++) draw(&m, i);
         world_to_clip(&m, clip);
-        if (gifilt_apply(filter, &settings, &points, rays, light) != GIFILT_OK) return 1;
+        result = gifilt_apply(filter, &settings, &points, rays, light);
+        if (result != GIFILT_OK) return fprintf(stderr, "gifilt_apply: %s\n", gifilt_result_text(result)), 1;
     }
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (i = 0; i < PIXELS; i++)

@@ -5,9 +5,9 @@
 
    Four panels: what the lit floor's texels are worth to the picture (bright: chosen often) with the lights that were
    chosen (green); one light's depth map, and over it, seen from above, the surfels that it is made of (green); the
-   light of the first bounce; the light of the second, whose sources come out of the first one's maps. On stdout: how
-   much light the second bounce brings, and a list of one's own, every other light with twice the flux, over the whole
-   list. */
+   light of the first bounce; the light of the second, whose sources come out of the first one's maps. On stdout: what
+   the map shows, texel by texel; how much light the second bounce brings; and a list of one's own, every other light
+   with twice the flux, over the whole list. */
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 
@@ -139,6 +139,54 @@ static int show_map(const ism_maps *maps, uint32_t vpl)
     return 1;
 }
 
+/* The axes of a tile, as ism.h has them: z is the light's normal. */
+static void axes_of(const float z[3], float axes[3][3])
+{
+    const float s = z[2] >= 0 ? 1.0f : -1.0f, t = -1 / (s + z[2]);
+    const float xy[2][3] = { { 1 + s * t * z[0] * z[0], s * t * z[0] * z[1], -s * z[0] },
+                             { t * z[0] * z[1], s + t * z[1] * z[1], -z[1] } };
+    memcpy(axes[0], xy, sizeof xy);
+    memcpy(axes[2], z, 3 * sizeof *z);
+}
+
+/* The map read as a shader would: from a place to its texel and the depth there, and from a texel back to a place. */
+static void read_map(const ism_maps *maps, uint32_t number)
+{
+    const float middle[2] = { 0.5f, 0.5f };
+    uint32_t side, across, seen = 0, same = 0;
+    size_t count;
+    const ism_vpl *v = ism_vpls(maps, &count) + number;
+    const float *atlas = ism_atlas(maps, &side, &across) + (size_t)(number / across) * TILE * side +
+                         (size_t)(number % across) * TILE;
+    float axes[3][3], local[3], uv[2], at[2], place[3], depth;
+    int i, k, j;
+    axes_of(v->normal, axes);
+    for (i = 0; i < SIDE * SIDE; i++) {
+        float d[3], length = 0;
+        for (k = 0; k < 3; k++) {
+            d[k] = seen_at[3 * i + k] - v->position[k];
+            length += d[k] * d[k];
+        }
+        length = sqrtf(length);
+        for (k = 0; k < 3; k++)
+            for (local[k] = 0, j = 0; j < 3; j++) local[k] += axes[k][j] * d[j] / length;
+        if (!ism_map_coordinates(ISM_PROJECTION_COSINE, 1, local, uv)) continue;        /* behind the light */
+        ism_zoom(v->window, TILE, TILE / 8, uv, at);
+        for (k = 0; k < 2; k++) at[k] = at[k] < 0.999f ? at[k] : 0.999f;
+        depth = atlas[(size_t)(at[1] * TILE) * side + (size_t)(at[0] * TILE)];
+        seen++;
+        same += depth > 0.9f * length;
+    }
+    ism_unzoom(v->window, TILE, TILE / 8, middle, uv);
+    ism_map_direction(ISM_PROJECTION_COSINE, 1, uv, local);
+    depth = atlas[(size_t)(TILE / 2) * side + TILE / 2];
+    for (k = 0; k < 3; k++)
+        for (place[k] = v->position[k], j = 0; j < 3; j++) place[k] += depth * axes[j][k] * local[j];
+    printf("light %u at %.2f %.2f %.2f sees %.0f %% of the pixels before it, and %.2f %.2f %.2f in its map's middle\n",
+           (unsigned)number, (double)v->position[0], (double)v->position[1], (double)v->position[2],
+           100.0 * same / (seen ? seen : 1), (double)place[0], (double)place[1], (double)place[2]);
+}
+
 static void show_light(int panel, const float *light, float scale)
 {
     int i;
@@ -232,6 +280,7 @@ int main(int count, char **values)
     if (result != ISM_OK) return fail("the first bounce", result);
     show_choice(maps);
     if (!show_map(maps, VPLS / 2)) return fail("a map", ISM_ERR_ORDER);
+    read_map(maps, VPLS / 2);
     show_light(2, light, 0.2f);
     result = bounce_again(maps, &desc, &frame, &shading, second);
     if (result != ISM_OK) return fail("the second bounce", result);

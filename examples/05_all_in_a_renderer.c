@@ -337,7 +337,7 @@ static const recipe recipes[PROGRAMS] = {
         "    if (!see_here(s)) return;\n"
         "    envsh_query q = envsh_bound_query();\n"
         "    uint number = uint(gl_FragCoord.x) + 4096u * uint(gl_FragCoord.y);\n"
-        "    for (uint i = s.set; i < glbk_envsh_scene.range.x; i += 16u)\n"
+        "    for (uint i = s.set; i < glbk_envsh_scene.light_count; i += 16u)\n"
         "        result.rgb += 16.0 * envsh_irradiance(q, i, i + 1u, s.p, s.n, s.flat_n, number);\n"
         "}\n" },
     [RSM] = { glbk_rsm_part, "rsm_gather", NULL, HEAD

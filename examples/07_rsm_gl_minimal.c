@@ -1,6 +1,7 @@
 /* 07_rsm_gl_minimal.c - bounced light on the GPU: a spot turns in a coloured room. Per frame its reflective shadow map
    and the picture's G-buffer are drawn by one function, then direct and bounced light are added by passes of
-   gl_rsm.h, whose sum is linear radiance: a short shader makes colours of it.
+   gl_rsm.h, whose sum is linear radiance: a short shader makes colours of it. Bounced light is filtered over the last
+   frames; every four seconds the picture cuts to another eye, of which the filter is told.
 
    cc -O2 07_rsm_gl_minimal.c -lglfw -lm -o rsm_gl_minimal && ./rsm_gl_minimal       Escape ends it
    ./rsm_gl_minimal picture.ppm                                            one picture, no visible window */
@@ -126,11 +127,14 @@ static int save(glbk_context *gl, const glbk_target *target, const char *path)
     return fclose(file) != 0;
 }
 
+typedef struct shot { float angle, eye_x; uint32_t index; } shot;      /* of the spot; of the eye; of the frame */
+
 static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *seen, glbk_rsm_map *map,
-                         rsm_light *lamp, float angle, const canvas *light)
+                         rsm_light *lamp, const shot *now, const canvas *light)
 {
-    static const float eye[3] = { 0, 1, 4.4f },
-                       view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
+    const float eye[3] = { now->eye_x, 1, 4.4f };
+    const float view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, -2 * now->eye_x, -2.667f, 4.286f, 4.4f };
+    gifilt_frame filter = { 0 };
     rsm_direct_desc direct = { 0 };
     rsm_gather_desc gather = { 0 };             /* by flux */
     const glbk_pass to_light = {
@@ -140,10 +144,14 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *s
     glbk_result result;
     direct.taps = 3;
     gather.samples = 400;
+    gather.seed = now->index;
     gather.near_limit = 0.3f;
-    lamp->direction[0] = 0.8f * sinf(angle);
+    filter.view_projection = view;
+    filter.history = 4;
+    filter.passes = -1;                         /* over frames, not over neighbours */
+    lamp->direction[0] = 0.8f * sinf(now->angle);
     lamp->direction[1] = -0.6f;
-    lamp->direction[2] = -0.8f * cosf(angle);
+    lamp->direction[2] = -0.8f * cosf(now->angle);
     result = glbk_rsm_map_place(gl, map, lamp);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(gl, r, map, draw_room, NULL);
     if (result == GLBK_OK) result = glbk_gbuffer_begin(gl, seen, view, eye);
@@ -151,13 +159,14 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *s
     draw_room(seen, gl, NULL);
     result = glbk_rsm_direct(gl, r, seen, &lit, 1, &direct);
     if (result == GLBK_OK) result = glbk_rsm_interpolate(gl, r, seen, &map, 1, &gather, NULL);
+    if (result == GLBK_OK) result = glbk_rsm_denoise(gl, r, seen, &filter, NULL);
     return result == GLBK_OK ? glbk_rsm_resolve(gl, r, seen, &to_light, NULL, 1, 1) : result;
 }
 
 int main(int count, char **values)
 {
     rsm_light lamp = { RSM_LIGHT_SPOT, { 0, 1.9f, 0.9f }, { 0, -1, 0 }, { 0, 0, 0 }, { 9, 9, 9 }, 0, 0.5f, 0.05f, 10 };
-    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 0, 0 };
+    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 1, 0 };
     glbk_desc desc = { 0 };
     glbk_context gl;
     glbk_rsm_renderer renderer;
@@ -167,6 +176,7 @@ int main(int count, char **values)
     glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };
     glbk_program program;
     canvas light, picture;
+    shot now = { 0, 0, 0 };
     GLFWwindow *window;
 
     if (!glfwInit()) return fail("GLFW", "there is no display");
@@ -194,10 +204,14 @@ int main(int count, char **values)
         return fail("OpenGL", "it does not work");
     make_room(&gl);
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        const float angle = count > 1 ? -0.6f : sinf((float)glfwGetTime());
-        if (frame(&gl, &renderer, &seen, &map, &lamp, angle, &light) != GLBK_OK ||
+        const float time = count > 1 ? 0.0f : (float)glfwGetTime(), eye_x = fmodf(time, 8) < 4 ? 0.0f : 0.6f;
+        if (now.eye_x < eye_x || now.eye_x > eye_x) glbk_rsm_forget(&renderer);     /* a cut */
+        now.eye_x = eye_x;
+        now.angle = count > 1 ? -0.6f : sinf(time);
+        if (frame(&gl, &renderer, &seen, &map, &lamp, &now, &light) != GLBK_OK ||
             show(&gl, &program, &light, count > 1 ? &picture.target : NULL) != GLBK_OK)
             return fail("OpenGL", "it does not work");
+        now.index++;
         if (count > 1) return save(&gl, &picture.target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();

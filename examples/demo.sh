@@ -87,7 +87,7 @@ if "$BUILD/render" --list | grep -q '^  reference.*needs Embree'; then
     leave "the reference and what is measured against it (libembree-dev is missing)"
 fi
 has_gl=yes
-if ! "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 16x16 --samples 4 --set m=16 \
+if ! "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 16x16 --samples 4 --set side=16 \
      --out "$OUT/probe.pfm" 2> "$OUT/probe.txt"; then
     has_gl=
     leave "rows on OpenGL ($(tail -n 1 "$OUT/probe.txt"))"
@@ -96,7 +96,7 @@ rm -f "$OUT/probe.pfm" "$OUT/probe.txt"
 
 maps="--samples $SAMPLES --set side=64 --set filter=roulette"       # csm: 4,096 maps an object
 few="--samples $SAMPLES --set side=32 --set filter=roulette"        # 1,024
-fields="--set position_side=6 --set spacing=0.05"
+fields="--set position_side=6 --set point_spacing=0.05"
 
 # shellcheck disable=SC2086
 {
@@ -137,12 +137,12 @@ row shadowfield cpu "harmonics, 4 bands" $fields
 row shadowfield gl "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
 
-relit="--env builtin:overcast --set env_scale=0.3 --set lamps=4 --frames 8"
+relit="--env builtin:overcast --set env_scale=0.3 --set lamp_count=4 --frames 8"
 times=4
 group chess-lamps direct "Chess under a sky and four circling lamps: the eighth frame of a game" \
     --scene builtin:chess $relit
 row csm cpu "4 x 4 places on a lamp" --samples "$SAMPLES" --set side=16 --set filter=roulette --set light_side=4 \
-    --set light_m=128
+    --set light_map_side=128
 row shadowfield cpu "harmonics, 4 bands" $fields
 
 times=4
@@ -151,19 +151,19 @@ row shadowfield cpu "harmonics, 4 bands, lazily" $fields --set lazy=1
 
 times=4
 group robots direct "Robots with lamps: local lights that move" --scene builtin:robots
-row csm cpu "4 x 4 places on a lamp" --samples "$SAMPLES" --set light_side=4 --set light_m=128
+row csm cpu "4 x 4 places on a lamp" --samples "$SAMPLES" --set light_side=4 --set light_map_side=128
 row shadowfield cpu "harmonics, 4 bands" $fields
 row ism cpu "lamps as VPLs" --set bounces=0
 
 group spaceships direct "Spaceships under a sky: large shadows" --scene builtin:spaceships
 row csm cpu "4,096 maps an object, roulette" $maps
-row shadowfield cpu "wavelets" --set position_side=4 --set spacing=0.04 --set basis=haar --set shells=12 --set keep=0.02
+row shadowfield cpu "wavelets" --set position_side=4 --set point_spacing=0.04 --set basis=haar --set shells=12 --set keep=0.02
 row envshadow cpu "256 lights"
 
 times=4
 group explosion direct "Explosion: a video as the lamp" --scene builtin:explosion
-row csm cpu "64 places on the fire" --samples "$SAMPLES" --set light_m=128
-row shadowfield cpu "harmonics, 4 bands" $fields --set source_side=4 --set source_shells=8
+row csm cpu "64 places on the fire" --samples "$SAMPLES" --set light_map_side=128
+row shadowfield cpu "harmonics, 4 bands" $fields --set source_position_side=4 --set source_shells=8
 row ism cpu "points of the fire as VPLs" --set bounces=0
 
 group cloth direct "Cloth in the wind under a sky: deforming sheets" --scene builtin:cloth
@@ -180,7 +180,7 @@ group uroom bounced "U-shaped room: all light comes round the corner" --scene bu
 row rsm cpu "400 texels a pixel"
 row rsm gl "interpolated" --set mode=interpolated
 row ism cpu "1024 VPLs"
-row ism gl "1024 VPLs of 2048 points" --set points=2048
+row ism gl "1024 VPLs of 2048 points" --set surfel_count=2048
 
 times=4
 group corridor bounced "Corridor: a statue lit by a far wall alone" --scene builtin:corridor
@@ -188,7 +188,7 @@ row rsm cpu "400 texels a pixel"
 row ism cpu "1024 VPLs"
 
 group atrium bounced "Atrium: a million triangles in the sun" --scene builtin:atrium
-row rsm cpu "400 texels a pixel of 1024 x 1024" --set m=1024
+row rsm cpu "400 texels a pixel of 1024 x 1024" --set side=1024
 row ism cpu "1024 VPLs"
 
 if [ -n "$ASSETS" ]; then

@@ -1,16 +1,17 @@
-/* gl_backend.h - v0.9.0 - what all gl_*.h share, a thin layer on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_backend.h - v0.9.0 - what all gl_*.h share: a layer on OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h bring the techniques onto the GPU: uploads as plain
-   textures, GLSL functions to paste into your own shaders with a call that binds what they need, and complete passes.
-   This is the small layer underneath, which they include and which you may use by itself: GL functions without a
-   loader, programs from the embedded GLSL, textures, targets, passes, state.
+   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h bring the techniques onto the GPU:
+   uploads as plain textures, GLSL functions to paste into your own shaders with a call that binds what they
+   need, and complete passes. This is the small layer underneath, which they include and which you may use by
+   itself: GL functions without a loader, programs from the embedded GLSL, textures, targets, passes, state.
 
    What it does not do
 
-   - No window, no context: make one (GLFW, EGL, SDL, Emscripten, ...) and make it current. OpenGL 3.3 core, ES 3.0 or
-     more. The core path has no geometry shaders, texture buffers or compute; with 4.3 a compute path is used as well.
+   - No window, no context: make one (GLFW, EGL, SDL, Emscripten, ...) and make it current. OpenGL 3.3 core,
+     ES 3.0 or more. The core path has no geometry shaders, texture buffers or compute; with 4.3 a compute
+     path is used as well.
    - Not inside an active transform feedback, query of the same kind or conditional rendering of yours.
    - It has no cache of GL state and assumes none: what it needs it sets, what it sets docs/gl-state.md lists.
 
@@ -53,35 +54,37 @@
            return 0;
        }
 
-   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c (07 to 10
-   of the other techniques). It wants csm.h, gl_backend/gl_csm.h and GLFW, and a display: without one xvfb-run -a
-   before it.
+   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c
+   (07 to 10 of the other techniques). It wants csm.h, gl_backend/gl_csm.h and GLFW, and a display: without
+   one xvfb-run -a before it.
 
    Conventions
 
-   Matrices column-major float[16]; GL names are uint32_t; rows of textures from the bottom up, as GL has them. Clip
-   depth is GL's -1..1: passes set it back where a context has clip control.
+   Matrices column-major float[16]; GL names are uint32_t; rows of textures from the bottom up, as GL has
+   them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
 
      file       a piece of GLSL in a header: a library file (functions) or a program's main
      part       all files of one header, and the slots of what they declare
      set        defines that a program is compiled with: "FILTER=1 COUNT=4"
-     slot       number of a texture unit, uniform block, storage buffer or image as the lists of bindings give it; the
-                context adds desc.first_unit to those of textures and desc.first_block to those of uniform blocks
+     slot       number of a texture unit, uniform block, storage buffer or image as the lists of bindings give
+                it; the context adds desc.first_unit to those of textures and desc.first_block to those of
+                uniform blocks
      table      an array of texels, addressed by one number: a 2D array texture 1024 wide and 1024 high
      target     a framebuffer object with the sizes and formats of what is attached
      pass       what GL must be set to before something is drawn
 
    How it works
 
-   All GL functions come from your get_proc_fn and are kept in the context object: several contexts live side by
-   side, no GL header and no link against GL is needed. What exists is decided by version and extension strings, not
-   by whether get_proc_fn returns something. GLSL is kept without its comments, a text for each file under src/gl
-   and src/gl_*; a program is version line, defines, lib/prelude.glsl, the library files that it names, and its own.
-   One text serves 330 core and 300 es. Names, units and block layouts come from one list for each header that C,
-   GLSL and the tests share.
+   All GL functions come from your get_proc_fn and are kept in the context object: several contexts live side
+   by side, no GL header and no link against GL is needed. What exists is decided by version and extension
+   strings, not by whether get_proc_fn returns something. GLSL is kept without its comments, a text for each
+   file under src/gl and src/gl_*; a program is version line, defines, lib/prelude.glsl, the library files
+   that it names, and its own. One text serves 330 core and 300 es. Names, units and block layouts come from
+   one list for each header that C, GLSL and the tests share.
 
    Floats on ES 3.0 and WebGL 2 are renderable with EXT_color_buffer_float only. Without it a target of format
-   GLBK_FORMAT_COLOR holds the bits of floats in integers, and lib/prelude.glsl hides the difference (glbk_color).
+   GLBK_FORMAT_COLOR holds the bits of floats in integers, and lib/prelude.glsl hides the difference
+   (glbk_color).
 
    Configuration
 
@@ -91,20 +94,20 @@
 
    Memory, errors, threads, determinism
 
-   Memory comes from the allocator in the desc, only while a program is compiled and by calls that say so. Every
-   function that can fail returns a glbk_result; where it is not GLBK_OK its outputs are zeroed, GL objects made on the
-   way are deleted, and desc.system.log gets the driver's words, the name of what is missing, or the field that is
-   wrong with its value and its range. Calls that
-   create, compile or read refuse to start while a GL error is pending (GLBK_ERR_PENDING), so none of yours gets lost or
-   blamed on us. Those of a frame (_update, _upload, _place, _object, _render, _shade, ...) do not ask for GL's error
-   flag, which would wait for the driver: they return what they see by themselves. Call glbk_check once a frame, or set
-   desc.check while you look for an error: then all of them ask, before and after.
-   Creating, updating, reading and destroying leave every GL state as they found it; passes change what
-   docs/gl-state.md lists, and glbk_state_save and glbk_state_restore bring it back. Objects are destroyed explicitly;
-   destroying accepts NULL, zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL.
-   A context and its objects belong to the thread where the GL context is current. No globals.
+   Memory comes from the allocator in the desc, only while a program is compiled and by calls that say so.
+   Every function that can fail returns a glbk_result; where it is not GLBK_OK its outputs are zeroed, GL
+   objects made on the way are deleted, and desc.system.log gets the driver's words, the name of what is
+   missing, or the field that is wrong with its value and its range. Calls that create, compile or read refuse
+   to start while a GL error is pending (GLBK_ERR_PENDING), so none of yours gets lost or blamed on us. Those
+   of a frame (_update, _upload, _place, _object, _render, _shade, ...) do not ask for GL's error flag, which
+   would wait for the driver: they return what they see by themselves. Call glbk_check once a frame, or set
+   desc.check while you look for an error: then all of them ask, before and after. Creating, updating, reading
+   and destroying leave every GL state as they found it; passes change what docs/gl-state.md lists, and
+   glbk_state_save and glbk_state_restore bring it back. Objects are destroyed explicitly; destroying accepts
+   NULL, zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL. A context and
+   its objects belong to the thread where the GL context is current. No globals.
 
-   Cost: docs/performance.md.   State: docs/gl-state.md.   History: CHANGELOG.md.   Licence: end of this file. */
+   Cost: docs/performance.md.  State: docs/gl-state.md.  History: CHANGELOG.md.  Licence: end of this file. */
 #ifndef GL_BACKEND_H
 #define GL_BACKEND_H
 
@@ -127,6 +130,7 @@
 #define GLBK_DEF extern
 #endif
 #endif
+#define GLBK__DEF GLBK_DEF /* of functions that the headers gl_*.h share and that are not for you */
 
 #if defined(_WIN32) && !defined(_WIN64)
 #define GLBK_CALL __stdcall
@@ -177,134 +181,126 @@ typedef enum glbk_result {
 } glbk_result;
 
 GLBK_DEF const char *glbk_result_text(glbk_result result);
-/* A constant string for any value, "unknown result" beyond the list. */
+/* Returns what a result means as a constant string, "unknown result" for a value beyond the list. */
 
 /* ---- GL itself: functions without the gl prefix, constants ----
 
-   X(group, return type, name, parameters). Groups: CORE is in OpenGL 3.3 and ES 3.0 alike; DESK in OpenGL 3.3 only, ES
-   in ES only; the others from the version on that they name, NULL where the context is older. */
+   X(group, return type, name, types of the parameters, in the order that GL's reference gives them). Groups:
+   CORE is in OpenGL 3.3 and ES 3.0 alike; DESK in OpenGL 3.3 only, ES in ES only; TARGETS in OpenGL 3.3 and
+   ES 3.2, BLENDS in OpenGL 4.0 and ES 3.2, COMPUTE in OpenGL 4.3: NULL where the context is older. */
 
-#define GLBK_FUNCTIONS(X)                                                                                            \
-    X(CORE, const uint8_t *, GetString, (uint32_t name))                                                             \
-    X(CORE, const uint8_t *, GetStringi, (uint32_t name, uint32_t index))                                            \
-    X(CORE, uint32_t, GetError, (void))                                                                              \
-    X(CORE, void, GetIntegerv, (uint32_t name, int32_t *out))                                                        \
-    X(CORE, void, GetFloatv, (uint32_t name, float *out))                                                            \
-    X(CORE, void, GetBooleanv, (uint32_t name, uint8_t *out))                                                        \
-    X(CORE, void, GetIntegeri_v, (uint32_t name, uint32_t index, int32_t *out))                                      \
-    X(CORE, void, GetInteger64i_v, (uint32_t name, uint32_t index, int64_t *out))                                    \
-    X(CORE, uint8_t, IsEnabled, (uint32_t cap))                                                                      \
-    X(CORE, void, Enable, (uint32_t cap))                                                                            \
-    X(CORE, void, Disable, (uint32_t cap))                                                                           \
-    X(CORE, void, Viewport, (int32_t x, int32_t y, int32_t width, int32_t height))                                   \
-    X(CORE, void, Scissor, (int32_t x, int32_t y, int32_t width, int32_t height))                                    \
-    X(CORE, void, ColorMask, (uint8_t r, uint8_t g, uint8_t b, uint8_t a))                                           \
-    X(CORE, void, DepthMask, (uint8_t on))                                                                           \
-    X(CORE, void, DepthFunc, (uint32_t func))                                                                        \
-    X(CORE, void, CullFace, (uint32_t face))                                                                         \
-    X(CORE, void, FrontFace, (uint32_t order))                                                                       \
-    X(CORE, void, PolygonOffset, (float factor, float units))                                                        \
-    X(CORE, void, BlendEquationSeparate, (uint32_t rgb, uint32_t alpha))                                             \
-    X(CORE, void, BlendFuncSeparate, (uint32_t srgb, uint32_t drgb, uint32_t salpha, uint32_t dalpha))               \
-    X(CORE, void, ClearBufferfv, (uint32_t buffer, int32_t index, const float *value))                               \
-    X(CORE, void, ClearBufferuiv, (uint32_t buffer, int32_t index, const uint32_t *value))                           \
-    X(CORE, void, PixelStorei, (uint32_t name, int32_t value))                                                       \
-    X(CORE, void, ReadPixels, (int32_t x, int32_t y, int32_t width, int32_t height, uint32_t format, uint32_t type,  \
-                               void *out))                                                                           \
-    X(CORE, void, ActiveTexture, (uint32_t unit))                                                                    \
-    X(CORE, void, GenTextures, (int32_t count, uint32_t *names))                                                     \
-    X(CORE, void, DeleteTextures, (int32_t count, const uint32_t *names))                                            \
-    X(CORE, void, BindTexture, (uint32_t target, uint32_t name))                                                     \
-    X(CORE, void, BindSampler, (uint32_t unit, uint32_t name))                                                       \
-    X(CORE, void, TexParameteri, (uint32_t target, uint32_t name, int32_t value))                                    \
-    X(CORE, void, GenerateMipmap, (uint32_t target))                                                                 \
-    X(CORE, void, TexImage2D, (uint32_t target, int32_t level, int32_t internal, int32_t width, int32_t height,      \
-                               int32_t border, uint32_t format, uint32_t type, const void *data))                    \
-    X(CORE, void, TexImage3D, (uint32_t target, int32_t level, int32_t internal, int32_t width, int32_t height,      \
-                               int32_t depth, int32_t border, uint32_t format, uint32_t type, const void *data))     \
-    X(CORE, void, TexSubImage2D, (uint32_t target, int32_t level, int32_t x, int32_t y, int32_t width,               \
-                                  int32_t height, uint32_t format, uint32_t type, const void *data))                 \
-    X(CORE, void, TexSubImage3D, (uint32_t target, int32_t level, int32_t x, int32_t y, int32_t z, int32_t width,    \
-                                  int32_t height, int32_t depth, uint32_t format, uint32_t type, const void *data))  \
-    X(CORE, void, GenFramebuffers, (int32_t count, uint32_t *names))                                                 \
-    X(CORE, void, DeleteFramebuffers, (int32_t count, const uint32_t *names))                                        \
-    X(CORE, void, BindFramebuffer, (uint32_t target, uint32_t name))                                                 \
-    X(CORE, void, FramebufferTexture2D, (uint32_t target, uint32_t attachment, uint32_t textarget, uint32_t texture, \
-                                         int32_t level))                                                             \
-    X(CORE, void, FramebufferTextureLayer, (uint32_t target, uint32_t attachment, uint32_t texture, int32_t level,   \
-                                            int32_t layer))                                                          \
-    X(CORE, uint32_t, CheckFramebufferStatus, (uint32_t target))                                                     \
-    X(CORE, void, DrawBuffers, (int32_t count, const uint32_t *buffers))                                             \
-    X(CORE, void, ReadBuffer, (uint32_t source))                                                                     \
-    X(CORE, void, GenBuffers, (int32_t count, uint32_t *names))                                                      \
-    X(CORE, void, DeleteBuffers, (int32_t count, const uint32_t *names))                                             \
-    X(CORE, void, BindBuffer, (uint32_t target, uint32_t name))                                                      \
-    X(CORE, void, BindBufferBase, (uint32_t target, uint32_t index, uint32_t name))                                  \
-    X(CORE, void, BindBufferRange, (uint32_t target, uint32_t index, uint32_t name, ptrdiff_t offset,                \
-                                    ptrdiff_t size))                                                                 \
-    X(CORE, void, BufferData, (uint32_t target, ptrdiff_t size, const void *data, uint32_t usage))                   \
-    X(CORE, void, BufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, const void *data))              \
-    X(CORE, void, GenVertexArrays, (int32_t count, uint32_t *names))                                                 \
-    X(CORE, void, DeleteVertexArrays, (int32_t count, const uint32_t *names))                                        \
-    X(CORE, void, BindVertexArray, (uint32_t name))                                                                  \
-    X(CORE, void, EnableVertexAttribArray, (uint32_t index))                                                         \
-    X(CORE, void, VertexAttribPointer, (uint32_t index, int32_t size, uint32_t type, uint8_t normalized,             \
-                                        int32_t stride, const void *offset))                                         \
-    X(CORE, void, DrawArrays, (uint32_t mode, int32_t first, int32_t count))                                         \
-    X(CORE, void, DrawElements, (uint32_t mode, int32_t count, uint32_t type, const void *offset))                   \
-    X(CORE, void, DrawArraysInstanced, (uint32_t mode, int32_t first, int32_t count, int32_t instances))             \
-    X(CORE, void, DrawElementsInstanced, (uint32_t mode, int32_t count, uint32_t type, const void *offset,           \
-                                          int32_t instances))                                                        \
-    X(CORE, uint32_t, CreateShader, (uint32_t type))                                                                 \
-    X(CORE, void, ShaderSource, (uint32_t shader, int32_t count, const char *const *texts, const int32_t *lengths))  \
-    X(CORE, void, CompileShader, (uint32_t shader))                                                                  \
-    X(CORE, void, GetShaderiv, (uint32_t shader, uint32_t name, int32_t *out))                                       \
-    X(CORE, void, GetShaderInfoLog, (uint32_t shader, int32_t size, int32_t *length, char *log))                     \
-    X(CORE, void, DeleteShader, (uint32_t shader))                                                                   \
-    X(CORE, uint32_t, CreateProgram, (void))                                                                         \
-    X(CORE, void, AttachShader, (uint32_t program, uint32_t shader))                                                 \
-    X(CORE, void, TransformFeedbackVaryings, (uint32_t program, int32_t count, const char *const *names,             \
-                                              uint32_t mode))                                                        \
-    X(CORE, void, LinkProgram, (uint32_t program))                                                                   \
-    X(CORE, void, GetProgramiv, (uint32_t program, uint32_t name, int32_t *out))                                     \
-    X(CORE, void, GetProgramInfoLog, (uint32_t program, int32_t size, int32_t *length, char *log))                   \
-    X(CORE, void, DeleteProgram, (uint32_t program))                                                                 \
-    X(CORE, uint8_t, IsProgram, (uint32_t program))                                                                  \
-    X(CORE, void, UseProgram, (uint32_t program))                                                                    \
-    X(CORE, int32_t, GetUniformLocation, (uint32_t program, const char *name))                                       \
-    X(CORE, uint32_t, GetUniformBlockIndex, (uint32_t program, const char *name))                                    \
-    X(CORE, void, UniformBlockBinding, (uint32_t program, uint32_t index, uint32_t binding))                         \
-    X(CORE, void, Uniform1i, (int32_t location, int32_t x))                                                          \
-    X(CORE, void, Uniform1f, (int32_t location, float x))                                                            \
-    X(CORE, void, Uniform4fv, (int32_t location, int32_t count, const float *values))                                \
-    X(CORE, void, UniformMatrix4fv, (int32_t location, int32_t count, uint8_t transpose, const float *values))       \
-    X(CORE, void, BeginTransformFeedback, (uint32_t mode))                                                           \
-    X(CORE, void, EndTransformFeedback, (void))                                                                      \
-    X(CORE, void, Finish, (void))                                                                                    \
-    X(ES, void, DepthRangef, (float from, float to))                                                                 \
-    X(ES, void, TexStorage2D, (uint32_t target, int32_t levels, uint32_t format, int32_t width, int32_t height))     \
-    X(ES, void, TexStorage3D, (uint32_t target, int32_t levels, uint32_t format, int32_t width, int32_t height,      \
-                               int32_t depth))                                                                       \
-    X(DESK, void, DepthRange, (double from, double to))                                                              \
-    X(DESK, void, PolygonMode, (uint32_t face, uint32_t mode))                                                       \
-    X(DESK, void, PointSize, (float size))                                                                           \
-    X(DESK, void, ClampColor, (uint32_t target, uint32_t clamp))                                                     \
-    X(TARGETS, void, ColorMaski, (uint32_t index, uint8_t r, uint8_t g, uint8_t b, uint8_t a)) /* 3.3, ES 3.2 */     \
-    X(TARGETS, void, GetBooleani_v, (uint32_t name, uint32_t index, uint8_t *out))                                   \
-    X(TARGETS, void, Enablei, (uint32_t cap, uint32_t index))                                                        \
-    X(TARGETS, void, Disablei, (uint32_t cap, uint32_t index))                                                       \
-    X(TARGETS, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                  \
-    X(BLENDS, void, BlendEquationSeparatei, (uint32_t index, uint32_t rgb, uint32_t alpha)) /* 4.0, ES 3.2 */        \
-    X(BLENDS, void, BlendFuncSeparatei, (uint32_t index, uint32_t srgb, uint32_t drgb, uint32_t salpha,              \
-                                         uint32_t dalpha))                                                           \
-    X(DESK, void, GetBufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, void *out))                  \
-    X(COMPUTE, void, DispatchCompute, (uint32_t x, uint32_t y, uint32_t z))                                          \
-    X(COMPUTE, void, DispatchComputeIndirect, (ptrdiff_t offset))                                                    \
-    X(COMPUTE, void, BindImageTexture, (uint32_t unit, uint32_t texture, int32_t level, uint8_t layered,             \
-                                        int32_t layer, uint32_t access, uint32_t format))                            \
-    X(COMPUTE, void, Barrier, (uint32_t bits)) /* glMemoryBarrier: windows.h has a macro of that name */              \
-    X(CLIP, void, ClipControl, (uint32_t origin, uint32_t depth)) /* 4.5 or an extension, of ES too */                \
-    X(CLAMP, void, PolygonOffsetClamp, (float factor, float units, float clamp)) /* 4.6 or an extension */
+#define GLBK__QUERY_FUNCTIONS(X) \
+    X(CORE, const uint8_t *, GetString, (uint32_t)) \
+    X(CORE, const uint8_t *, GetStringi, (uint32_t, uint32_t)) X(CORE, uint32_t, GetError, (void)) \
+    X(CORE, void, GetIntegerv, (uint32_t, int32_t *)) X(CORE, void, GetFloatv, (uint32_t, float *)) \
+    X(CORE, void, GetBooleanv, (uint32_t, uint8_t *)) \
+    X(CORE, void, GetIntegeri_v, (uint32_t, uint32_t, int32_t *)) \
+    X(CORE, void, GetInteger64i_v, (uint32_t, uint32_t, int64_t *)) \
+    X(CORE, uint8_t, IsEnabled, (uint32_t))
+#define GLBK__STATE_FUNCTIONS(X) \
+    X(CORE, void, Enable, (uint32_t)) X(CORE, void, Disable, (uint32_t)) \
+    X(CORE, void, Viewport, (int32_t, int32_t, int32_t, int32_t)) \
+    X(CORE, void, Scissor, (int32_t, int32_t, int32_t, int32_t)) \
+    X(CORE, void, ColorMask, (uint8_t, uint8_t, uint8_t, uint8_t)) X(CORE, void, DepthMask, (uint8_t)) \
+    X(CORE, void, DepthFunc, (uint32_t)) X(CORE, void, CullFace, (uint32_t)) \
+    X(CORE, void, FrontFace, (uint32_t)) X(CORE, void, PolygonOffset, (float, float)) \
+    X(CORE, void, BlendEquationSeparate, (uint32_t, uint32_t)) \
+    X(CORE, void, BlendFuncSeparate, (uint32_t, uint32_t, uint32_t, uint32_t))
+#define GLBK__CLEAR_FUNCTIONS(X) \
+    X(CORE, void, ClearBufferfv, (uint32_t, int32_t, const float *)) \
+    X(CORE, void, ClearBufferuiv, (uint32_t, int32_t, const uint32_t *)) \
+    X(CORE, void, PixelStorei, (uint32_t, int32_t)) \
+    X(CORE, void, ReadPixels, (int32_t, int32_t, int32_t, int32_t, uint32_t, uint32_t, void *))
+#define GLBK__TEXTURE_FUNCTIONS(X) \
+    X(CORE, void, ActiveTexture, (uint32_t)) X(CORE, void, GenTextures, (int32_t, uint32_t *)) \
+    X(CORE, void, DeleteTextures, (int32_t, const uint32_t *)) \
+    X(CORE, void, BindTexture, (uint32_t, uint32_t)) X(CORE, void, BindSampler, (uint32_t, uint32_t)) \
+    X(CORE, void, TexParameteri, (uint32_t, uint32_t, int32_t)) X(CORE, void, GenerateMipmap, (uint32_t))
+#define GLBK__IMAGE_FUNCTIONS(X) \
+    X(CORE, void, TexImage2D, (uint32_t, int32_t, int32_t, int32_t, int32_t, int32_t, uint32_t, \
+                               uint32_t, const void *)) \
+    X(CORE, void, TexImage3D, (uint32_t, int32_t, int32_t, int32_t, int32_t, int32_t, int32_t, \
+                               uint32_t, uint32_t, const void *)) \
+    X(CORE, void, TexSubImage2D, (uint32_t, int32_t, int32_t, int32_t, int32_t, int32_t, uint32_t, \
+                                  uint32_t, const void *)) \
+    X(CORE, void, TexSubImage3D, (uint32_t, int32_t, int32_t, int32_t, int32_t, int32_t, int32_t, \
+                                  int32_t, uint32_t, uint32_t, const void *))
+#define GLBK__TARGET_FUNCTIONS(X) \
+    X(CORE, void, GenFramebuffers, (int32_t, uint32_t *)) \
+    X(CORE, void, DeleteFramebuffers, (int32_t, const uint32_t *)) \
+    X(CORE, void, BindFramebuffer, (uint32_t, uint32_t)) \
+    X(CORE, void, FramebufferTexture2D, (uint32_t, uint32_t, uint32_t, uint32_t, int32_t)) \
+    X(CORE, void, FramebufferTextureLayer, (uint32_t, uint32_t, uint32_t, int32_t, int32_t)) \
+    X(CORE, uint32_t, CheckFramebufferStatus, (uint32_t)) \
+    X(CORE, void, DrawBuffers, (int32_t, const uint32_t *)) X(CORE, void, ReadBuffer, (uint32_t))
+#define GLBK__BUFFER_FUNCTIONS(X) \
+    X(CORE, void, GenBuffers, (int32_t, uint32_t *)) \
+    X(CORE, void, DeleteBuffers, (int32_t, const uint32_t *)) \
+    X(CORE, void, BindBuffer, (uint32_t, uint32_t)) \
+    X(CORE, void, BindBufferBase, (uint32_t, uint32_t, uint32_t)) \
+    X(CORE, void, BindBufferRange, (uint32_t, uint32_t, uint32_t, ptrdiff_t, ptrdiff_t)) \
+    X(CORE, void, BufferData, (uint32_t, ptrdiff_t, const void *, uint32_t)) \
+    X(CORE, void, BufferSubData, (uint32_t, ptrdiff_t, ptrdiff_t, const void *)) \
+    X(CORE, void, GenVertexArrays, (int32_t, uint32_t *)) \
+    X(CORE, void, DeleteVertexArrays, (int32_t, const uint32_t *))
+#define GLBK__DRAW_FUNCTIONS(X) \
+    X(CORE, void, BindVertexArray, (uint32_t)) X(CORE, void, EnableVertexAttribArray, (uint32_t)) \
+    X(CORE, void, VertexAttribPointer, (uint32_t, int32_t, uint32_t, uint8_t, int32_t, const void *)) \
+    X(CORE, void, DrawArrays, (uint32_t, int32_t, int32_t)) \
+    X(CORE, void, DrawElements, (uint32_t, int32_t, uint32_t, const void *)) \
+    X(CORE, void, DrawArraysInstanced, (uint32_t, int32_t, int32_t, int32_t)) \
+    X(CORE, void, DrawElementsInstanced, (uint32_t, int32_t, uint32_t, const void *, int32_t))
+#define GLBK__SHADER_FUNCTIONS(X) \
+    X(CORE, uint32_t, CreateShader, (uint32_t)) \
+    X(CORE, void, ShaderSource, (uint32_t, int32_t, const char *const *, const int32_t *)) \
+    X(CORE, void, CompileShader, (uint32_t)) X(CORE, void, GetShaderiv, (uint32_t, uint32_t, int32_t *)) \
+    X(CORE, void, GetShaderInfoLog, (uint32_t, int32_t, int32_t *, char *)) \
+    X(CORE, void, DeleteShader, (uint32_t))
+#define GLBK__PROGRAM_FUNCTIONS(X) \
+    X(CORE, uint32_t, CreateProgram, (void)) X(CORE, void, AttachShader, (uint32_t, uint32_t)) \
+    X(CORE, void, TransformFeedbackVaryings, (uint32_t, int32_t, const char *const *, uint32_t)) \
+    X(CORE, void, LinkProgram, (uint32_t)) X(CORE, void, GetProgramiv, (uint32_t, uint32_t, int32_t *)) \
+    X(CORE, void, GetProgramInfoLog, (uint32_t, int32_t, int32_t *, char *)) \
+    X(CORE, void, DeleteProgram, (uint32_t)) X(CORE, uint8_t, IsProgram, (uint32_t)) \
+    X(CORE, void, UseProgram, (uint32_t))
+#define GLBK__UNIFORM_FUNCTIONS(X) \
+    X(CORE, int32_t, GetUniformLocation, (uint32_t, const char *)) \
+    X(CORE, uint32_t, GetUniformBlockIndex, (uint32_t, const char *)) \
+    X(CORE, void, UniformBlockBinding, (uint32_t, uint32_t, uint32_t)) \
+    X(CORE, void, Uniform1i, (int32_t, int32_t)) X(CORE, void, Uniform1f, (int32_t, float)) \
+    X(CORE, void, Uniform4fv, (int32_t, int32_t, const float *)) \
+    X(CORE, void, UniformMatrix4fv, (int32_t, int32_t, uint8_t, const float *))
+#define GLBK__FEEDBACK_FUNCTIONS(X) \
+    X(CORE, void, BeginTransformFeedback, (uint32_t)) X(CORE, void, EndTransformFeedback, (void)) \
+    X(CORE, void, Finish, (void))
+#define GLBK__ONE_DIALECT_FUNCTIONS(X) \
+    X(ES, void, DepthRangef, (float, float)) \
+    X(ES, void, TexStorage2D, (uint32_t, int32_t, uint32_t, int32_t, int32_t)) \
+    X(ES, void, TexStorage3D, (uint32_t, int32_t, uint32_t, int32_t, int32_t, int32_t)) \
+    X(DESK, void, DepthRange, (double, double)) X(DESK, void, PolygonMode, (uint32_t, uint32_t)) \
+    X(DESK, void, PointSize, (float)) X(DESK, void, ClampColor, (uint32_t, uint32_t))
+#define GLBK__LATER_FUNCTIONS(X) \
+    X(TARGETS, void, ColorMaski, (uint32_t, uint8_t, uint8_t, uint8_t, uint8_t)) \
+    X(TARGETS, void, GetBooleani_v, (uint32_t, uint32_t, uint8_t *)) \
+    X(TARGETS, void, Enablei, (uint32_t, uint32_t)) X(TARGETS, void, Disablei, (uint32_t, uint32_t)) \
+    X(TARGETS, uint8_t, IsEnabledi, (uint32_t, uint32_t)) \
+    X(BLENDS, void, BlendEquationSeparatei, (uint32_t, uint32_t, uint32_t)) \
+    X(BLENDS, void, BlendFuncSeparatei, (uint32_t, uint32_t, uint32_t, uint32_t, uint32_t)) \
+    X(DESK, void, GetBufferSubData, (uint32_t, ptrdiff_t, ptrdiff_t, void *))
+#define GLBK__COMPUTE_FUNCTIONS(X) \
+    X(COMPUTE, void, DispatchCompute, (uint32_t, uint32_t, uint32_t)) \
+    X(COMPUTE, void, DispatchComputeIndirect, (ptrdiff_t)) \
+    X(COMPUTE, void, BindImageTexture, (uint32_t, uint32_t, int32_t, uint8_t, int32_t, uint32_t, \
+                                        uint32_t)) \
+    X(COMPUTE, void, Barrier, (uint32_t)) /* glMemoryBarrier: windows.h has a macro of that name */ \
+    X(CLIP, void, ClipControl, (uint32_t, uint32_t)) /* 4.5 or an extension, of ES too */ \
+    X(CLAMP, void, PolygonOffsetClamp, (float, float, float)) /* 4.6 or an extension */
+#define GLBK_FUNCTIONS(X) \
+    GLBK__QUERY_FUNCTIONS(X) GLBK__STATE_FUNCTIONS(X) GLBK__CLEAR_FUNCTIONS(X) GLBK__TEXTURE_FUNCTIONS(X) \
+    GLBK__IMAGE_FUNCTIONS(X) GLBK__TARGET_FUNCTIONS(X) GLBK__BUFFER_FUNCTIONS(X) GLBK__DRAW_FUNCTIONS(X) \
+    GLBK__SHADER_FUNCTIONS(X) GLBK__PROGRAM_FUNCTIONS(X) GLBK__UNIFORM_FUNCTIONS(X) \
+    GLBK__FEEDBACK_FUNCTIONS(X) GLBK__ONE_DIALECT_FUNCTIONS(X) GLBK__LATER_FUNCTIONS(X) \
+    GLBK__COMPUTE_FUNCTIONS(X)
 
 typedef struct glbk_functions {
 #define GLBK__FIELD(group, type, name, parameters) type(GLBK_CALL *name) parameters;
@@ -312,40 +308,22 @@ typedef struct glbk_functions {
 #undef GLBK__FIELD
 } glbk_functions;
 
-/* What the sections below and most users need of GL's constants. */
-#define GLBK_GL_TRIANGLES 0x0004u
-#define GLBK_GL_TRIANGLE_STRIP 0x0005u
-#define GLBK_GL_POINTS 0x0000u
-#define GLBK_GL_LINES 0x0001u
-#define GLBK_GL_BYTE 0x1400u
-#define GLBK_GL_UNSIGNED_BYTE 0x1401u
-#define GLBK_GL_UNSIGNED_SHORT 0x1403u
-#define GLBK_GL_INT 0x1404u
-#define GLBK_GL_UNSIGNED_INT 0x1405u
-#define GLBK_GL_FLOAT 0x1406u
-#define GLBK_GL_HALF_FLOAT 0x140Bu
-#define GLBK_GL_COLOR 0x1800u
-#define GLBK_GL_DEPTH 0x1801u
-#define GLBK_GL_TEXTURE_2D 0x0DE1u
-#define GLBK_GL_TEXTURE_2D_ARRAY 0x8C1Au
-#define GLBK_GL_TEXTURE0 0x84C0u
-#define GLBK_GL_FRAMEBUFFER 0x8D40u
-#define GLBK_GL_READ_FRAMEBUFFER 0x8CA8u
-#define GLBK_GL_DRAW_FRAMEBUFFER 0x8CA9u
-#define GLBK_GL_COLOR_ATTACHMENT0 0x8CE0u
-#define GLBK_GL_DEPTH_ATTACHMENT 0x8D00u
-#define GLBK_GL_ARRAY_BUFFER 0x8892u
-#define GLBK_GL_ELEMENT_ARRAY_BUFFER 0x8893u
-#define GLBK_GL_UNIFORM_BUFFER 0x8A11u
-#define GLBK_GL_SHADER_STORAGE_BUFFER 0x90D2u
-#define GLBK_GL_COPY_WRITE_BUFFER 0x8F37u
-#define GLBK_GL_TRANSFORM_FEEDBACK_BUFFER 0x8C8Eu
-#define GLBK_GL_INTERLEAVED_ATTRIBS 0x8C8Cu
-#define GLBK_GL_RASTERIZER_DISCARD 0x8C89u
-#define GLBK_GL_STATIC_DRAW 0x88E4u
-#define GLBK_GL_STREAM_DRAW 0x88E0u
-#define GLBK_GL_ANY_SAMPLES_PASSED 0x8C2Fu
-#define GLBK_GL_QUERY_RESULT 0x8866u
+/* The constants of GL that the sections below and most users need. */
+enum {
+    GLBK_GL_TRIANGLES = 0x0004, GLBK_GL_TRIANGLE_STRIP = 0x0005, GLBK_GL_POINTS = 0x0000,
+    GLBK_GL_LINES = 0x0001, GLBK_GL_BYTE = 0x1400, GLBK_GL_UNSIGNED_BYTE = 0x1401,
+    GLBK_GL_UNSIGNED_SHORT = 0x1403, GLBK_GL_INT = 0x1404, GLBK_GL_UNSIGNED_INT = 0x1405,
+    GLBK_GL_FLOAT = 0x1406, GLBK_GL_HALF_FLOAT = 0x140B, GLBK_GL_COLOR = 0x1800, GLBK_GL_DEPTH = 0x1801,
+    GLBK_GL_TEXTURE_2D = 0x0DE1, GLBK_GL_TEXTURE_2D_ARRAY = 0x8C1A, GLBK_GL_TEXTURE0 = 0x84C0,
+    GLBK_GL_FRAMEBUFFER = 0x8D40, GLBK_GL_READ_FRAMEBUFFER = 0x8CA8, GLBK_GL_DRAW_FRAMEBUFFER = 0x8CA9,
+    GLBK_GL_COLOR_ATTACHMENT0 = 0x8CE0, GLBK_GL_DEPTH_ATTACHMENT = 0x8D00, GLBK_GL_ARRAY_BUFFER = 0x8892,
+    GLBK_GL_ELEMENT_ARRAY_BUFFER = 0x8893, GLBK_GL_UNIFORM_BUFFER = 0x8A11,
+    GLBK_GL_SHADER_STORAGE_BUFFER = 0x90D2, GLBK_GL_COPY_WRITE_BUFFER = 0x8F37,
+    GLBK_GL_TRANSFORM_FEEDBACK_BUFFER = 0x8C8E, GLBK_GL_INTERLEAVED_ATTRIBS = 0x8C8C,
+    GLBK_GL_RASTERIZER_DISCARD = 0x8C89, GLBK_GL_STATIC_DRAW = 0x88E4, GLBK_GL_STREAM_DRAW = 0x88E0,
+    GLBK_GL_ANY_SAMPLES_PASSED = 0x8C2F, GLBK_GL_QUERY_RESULT = 0x8866,
+    GLBK_GL_DISPATCH_INDIRECT_BUFFER = 0x90EE
+};
 #define GLBK_GL_ALL_BARRIER_BITS 0xFFFFFFFFu
 
 /* ==== src/gl/api.h ==== */
@@ -365,9 +343,9 @@ typedef struct glbk_allocator {     /* all zero = malloc and free; else both fun
 typedef struct glbk_system {        /* all zero: malloc and free, no log */
     glbk_allocator allocator;       /* called from the thread that called us */
     void (*log)(void *user, const char *message);
-    /* Called by a call that fails, from the thread that called us, before it returns: a text without a line end at its
-       end that names the function, the field, its value and its range, or holds the driver's words, which may have
-       several lines. It must call nothing of this library. */
+    /* Called by a call that fails, from the thread that called us, before it returns: a text without a line
+       end at its end that names the function, the field, its value and its range, or holds the driver's
+       words, which may have several lines. It must call nothing of this library. */
     void *user;                     /* given to log */
 } glbk_system;
 
@@ -376,13 +354,14 @@ typedef struct glbk_desc {
     glbk_get_proc_fn get_proc_fn;   /* required */
     void          *user;            /* handed to get_proc_fn */
     int            core_only;       /* not 0: what 3.3 and ES 3.0 share, even where the context has more */
-    uint32_t       first_unit;      /* texture units first_unit .. + 15 are ours while we draw, and those further on,
-                                       below + GLBK_MAX_UNITS, that a glbk_offset names */
-    uint32_t       first_block;     /* likewise bindings of uniform blocks, first_block .. + 7, below + GLBK_MAX_BLOCKS;
-                                       storage buffers and images, of compute alone, are always at 0 .. 7, as GLSL says
-                                       their numbers */
-    int            check;           /* not 0: calls of a frame ask for GL's error flag, too, and glbk_check and the
-                                       glbk_..._resolve for the framebuffer; slow, to look for errors */
+    uint32_t       first_unit;      /* texture units first_unit .. + 15 are ours while we draw, and those
+                                       further on, below + GLBK_MAX_UNITS, that a glbk_offset names */
+    uint32_t       first_block;     /* likewise bindings of uniform blocks, first_block .. + 7, below +
+                                       GLBK_MAX_BLOCKS; storage buffers and images, of compute alone, are
+                                       always at 0 .. 7, as GLSL says their numbers */
+    int            check;           /* not 0: calls of a frame ask for GL's error flag, too, and glbk_check
+                                       and the glbk_..._resolve for the framebuffer; slow, to look for
+                                       errors */
 } glbk_desc;                        /* zero it, then set what you care about */
 
 typedef struct glbk_context {
@@ -402,11 +381,12 @@ typedef struct glbk_context {
     float          max_point_side;  /* pixels */
     /* The rest is private. */
     uint32_t       vertex_array;    /* empty, for passes that need no attributes */
-    uint32_t       shown;           /* buffer of the block glbk_shown */
+    uint32_t       shown;           /* buffer of the block glbk_shown of gl_gbuffer.h */
     int            lost;            /* calls no GL any more */
     glbk_system    system;
     uint32_t       first_unit, first_block;
-    uint32_t       unit_count, block_count;     /* that there are from those on, at most GLBK_MAX_UNITS, _BLOCKS */
+    uint32_t       unit_count, block_count;     /* that there are from those on, at most GLBK_MAX_UNITS,
+                                                   _BLOCKS */
     int            each_target;     /* colour mask and blending are switched for each target */
     int            each_blend;      /* ... and have functions of their own */
     int            offset_clamp;
@@ -422,54 +402,39 @@ typedef struct glbk_context {
 #define GLBK_MAX_BLOCKS 16u
 
 GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc);
-/* Loads the functions, decides what the current context can do, makes one empty vertex array.
-   ctx      yours; may be moved in memory; zeroed on errors
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_CONTEXT; GLBK_ERR_OLD_CONTEXT; GLBK_ERR_FUNCTION, its name in the
-            log; GLBK_ERR_LIMIT where first_unit or first_block reach beyond what the context has; GLBK_ERR_PENDING,
-            GLBK_ERR_LOST, GLBK_ERR_GL, GLBK_ERR_GL_MEMORY */
+/* Loads GL's functions from the context that is current, decides what it can do, and makes one empty vertex
+   array and one small buffer.
+   ctx      is yours, may be moved in memory afterwards, and is zeroed on errors
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_CONTEXT; GLBK_ERR_OLD_CONTEXT; GLBK_ERR_FUNCTION, its
+            name in the log; GLBK_ERR_LIMIT where first_unit or first_block reach beyond what the context has;
+            GLBK_ERR_PENDING, GLBK_ERR_LOST, GLBK_ERR_GL, GLBK_ERR_GL_MEMORY */
 
 GLBK_DEF void glbk_free(glbk_context *ctx);
-/* Deletes what glbk_init made and zeroes ctx. Destroy textures and the like before. Accepts NULL. */
+/* Deletes what glbk_init made and zeroes ctx, which may be NULL. Free textures, buffers, targets and programs
+   before: afterwards their _free functions call no GL. */
 
 GLBK_DEF void glbk_abandon(glbk_context *ctx);
-/* The GL context is gone or not current: from now on destroying calls touch memory only, all others return
-   GLBK_ERR_LOST. */
+/* Says that the GL context is gone or not current: from now on the _free functions touch memory only, and all
+   other calls return GLBK_ERR_LOST or do nothing. ctx may be NULL. */
 
 GLBK_DEF glbk_result glbk_check(glbk_context *ctx);
-/* GL's error flag as a result, with its number in the log; once a frame, since passes and updates do not ask for it
-   (unless desc.check is set). It is what notices a lost context.
-   With desc.check it is GLBK_ERR_ORDER where a technique's framebuffer is still bound: what you drew since then went
-   into that. After a technique's passes bind your own, or put glbk_state_save and glbk_state_restore round them. */
+/* Takes GL's error flag and returns it as a result, with its number in the log: GLBK_OK, GLBK_ERR_GL,
+   GLBK_ERR_GL_MEMORY, or GLBK_ERR_LOST, which no call of a frame notices by itself. Passes and updates do not
+   ask for the flag (unless desc.check is set), so call this once a frame; it makes drivers with threads of
+   their own wait for what was asked of them. With desc.check it returns GLBK_ERR_ORDER while a technique's
+   framebuffer is bound: what you drew since that technique's passes went into it. After such passes bind your
+   own framebuffer, or put glbk_state_save and glbk_state_restore round them. */
 
 /* ---- textures ---- */
 
-/* X(name, internal format, format, type, bytes a texel, components): formats that both dialects know. */
-#define GLBK_FORMATS(X)                                             \
-    X(GLBK_FORMAT_NONE, 0, 0, 0, 0, 0)                              \
-    X(GLBK_FORMAT_COLOR, 0, 0, 0, 0, 4) /* RGBA32F, or its bits */  \
-    X(GLBK_FORMAT_R8, 0x8229, 0x1903, 0x1401, 1, 1)                 \
-    X(GLBK_FORMAT_RGBA8, 0x8058, 0x1908, 0x1401, 4, 4)              \
-    X(GLBK_FORMAT_SRGB8_A8, 0x8C43, 0x1908, 0x1401, 4, 4)           \
-    X(GLBK_FORMAT_R8UI, 0x8232, 0x8D94, 0x1401, 1, 1)               \
-    X(GLBK_FORMAT_RGBA8UI, 0x8D7C, 0x8D99, 0x1401, 4, 4)            \
-    X(GLBK_FORMAT_R16UI, 0x8234, 0x8D94, 0x1403, 2, 1)              \
-    X(GLBK_FORMAT_RG16UI, 0x823A, 0x8228, 0x1403, 4, 2)             \
-    X(GLBK_FORMAT_RGBA16UI, 0x8D76, 0x8D99, 0x1403, 8, 4)           \
-    X(GLBK_FORMAT_R32UI, 0x8236, 0x8D94, 0x1405, 4, 1)              \
-    X(GLBK_FORMAT_RG32UI, 0x823C, 0x8228, 0x1405, 8, 2)             \
-    X(GLBK_FORMAT_RGBA32UI, 0x8D70, 0x8D99, 0x1405, 16, 4)          \
-    X(GLBK_FORMAT_R16F, 0x822D, 0x1903, 0x140B, 2, 1)               \
-    X(GLBK_FORMAT_RGBA16F, 0x881A, 0x1908, 0x140B, 8, 4)            \
-    X(GLBK_FORMAT_R32F, 0x822E, 0x1903, 0x1406, 4, 1)               \
-    X(GLBK_FORMAT_RG32F, 0x8230, 0x8227, 0x1406, 8, 2)              \
-    X(GLBK_FORMAT_RGBA32F, 0x8814, 0x1908, 0x1406, 16, 4)           \
-    X(GLBK_FORMAT_DEPTH24, 0x81A6, 0x1902, 0x1405, 4, 1)            \
-    X(GLBK_FORMAT_DEPTH32F, 0x8CAC, 0x1902, 0x1406, 4, 1)
-
-typedef enum glbk_format {
-#define GLBK__ENUM(name, internal, format, type, bytes, components) name,
-    GLBK_FORMATS(GLBK__ENUM)
-#undef GLBK__ENUM
+typedef enum glbk_format {          /* both dialects know them all */
+    GLBK_FORMAT_NONE,
+    GLBK_FORMAT_COLOR,              /* RGBA32F; RGBA32UI with the bits of floats without ctx->float_targets */
+    GLBK_FORMAT_R8, GLBK_FORMAT_RGBA8, GLBK_FORMAT_SRGB8_A8, GLBK_FORMAT_R8UI, GLBK_FORMAT_RGBA8UI,
+    GLBK_FORMAT_R16UI, GLBK_FORMAT_RG16UI, GLBK_FORMAT_RGBA16UI,
+    GLBK_FORMAT_R32UI, GLBK_FORMAT_RG32UI, GLBK_FORMAT_RGBA32UI,
+    GLBK_FORMAT_R16F, GLBK_FORMAT_RGBA16F, GLBK_FORMAT_R32F, GLBK_FORMAT_RG32F, GLBK_FORMAT_RGBA32F,
+    GLBK_FORMAT_DEPTH24, GLBK_FORMAT_DEPTH32F,
     GLBK_FORMAT_COUNT
 } glbk_format;
 
@@ -477,14 +442,15 @@ typedef enum glbk_sampling {
     GLBK_SAMPLING_DEFAULT,          /* = GLBK_SAMPLING_NEAREST */
     GLBK_SAMPLING_NEAREST,
     GLBK_SAMPLING_LINEAR,           /* not for integers; 32-bit floats need ctx->float_linear */
-    GLBK_SAMPLING_MIPMAPS,          /* linear, and between levels; they are generated on creation from data, those of
-                                       floats where ctx->float_targets */
+    GLBK_SAMPLING_MIPMAPS,          /* linear, and between levels; they are generated on creation from data,
+                                       those of floats where ctx->float_targets */
     GLBK_SAMPLING_COMPARE,          /* depth formats: linear comparison, sampler2DShadow */
     GLBK_SAMPLING_COUNT
 } glbk_sampling;
 
 typedef struct glbk_texture_desc {
-    glbk_format   format;           /* required; GLBK_FORMAT_COLOR = GLBK_FORMAT_RGBA32F or RGBA32UI, see above */
+    glbk_format   format;           /* required; GLBK_FORMAT_COLOR = GLBK_FORMAT_RGBA32F or RGBA32UI, see
+                                       above */
     uint32_t      width, height;    /* 1 .. ctx->max_side */
     uint32_t      layers;           /* 0 = a 2D texture; else an array texture, 1 .. ctx->max_layers */
     uint32_t      levels;           /* 0 = 1, or all with GLBK_SAMPLING_MIPMAPS; at most down to 1 x 1 */
@@ -501,26 +467,26 @@ typedef struct glbk_texture {       /* read only; zeroed = none */
 } glbk_texture;
 
 GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_desc *desc, glbk_texture *out);
-/* Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT; GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY,
-            GLBK_ERR_PENDING, GLBK_ERR_GL, GLBK_ERR_LOST: these four hold for every function below that creates,
-            compiles or reads; of the others GLBK_ERR_LOST alone does, and all four with desc.check */
+/* Makes a texture with its sampling, and fills level 0 where desc.data is given; of a float format its
+   mipmaps need ctx->float_targets.
+   out      is zeroed on errors; free it with glbk_texture_free
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT, for a size above ctx->max_side or max_layers;
+            GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL,
+            GLBK_ERR_LOST. These last four hold for every function below that creates, compiles or reads; of
+            the others GLBK_ERR_LOST alone does, and all four with desc.check */
 
-GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *texture, uint32_t level, uint32_t x,
-                                         uint32_t y, uint32_t layer, uint32_t width, uint32_t height,
-                                         uint32_t layers, const void *data);
-/* A box of texels, rows and layers without padding; layer 0 and layers 1 for a 2D texture. */
-
-GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, const void *texels, size_t count,
-                                       glbk_texture *out);
-/* An array texture that lib/table.glsl reads by one number: texel i stands at (i & 1023, i >> 10 & 1023, i >> 20).
-   texels   count of them, 1 .. ctx->max_layers * 2^20, or NULL = undefined; any format but the depth formats
-   Memory on the GPU: count rounded up to rows of 1024, above 2^20 texels to layers of 2^20.
-   Errors   GLBK_ERR_LIMIT */
-
-GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *table, size_t first, size_t count,
-                                       const void *texels);
+GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *texture, uint32_t level,
+                                         uint32_t x, uint32_t y, uint32_t layer, uint32_t width,
+                                         uint32_t height, uint32_t layers, const void *data);
+/* Overwrites a box of texels of one level; other levels stay as they are, mipmaps too.
+   x .. height      texels of that level, from its lower left corner on; the box must lie within it
+   layer, layers    the first layer and how many; 0 and 1 for a 2D texture
+   data             texels in the texture's format, rows and layers without padding; read during the call
+   Errors           GLBK_ERR_ARGUMENT; GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_texture_free(glbk_context *ctx, glbk_texture *texture);
+/* Deletes a texture and zeroes it. NULL and zeroed ones are allowed, here and in the other _free
+   functions. */
 
 /* ---- buffers: uniform blocks, vertices, and storage where ctx->compute ---- */
 
@@ -530,15 +496,28 @@ typedef struct glbk_buffer {        /* read only; zeroed = none */
 } glbk_buffer;
 
 GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
-/* bytes > 0; data NULL = undefined. For any purpose, one after another too, but indices. */
+/* Makes a buffer for any purpose, one after another too, but for indices.
+   bytes    1 or more
+   data     so many bytes, or NULL: the buffer's bytes are undefined then
+   out      is zeroed on errors; free it with glbk_buffer_free
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT, for more bytes than PTRDIFF_MAX */
+
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
-/* The same for indices alone: WebGL allows them in no buffer that was bound to anything else first. */
-GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                        const void *data);
-/* Of the whole buffer in one call is best: it gets new storage, so that nothing waits for draws from the old. */
-GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                      void *out);
-/* Waits for the GPU. Not on ES and WebGL: GLBK_ERR_FEATURE. */
+/* Makes a buffer for indices alone, as glbk_buffer_create does: WebGL allows indices in no buffer that was
+   bound to anything else first. */
+
+GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                        size_t bytes, const void *data);
+/* Overwrites `bytes` bytes from byte `offset` on; the run must lie within the buffer. A whole buffer in one
+   call costs least: it gets new storage, so that nothing waits for draws from the old.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LOST */
+
+GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                      size_t bytes, void *out);
+/* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. It waits until the
+   GPU has done all that was asked of it before, so it is for tests and tools, not for frames.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE on ES and WebGL, which cannot read buffers */
+
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);
 
 /* ---- targets ---- */
@@ -562,24 +541,34 @@ typedef struct glbk_target {        /* read only; zeroed = none. The textures mu
 } glbk_target;
 
 GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
-/* Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC (no attachment, a layer or level that a texture has not);
-            GLBK_ERR_MISMATCH (sizes differ, a depth texture where colours go); GLBK_ERR_FLOAT_TARGET;
-            GLBK_ERR_TARGET */
+/* Makes a framebuffer of textures that you made. They must outlive it.
+   out      is zeroed on errors; free it with glbk_target_free
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, where there is no attachment, or a layer or level that a texture
+            has not; GLBK_ERR_MISMATCH, where sizes differ or a depth texture stands for colours;
+            GLBK_ERR_FLOAT_TARGET, for floats without ctx->float_targets; GLBK_ERR_TARGET, where the driver
+            cannot draw to this combination */
 
-GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment, uint32_t x,
-                                      uint32_t y, uint32_t width, uint32_t height, void *rgba);
-/* Pixels from the GPU, which is waited for: four 32-bit words each, floats, or integers where the format has integers
-   (of a GLBK_FORMAT_COLOR target these are the floats in either case); rows from the bottom up. */
+GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                                      uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);
+/* Copies width x height pixels of a colour attachment from the GPU, from pixel (x, y) on, rows from the
+   bottom up. It waits until the GPU has done all that was asked of it before.
+   attachment   0 .. target->count - 1
+   rgba         receives 16 bytes a pixel: four floats, or four uint32_t where the format has integers. Of a
+                GLBK_FORMAT_COLOR target these are the floats in either case
+   Errors       GLBK_ERR_ARGUMENT, also where the pixels do not lie within the target */
 
 GLBK_DEF void glbk_target_free(glbk_context *ctx, glbk_target *target);
+
+/* ==== src/gl/api_shaders.h ==== */
 
 /* ---- GLSL and programs ---- */
 
 typedef struct glbk_file {          /* one file of GLSL, as a header holds it */
     const char        *name;        /* "lib/table.glsl", "prog/copy.frag" */
-    const char *const *texts;       /* without comments, and blanks that divide nothing; fit for glShaderSource */
+    const char *const *texts;       /* without comments, and blanks that divide nothing; fit for
+                                       glShaderSource */
     uint32_t           text_count;
-    const char        *uses;        /* library files that go before it, by their bare names: "table csm_bindings" */
+    const char        *uses;        /* library files that go before it, by bare names: "table csm_bindings" */
     const char        *with;        /* of a .frag: its vertex shader; else "" */
     const char        *sets;        /* the define sets that are tested, separated by " | " */
     const char        *block;       /* the uniform block that it declares, and nothing else; or "" */
@@ -587,9 +576,9 @@ typedef struct glbk_file {          /* one file of GLSL, as a header holds it */
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
 
-/* The GLSL of one header. Each header has a function that returns its own: glbk_base_part for this one, glbk_csm_part
-   for gl_csm.h and so on. Nothing is registered anywhere: a program is given the parts whose files it uses, and a
-   linker leaves out the GLSL of all others. */
+/* The GLSL of one header. Each header has a function that returns its own: glbk_base_part for this one,
+   glbk_csm_part for gl_csm.h and so on. Nothing is registered anywhere: a program is given the parts whose
+   files it uses, and a linker leaves out the GLSL of all others. */
 typedef struct glbk_part {
     const char      *name;          /* "csm" */
     const glbk_file *files;
@@ -600,8 +589,11 @@ typedef struct glbk_part {
 #define GLBK_MAX_PARTS 6u           /* that one program can use beside the base, which every program can */
 
 GLBK_DEF const glbk_part *glbk_base_part(void);
+/* Returns the GLSL of this header, a constant. */
+
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name);
-/* A file of the part or of the base, NULL if there is none of this name ("lib/table.glsl"). Needs no context.
+/* Returns a file of the part or else of the base by its name ("lib/table.glsl"), NULL if neither has it. It
+   needs no context.
    part   NULL = the base's files alone */
 
 typedef struct glbk_offset {        /* where the slots of a part begin in a program that uses several parts */
@@ -609,16 +601,21 @@ typedef struct glbk_offset {        /* where the slots of a part begin in a prog
 } glbk_offset;
 
 typedef struct glbk_source {        /* a program of your own, with library files */
-    const char *vertex;             /* main of the vertex shader as text; NULL = a triangle over the whole screen */
+    const char *vertex;             /* main of the vertex shader as text; NULL = a triangle over the whole
+                                       screen */
     const char *fragment;           /* main of the fragment shader as text, or NULL with compute */
     const char *compute;
-    const char *uses;               /* library files by their bare names, in order, without what they use themselves;
-                                       uniform blocks of the library that your text names are found */
+    const char *uses;               /* library files by their bare names, in order, without what they use
+                                       themselves; uniform blocks of the library that your text names are
+                                       found */
     const char *defines;            /* "FILTER=1 FAST", or NULL; the vertex shader sees them too */
-    const char *outputs;            /* names for transform feedback, separated by blanks, interleaved; or NULL */
-    const glbk_part *parts[GLBK_MAX_PARTS];     /* whose files it uses: glbk_csm_part(), ...; NULLs are left out */
-    glbk_offset offsets[GLBK_MAX_PARTS];        /* of the slots of each of these parts. What a technique's glbk_..._bind
-                                       binds for this program needs the same offset */
+    const char *outputs;            /* names for transform feedback, separated by blanks, interleaved; or
+                                       NULL */
+    const glbk_part *parts[GLBK_MAX_PARTS];     /* whose files it uses: glbk_csm_part(), ...; NULLs are left
+                                                   out */
+    glbk_offset offsets[GLBK_MAX_PARTS];        /* of the slots of each of these parts. What a technique's
+                                                   glbk_..._bind binds for this program needs the same
+                                                   offset */
 } glbk_source;
 
 typedef struct glbk_program {       /* read only; zeroed = none */
@@ -628,19 +625,18 @@ typedef struct glbk_program {       /* read only; zeroed = none */
     glbk_offset offsets[GLBK_MAX_PARTS];        /* private */
 } glbk_program;
 
-GLBK_DEF glbk_result glbk_program_create(glbk_context *ctx, const glbk_part *part, const char *name,
-                                         const char *defines, glbk_program *out);
-/* A program of the library.
-   part     that has it; NULL = the base
-   name     of its last stage: "copy.frag", "csm_query.comp"
-   defines  one of its sets, or NULL = none
-   Errors   GLBK_ERR_NAME; GLBK_ERR_COMPILE, GLBK_ERR_LINK, the driver's words in the log, where line 2007 is line 7 of
-            file 2, listed there too; GLBK_ERR_ALLOC; GLBK_ERR_FEATURE: .comp without ctx->compute */
-
 GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *source, glbk_program *out);
-/* Likewise from your text, which has no #version line: glbk writes it, and lib/prelude.glsl after it.
-   Errors   as above; GLBK_ERR_MISMATCH where two samplers or two uniform blocks of the parts that the program declares
-            have one texture unit or one binding, both in the log: give one part an offset; GLBK_ERR_LIMIT where an
+/* Compiles and links a program from your text, which has no #version line: the text that the driver gets
+   begins with that line and lib/prelude.glsl. Compiling takes milliseconds to seconds: do it before the first
+   frame.
+   source   is read during the call only
+   out      is zeroed on errors; free it with glbk_program_free
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, where not one of fragment and compute is given, or outputs are
+            too long; GLBK_ERR_NAME, where a library file is unknown or defines do not parse;
+            GLBK_ERR_COMPILE, GLBK_ERR_LINK, the driver's words in the log, where line 2007 is line 7 of file
+            2, listed there too; GLBK_ERR_ALLOC; GLBK_ERR_FEATURE, for compute without ctx->compute;
+            GLBK_ERR_MISMATCH, where two samplers or two uniform blocks that the program declares have one
+            texture unit or one binding, both in the log: give one part an offset; GLBK_ERR_LIMIT, where an
             offset leads beyond GLBK_MAX_UNITS, GLBK_MAX_BLOCKS or what the context has from first_unit on */
 
 typedef enum glbk_dialect {
@@ -653,34 +649,42 @@ typedef enum glbk_dialect {
 
 typedef struct glbk_shader {        /* one stage of a program */
     const char *uses, *defines;     /* as in glbk_source, or NULL */
-    const char *name;               /* the file with its main ("prog/copy.frag", which brings its own uses), or NULL */
+    const char *name;               /* the file with its main ("prog/copy.frag", which brings its own uses),
+                                       or NULL */
     const char *text;               /* your text, behind that file if both are given; or NULL */
     const glbk_part *parts[GLBK_MAX_PARTS];     /* as in glbk_source */
 } glbk_shader;
 
 GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk_shader *shader, char *out,
                                 size_t bytes);
-/* The text that the two above give to the driver, for your own renderer. Needs no context.
-   float_bits   GLBK_FORMAT_COLOR targets hold integers
-   out          receives it, cut to so many bytes and ended by 0; may be NULL with bytes 0
-   Returns the bytes needed with the 0, or 0 where a name is unknown or defines do not parse. */
+/* Writes the text that glbk_program_compile gives to the driver for one stage, for a renderer with shaders of
+   its own. It needs no context. Returns the bytes that the text needs with its 0, or 0 where a name is
+   unknown or defines do not parse.
+   float_bits   not 0: GLBK_FORMAT_COLOR targets hold integers, as they do without ctx->float_targets
+   out          receives the text, cut to `bytes` bytes and ended by 0; it may be NULL with bytes 0 */
 
 GLBK_DEF void glbk_program_free(glbk_context *ctx, glbk_program *program);
+/* Deletes a program and zeroes it. */
 
 GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program);
-/* glUseProgram, and at the first time its textures and blocks get their slots. */
+/* Makes a program the one in use; at the first time its textures and blocks get their slots. glbk_begin and
+   glbk_dispatch do this by themselves. Where program is NULL or the context is lost nothing happens. */
 
 enum { GLBK_SLOT_glbk_user0 = 12, GLBK_SLOT_glbk_user1, GLBK_SLOT_glbk_user2, GLBK_SLOT_glbk_user3 };
 
 GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, const glbk_offset *offset,
                                     uint32_t gl_program);
-/* The same for a program that you linked yourself, in use or not: every texture and block of the part's and the base's
-   lists that it declares gets its slot, samplers of yours that are called glbk_user0 to glbk_user3 those above.
-   Beside the functions for your own shaders these are free; not beside lib/ism_gbuffer.glsl and the programs of rsm and
-   ism themselves: glbk_rsm_states, _coarse, _history and _before have 12 to 15, ism's G-buffer and light 11 to 15.
-   part     NULL = the base alone
-   offset   of the part's slots; NULL = none. The base's stay where they are
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT, as glbk_program_compile says; GLBK_ERR_LOST. Nothing is set then */
+/* Gives the textures and blocks of a program that you linked yourself their slots, as glbk_program_use does
+   for the library's: those of the part's and the base's lists that it declares, and samplers of yours that
+   are called glbk_user0 to glbk_user3, which have the slots above. Call it once after linking; the program
+   need not be in use. The slots 12 to 15 are free beside the functions for your own shaders. They are not
+   beside lib/ism_gbuffer.glsl and the programs of rsm and ism themselves: glbk_rsm_states, _coarse, _history
+   and _before have 12 to 15, ism's G-buffer and light 11 to 15.
+   part         NULL = the base alone
+   offset       moves the part's slots; NULL = not at all. The base's stay where they are
+   gl_program   GL's name of a linked program
+   Errors       GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT, GLBK_ERR_MISMATCH, as glbk_program_compile says;
+                GLBK_ERR_LOST. Nothing is set then */
 
 /* ---- passes ---- */
 
@@ -705,8 +709,9 @@ typedef enum glbk_blend {
 typedef enum glbk_cull { GLBK_CULL_OFF, GLBK_CULL_BACK, GLBK_CULL_FRONT, GLBK_CULL_COUNT } glbk_cull;
 
 typedef struct glbk_pass {
-    const glbk_target *target;      /* NULL = the framebuffer that is bound; then the viewport must be given, and
-                                       FRAMEBUFFER_SRGB is as you have set it: no pass encodes colours by itself */
+    const glbk_target *target;      /* NULL = the framebuffer that is bound; then the viewport must be given,
+                                       and FRAMEBUFFER_SRGB is as you have set it: no pass encodes colours by
+                                       itself */
     int32_t            viewport[4]; /* x, y, width, height; all zero = the whole target */
     glbk_depth         depth;
     glbk_blend         blend;
@@ -715,59 +720,51 @@ typedef struct glbk_pass {
     float              offset[2];   /* of depth: factor and units of glPolygonOffset; both 0 = off */
 } glbk_pass;                        /* all zero but the target: overwrite everything */
 
-/* The techniques' glbk_..._resolve draw a picture one texel a pixel, its lower left corner at the viewport's. A smaller
-   viewport cuts it off; a larger one, or a larger target without a viewport, is GLBK_ERR_DESC: nothing is scaled.
-   To show a picture in another size, resolve to a target of its own size and draw that. */
-
-typedef struct glbk_picture {       /* what glbk_..._resolve draws, beside what the pass says. NULL or all zero: every
-                                       pixel, without depths */
-    int          keep_empty;        /* not 0: where nothing is seen, nothing is drawn: what lies there stays */
-    const float *world_to_clip;     /* 16 floats, OpenGL's clip space -1..1: depths are drawn too, those of what is
-                                       seen, 1 where nothing is; pass.depth tests and writes them. They are recomputed
-                                       from places, so they may differ in the last bits from those of a draw of the
-                                       same surface. NULL: one depth, 0.5, for all */
-} glbk_picture;
-/* With desc.check, glbk_..._resolve without pass.target is GLBK_ERR_ORDER while the framebuffer that is bound is a
-   technique's, see glbk_check. */
-
 GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_program *program);
-/* Sets every state that a draw depends on, so that nothing inherited shows; binds target and program and the empty
-   vertex array. Bind textures and blocks after it. docs/gl-state.md lists what is touched.
+/* Begins a pass: sets every state that a draw depends on, so that nothing inherited shows, and binds the
+   target, the program and the empty vertex array. Bind textures and blocks after it. docs/gl-state.md lists
+   what is touched.
    program  NULL where you use your own
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_LOST; GL's error flag is not asked */
 
-GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4]);
-/* After glbk_begin to that target. Integer formats get the numbers, rounded, within 0 and 2^32 - 1; GLBK_FORMAT_COLOR
-   the floats. */
+GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                         const float rgba[4]);
+/* Fills a colour attachment of the target that glbk_begin has bound, whatever the viewport. Integer formats
+   get the numbers, rounded, within 0 and 2^32 - 1; GLBK_FORMAT_COLOR gets the floats. Where an argument is
+   NULL or attachment is not below target->count nothing happens. */
+
 GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth);
-/* After glbk_begin with a depth mode that writes. */
+/* Fills the depth of the target that glbk_begin has bound, in a pass whose depth mode writes. depth is 0
+   (near) .. 1 (far). */
 
 GLBK_DEF void glbk_bind_texture(glbk_context *ctx, uint32_t slot, const glbk_texture *texture);
-/* To a slot of the lists (GLBK_SLOT_name), plus its part's offset, without a sampler object. Slots count from
-   ctx->first_unit on, 16 and those that offsets name; bind textures of your own beyond them yourself. A slot beyond
-   GLBK_MAX_UNITS or the context's last unit does nothing.
-   texture   NULL or not created: the unit gets no texture, for a sampler that is declared and not read. What others
-             left there may be of another kind than the sampler, and WebGL then refuses to draw. */
+/* Binds a texture to a slot for the draws and dispatches that follow, without a sampler object.
+   slot      GLBK_SLOT_name of the lists, plus its part's offset, counted from ctx->first_unit on. One beyond
+             GLBK_MAX_UNITS or the context's last unit does nothing: bind textures of your own there yourself
+   texture   NULL or not created: the unit gets no texture, for a sampler that is declared and not read. What
+             others left there may be of another kind than the sampler, and WebGL then refuses to draw */
+
 GLBK_DEF void glbk_bind_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
-/* The whole buffer as uniform block. */
+/* Binds a whole buffer as the uniform block of a slot, GLBK_SLOT_name plus its part's offset, counted from
+   ctx->first_block on. A slot beyond what the context has does nothing, nor does NULL. */
+
 GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
-/* The whole buffer as storage buffer; with ctx->compute only. */
+/* Binds a whole buffer as the storage buffer of a slot, 0 .. 7, for compute shaders. Without ctx->compute
+   nothing happens. */
+
 GLBK_DEF void glbk_bind_image(glbk_context *ctx, uint32_t slot, const glbk_texture *texture);
-/* Level 0, all layers, to read and to write from compute shaders; with ctx->compute only. Its format is the shader's
-   layout: rgba32f for GLBK_FORMAT_COLOR. Not RG of 8 bits, not sRGB, not depth. */
+/* Binds level 0 of a texture, all layers, to an image slot, 0 .. 7, which compute shaders read and write.
+   Without ctx->compute nothing happens. The shader's layout must name the texture's format: rgba32f for
+   GLBK_FORMAT_COLOR. GL has no images of sRGB and of depth. */
 
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx);
-/* One triangle over the whole viewport: after glbk_begin. */
+/* Draws one triangle over the whole viewport, after glbk_begin, from no attributes. */
 
-GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z);
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
+                                   uint32_t z);
 /* Runs x * y * z groups of a compute program and makes what it wrote visible to everything after it.
-   Errors   GLBK_ERR_FEATURE, GLBK_ERR_LOST */
-
-GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
-                                            size_t offset);
-/* The same with x, y, z as three uint32_t at that byte of a buffer, which a shader may have written.
-   offset   a multiple of 4
-   Errors   GLBK_ERR_FEATURE, GLBK_ERR_LOST */
+   x, y, z  each 0 .. 65535, which every context allows
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE without ctx->compute; GLBK_ERR_LOST */
 
 /* ---- state ---- */
 
@@ -786,9 +783,13 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
 } glbk_state;
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
+/* Keeps every state that passes and binding calls may change, docs/gl-state.md, for glbk_state_restore. Call
+   both round a pass or a whole frame of them where the rest of your renderer relies on its state. It asks GL
+   some hundred times, which drivers with threads of their own wait for. */
+
 GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
-/* Round a pass or a whole frame of them, where the rest of your renderer relies on its state. What was bound must not
-   be deleted in between; a program that you had deleted while it was in use is gone (0) afterwards, as GL says. */
+/* Sets again what glbk_state_save has kept. What was bound must not be deleted in between; a program that you
+   had deleted while it was in use is gone (0) afterwards, as GL says. */
 
 /* ---- bindings ----
 
@@ -799,17 +800,16 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
      GLBK_part_STORAGE(X)    X(qualifiers, GLSL type, name, slot), an array without size, for compute
      GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
-   Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part. A
-   program that uses several parts gives each a glbk_offset, so that they do not meet; base being one too, whose slots
-   stay. From the lists come GLBK_SLOT_name, the C struct of each block (std140:
-   only mat4, vec4, ivec4, uvec4 and arrays of them, so that both layouts are the same), and the library file
-   "part_bindings". Members are read as block.member. */
+   A list may consist of other lists, each named with (X) behind it. Slots of textures count from 0 to
+   GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part. A program that uses several
+   parts gives each a glbk_offset, so that they do not meet; base being one too, whose slots stay. From the
+   lists come GLBK_SLOT_name, the C struct of each block, and the library file "part_bindings". Members are
+   read as block.member. Their layout is std140 and that of C at the same time: members are mat4, vec4,
+   ivec4, uvec4, arrays of these, and float and uint, four of which fill the place of a vec4; tools/check-
+   glsl compares both layouts. */
 
 #define GLBK_BASE_TEXTURES(X) X(glbk_color_sampler, glbk_source, 0)
-#define GLBK_SHOWN_MEMBERS(X)       \
-    X(mat4, to_clip, 1)             \
-    X(uvec4, how, 1)                /* corner, ints by their bits; glbk_picture: keep_empty, whether with depths */
-#define GLBK_BASE_BLOCKS(X) X(glbk_shown, 7, GLBK_SHOWN_MEMBERS)
+#define GLBK_BASE_BLOCKS(X)
 #define GLBK_BASE_STORAGE(X)
 #define GLBK_BASE_IMAGES(X)
 
@@ -821,6 +821,8 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
 #define GLBK__MEMBER_vec4(name, count) float name[4 * (count)];
 #define GLBK__MEMBER_ivec4(name, count) int32_t name[4 * (count)];
 #define GLBK__MEMBER_uvec4(name, count) uint32_t name[4 * (count)];
+#define GLBK__MEMBER_float(name, count) float name;     /* count is 1: std140 would spread an array */
+#define GLBK__MEMBER_uint(name, count) uint32_t name;
 #define GLBK__MEMBER(type, name, count) GLBK__MEMBER_##type(name, count)
 #define GLBK__STRUCT(name, slot, members) typedef struct name { members(GLBK__MEMBER) } name;
 #define GLBK__PART(PART)                        \
@@ -838,74 +840,103 @@ GLBK__PART(BASE)
 
 /* ---- for the techniques' headers: not for you, may change without notice ----
 
-   Their implementations may stand in other files than this header's, hence no static functions. */
+   Their implementations may stand in other files than this header's, hence no static functions: GLBK__DEF is
+   GLBK_DEF for them. */
 
 #define GLBK__TEXTURE_ENTRY(type, name, slot) { #name, slot },
 #define GLBK__BLOCK_ENTRY(name, slot, members) { #name "_block", slot },
-#define GLBK__PART_CODE(part, PART)                                                                         \
-    static const glbk_slot glbk__##part##_units[] = { GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) { NULL, 0 } };  \
-    static const glbk_slot glbk__##part##_bindings[] = { GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY) { NULL, 0 } };   \
-    static const glbk_part glbk__##part##_part = {                                                          \
-        #part, glbk__##part##_files, sizeof glbk__##part##_files / sizeof glbk__##part##_files[0],          \
-        glbk__##part##_units, glbk__##part##_bindings                                                       \
-    };                                                                                                      \
+#define GLBK__PART_CODE(part, PART)                                                                \
+    static const glbk_slot glbk__##part##_units[] = {                                              \
+        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) { NULL, 0 }                                    \
+    };                                                                                             \
+    static const glbk_slot glbk__##part##_bindings[] = {                                           \
+        GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY) { NULL, 0 }                                        \
+    };                                                                                             \
+    GLBK__PART_FUNCTION(part)
+#define GLBK__PART_FUNCTION(part)                                                                  \
+    static const glbk_part glbk__##part##_part = {                                                 \
+        #part, glbk__##part##_files, sizeof glbk__##part##_files / sizeof glbk__##part##_files[0], \
+        glbk__##part##_units, glbk__##part##_bindings                                              \
+    };                                                                                             \
     GLBK_DEF const glbk_part *glbk_##part##_part(void) { return &glbk__##part##_part; }
 
-/* Every call that can fail and calls GL begins and ends with enter and leave; those of a frame ask for GL's error flag
-   only with desc.check. made: the end of a creating call whose last steps were a frame's. */
-GLBK_DEF glbk_result glbk__enter(glbk_context *ctx);
-GLBK_DEF glbk_result glbk__leave(glbk_context *ctx);
-GLBK_DEF glbk_result glbk__leave_frame(glbk_context *ctx);
-GLBK_DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result);
+/* Every call that can fail and calls GL begins with glbk__enter, which returns GLBK_ERR_ARGUMENT for no
+   context, GLBK_ERR_LOST, or GLBK_ERR_PENDING, and ends with glbk__leave, which returns the errors that GL
+   has kept since. A call of a frame ends with glbk__leave_frame, which asks GL with desc.check alone.
+   glbk__made ends a creating call whose last steps were those of a frame: where result is GLBK_OK it asks
+   GL. */
+GLBK__DEF glbk_result glbk__enter(glbk_context *ctx);
+GLBK__DEF glbk_result glbk__leave(glbk_context *ctx);
+GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx);
+GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result);
 
-/* These log why a call fails and return the result: "FUNCTION: FIELD TEXT"; "FUNCTION: FIELD is VALUE; it must be
-   WANTED"; "FUNCTION: FIELD is VALUE; it must be LOW..HIGH". function is __func__ of the public function. */
-GLBK_DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function, const char *field,
-                               const char *text);
-GLBK_DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *field, double value, const char *wanted);
-GLBK_DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *field, double value, double low, double high);
-/* "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts indices from 0. */
-GLBK_DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *mesh, size_t position, size_t index, size_t vertex_count);
+/* These log why a call fails and return the result: "FUNCTION: FIELD TEXT"; "FUNCTION: FIELD is VALUE; it
+   must be WANTED"; "FUNCTION: FIELD is VALUE; it must be LOW..HIGH". function is __func__ of the public
+   function. */
+GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
+                                const char *field, const char *text);
+GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *field, double value, const char *wanted);
+GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *field, double value, double low, double high);
+/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
+   position counts indices from 0. */
+GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *mesh, size_t position, size_t index, size_t vertex_count);
 
-static inline glbk_offset glbk__offset(const glbk_offset *offset)
-{
-    const glbk_offset none = { 0, 0 };
-    return offset ? *offset : none;
-}
+/* Returns *offset, or zeros for NULL. */
+GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 
-/* All values of a block or storage buffer for the draws that follow, bound to its slot. */
-GLBK_DEF glbk_result glbk__put_values(glbk_context *ctx, uint32_t target, uint32_t slot, const glbk_buffer *buffer,
+/* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
+GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
                                       const void *values);
-GLBK_DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer, const void *values);
 
-/* glbk_target_create for a target that is a technique's own: nobody else is to draw to it. canvas: likewise with a
-   texture that it makes. attach: a texture into the framebuffer that is bound. */
-GLBK_DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                  const glbk_texture *depth, glbk_texture *texture, glbk_target *target);
-GLBK_DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
-GLBK_DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t, uint32_t level,
-                           uint32_t layer);
-GLBK_DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on);
+/* glbk__canvas makes a texture and a target of it, with `depth` if that is not NULL. glbk__target_create
+   makes a target as glbk_target_create does. Both are a technique's own: nobody else is to draw to them,
+   which glbk_check looks for. glbk__attach attaches a texture to the framebuffer that is bound; NULL does
+   nothing. */
+GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                   const glbk_texture *depth, glbk_texture *texture, glbk_target *target);
+GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
+GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
+                            uint32_t level, uint32_t layer);
 
-/* glbk_begin for a resolve, whose program uses lib/picture.glsl: a picture of width x height, see glbk_picture. */
-GLBK_DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass, const glbk_picture *picture,
-                                         uint32_t width, uint32_t height, glbk_program *program);
+/* With desc.check, returns GLBK_ERR_ORDER and logs it while a technique's framebuffer is bound. */
+GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *function);
 
-/* glbk_program_create where the file uses files of another part, too; other may be NULL. */
-GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                            const char *name, const char *defines, glbk_program *out);
+/* Enables or disables what glEnable knows by that name. */
+GLBK__DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on);
 
-/* Text that is counted in `used` and written as far as there is room. */
+/* Compiles and links a program of the library.
+   part     has it; NULL = the base
+   other    a second part whose library files it uses, or NULL
+   name     is that of its last stage: "copy.frag", "csm_query.comp"
+   defines  one of its sets, or NULL = none
+   Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
+GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
+                                           const char *defines, glbk_program *out);
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
+                                             const char *name, const char *defines, glbk_program *out);
+
+/* A table is an array texture that lib/table.glsl reads by one number: texel i stands at (i & 1023, i >> 10 &
+   1023, i >> 20). texels: count of them, 1 .. ctx->max_layers * 2^20, in any format but the depth formats, or
+   NULL = undefined. On the GPU it takes count rounded up to rows of 1024, above 2^20 texels to layers of
+   2^20; beyond ctx->max_layers of them it is GLBK_ERR_LIMIT. Updating sets count texels from number first on,
+   as a call of a frame. */
+GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, const void *texels,
+                                         size_t count, glbk_texture *out);
+GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
+                                         size_t count, const void *texels);
+
+/* Text that is counted in `used` and written as far as there is room: glbk__put adds so many characters,
+   glbk__put_text a string, glbk__put_file a file of GLSL. */
 typedef struct glbk__sink {
     char  *out;
     size_t bytes, used;
 } glbk__sink;
-GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length);
-GLBK_DEF void glbk__put_text(glbk__sink *sink, const char *text);
-GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
+GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length);
+GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
 
 /* ==== src/gl/begin.h ==== */
 
@@ -917,7 +948,7 @@ GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
 
 #endif /* GL_BACKEND_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_BACKEND_IMPLEMENTATION) && !defined(GL_BACKEND_IMPLEMENTED)
 #define GL_BACKEND_IMPLEMENTED
@@ -927,7 +958,6 @@ GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -949,7 +979,7 @@ static inline void glbk__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int glbk__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -965,7 +995,7 @@ static inline glbk__allocator glbk__allocator_make(void *(*alloc_fn)(size_t, voi
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk__alloc(const glbk__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -978,7 +1008,6 @@ static inline void glbk__free(const glbk__allocator *a, void *memory)
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk__allocator glbk__memory(const glbk_context *ctx)
@@ -989,17 +1018,17 @@ static inline glbk__allocator glbk__memory(const glbk_context *ctx)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* GLBK__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GLBK__COLD __attribute__((cold))
 #else
 #define GLBK__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct glbk__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -1008,7 +1037,7 @@ typedef struct glbk__logger {
 
 typedef struct glbk__message { char text[256]; size_t used; } glbk__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline GLBK__COLD void glbk__message_text(glbk__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -1025,8 +1054,8 @@ static inline GLBK__COLD void glbk__message_count(glbk__message *m, uint64_t val
     glbk__message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline GLBK__COLD int glbk__message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -1045,7 +1074,8 @@ static inline GLBK__COLD int glbk__message_digits(double value, char digits[8], 
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline GLBK__COLD void glbk__message_number(glbk__message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -1085,7 +1115,7 @@ static inline GLBK__COLD void glbk__message_number(glbk__message *m, double valu
     for (i = count; i <= exponent; i++) glbk__message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline GLBK__COLD void glbk__message_begin(glbk__message *m, const glbk__logger *logger, const char *field)
 {
     m->used = 0;
@@ -1094,7 +1124,7 @@ static inline GLBK__COLD void glbk__message_begin(glbk__message *m, const glbk__
     glbk__message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline GLBK__COLD void glbk__log_text(const glbk__logger *logger, const char *field, const char *text)
 {
     glbk__message m;
@@ -1105,8 +1135,10 @@ static inline GLBK__COLD void glbk__log_text(const glbk__logger *logger, const c
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     glbk__message m;
     if (!logger->log) return;
@@ -1118,9 +1150,10 @@ static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const 
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline GLBK__COLD void glbk__log_index(const glbk__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline GLBK__COLD void glbk__log_index(const glbk__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     glbk__message m;
     if (!logger->log) return;
@@ -1142,196 +1175,6 @@ static inline GLBK__COLD void glbk__log_index(const glbk__logger *logger, const 
 
 static const char *const glbk__glsl_lib_base_bindings_glsl[] = {
     "\nuniform glbk_color_sampler glbk_source;\n"
-};
-
-static const char *const glbk__glsl_lib_cohsm_math_glsl[] = {
-    "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
-    "#define COHSM_BELOW_1 0.99999994\n"
-    "#define COHSM_HUGE 3.402823466e38\n"
-    "\nbool cohsm_finite(float x){return(floatBitsToUint(x)&0x7f800000u)!=0x7f800000u;}\n"
-    "bool cohsm_finite3(vec3 v){return cohsm_finite(v.x)&&cohsm_finite(v.y)&&cohsm_finite(v.z);}\n"
-    "float cohsm_clamp_unit(float u){return u>0.0?min(u,COHSM_BELOW_1):0.0;}\n"
-    "float cohsm_safe_sqrt(float x){return x>0.0?sqrt(x):0.0;}\n"
-    "\n\nfloat cohsm_copysign(float x,float s)\n"
-    "{\n"
-    "return uintBitsToFloat((floatBitsToUint(x)&0x7fffffffu)|(floatBitsToUint(s)&0x80000000u));\n"
-    "}\n"
-    "\n\nvec2 cohsm_sincos(float x)\n"
-    "{\n"
-    "float t=clamp(x,-8192.0,8192.0);\n"
-    "int k=int(t*0.636619772+(t<0.0? -0.5:0.5));\n"
-    "float q=float(k);\n"
-    "float r=((t-q*1.5703125)-q*4.837512969970703125e-4)-q*7.5497899548918822e-8;\n"
-    "float z=r*r;\n"
-    "float s=r+r*z*(-0.1666665494+z*(0.008332178146+z* -0.0001951729898));\n"
-    "float c=(1.0-0.5*z)+z*z*(0.04166664687+z*(-0.001388736752+z*2.443845159e-5));\n"
-    "vec2 v=(k&1)!=0?vec2(c,s):vec2(s,c);\n"
-    "return vec2((k&2)!=0? -v.x:v.x,((k+1)&2)!=0? -v.y:v.y);\n"
-    "}\n"
-    "\nfloat cohsm_acos(float x)\n"
-    "{\n"
-    "float a=min(abs(x),1.0),h=0.5*(1.0-a);\n"
-    "bool far=a>0.5;\n"
-    "float s=far?sqrt(h):a,z=far?h:a*a;\n"
-    "float p=s+s*z*(0.1666675393+z*(0.07495241769+z*(0.04547709903+z*(0.02414760004+\n"
-    "z*0.04221856856))));\n"
-    "p=far?2.0*p:1.57079633-p;\n"
-    "return x<0.0?3.14159265-p:p;\n"
-    "}\n"
-    "\n\nfloat cohsm_atan2(float y,float x)\n"
-    "{\n"
-    "float ax=abs(x),ay=abs(y),hi=max(ax,ay),lo=min(ax,ay);\n"
-    "float a=lo==hi&&hi>0.0?1.0:lo/(hi>0.0?hi:1.0);\n"
-    "bool steep=a>0.414213562;\n"
-    "float t=steep?(a-1.0)/(a+1.0):a,z=t*t;\n"
-    "float p=t+t*z*(-0.3333295525+z*(0.1997792608+z*(-0.1387984996+z*0.08060308882)));\n"
-    "p=steep?p+0.785398163:p;\n"
-    "p=ay>ax?1.57079633-p:p;\n"
-    "p=(floatBitsToUint(x)>>31)!=0u?3.14159265-p:p;\n"
-    "return cohsm_copysign(p,y);\n"
-    "}\n"
-    "\n\nfloat cohsm_exp(float x)\n"
-    "{\n"
-    "float t=clamp(x,-88.0,88.0);\n"
-    "float k=floor(t*1.44269504+0.5);\n"
-    "float r=(t-k*0.693145752)-k*1.42860677e-6;\n"
-    "float p=1.0+(r+r*r*(0.500000008+r*(0.166666669+r*(0.0416662701+r*(0.00833326438+\n"
-    "r*0.00139460621)))));\n"
-    "return t< -87.0?0.0:p*uintBitsToFloat(uint(int(k)+127)<<23);\n"
-    "}\n"
-    "\n\nfloat cohsm_log(float x)\n"
-    "{\n"
-    "uint bits=floatBitsToUint(x);\n"
-    "int e=int(bits>>23)-127;\n"
-    "float m=uintBitsToFloat((bits&0x007fffffu)|0x3f800000u);\n"
-    "if(m>1.41421356){\n"
-    "m*=0.5;\n"
-    "e+=1;\n"
-    "}\n"
-    "float s=(m-1.0)/(m+1.0),z=s*s;\n"
-    "float p=2.0*(s+s*z*(0.333333328+z*(0.200001676+z*(0.142686543+z*0.117910756))));\n"
-    "return float(e)*0.693145752+(p+float(e)*1.42860677e-6);\n"
-    "}\n"
-    "\n\nfloat cohsm_pow(float x,float y)\n"
-    "{\n"
-    "if(y==0.0)return 1.0;\n"
-    "if(!(x>1.18e-38))return y>0.0?0.0:COHSM_HUGE;\n"
-    "float t=y*cohsm_log(x);\n"
-    "return t>88.0?COHSM_HUGE:cohsm_exp(t);\n"
-    "}\n"
-    "\n\nvec3 cohsm_normalize(vec3 v)\n"
-    "{\n"
-    "float m=max(max(abs(v.x),abs(v.y)),abs(v.z));\n"
-    "if(!(m>0.0))return vec3(0.0);\n"
-    "if(m<1e-30){\n"
-    "v*=1e30;\n"
-    "m*=1e30;\n"
-    "}\n"
-    "v/=m;\n"
-    "return v/sqrt(dot(v,v));\n"
-    "}\n"
-    "\n\nvoid cohsm_basis(vec3 n,out vec3 t,out vec3 b)\n"
-    "{\n"
-    "float s=n.z>=0.0?1.0: -1.0,a= -1.0/(s+n.z),c=n.x*n.y*a;\n"
-    "t=vec3(1.0+s*n.x*n.x*a,s*c,-s*n.x);\n"
-    "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
-    "}\n"
-    "\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
-    "{\n"
-    "float a=2.0*uv.x-1.0,b=2.0*uv.y-1.0,x=abs(a),z=abs(b);\n"
-    "float d=1.0-(x+z),r=1.0-abs(d),f=r*sqrt(2.0-r*r);\n"
-    "vec2 sc=cohsm_sincos(r>0.0?((z-x)/r+1.0)*0.785398163:0.0);\n"
-    "return vec3(a<0.0? -f*sc.y:f*sc.y,d<0.0?r*r-1.0:1.0-r*r,b<0.0? -f*sc.x:f*sc.x);\n"
-    "}\n"
-    "\nvec2 cohsm_octa_square(vec3 n)\n"
-    "{\n"
-    "float r=sqrt((n.x*n.x+n.z*n.z)/(1.0+abs(n.y)));\n"
-    "float b=cohsm_atan2(abs(n.z),abs(n.x))*0.636619772*r,a=r-b,t=a;\n"
-    "if(n.y<0.0){\n"
-    "a=1.0-b;\n"
-    "b=1.0-t;\n"
-    "}\n"
-    "a=clamp(a,0.0,1.0);\n"
-    "b=clamp(b,0.0,1.0);\n"
-    "return 0.5*vec2(n.x<0.0?1.0-a:1.0+a,n.z<0.0?1.0-b:1.0+b);\n"
-    "}\n"
-    "\n\nvec2 cohsm_concentric(vec2 uv)\n"
-    "{\n"
-    "float a=2.0*uv.x-1.0,b=2.0*uv.y-1.0,r,phi;\n"
-    "if(abs(a)>abs(b)){\n"
-    "r=a;\n"
-    "phi=0.785398163*(b/a);\n"
-    "}else{\n"
-    "r=b;\n"
-    "phi=b==0.0?0.0:1.57079633-0.785398163*(a/b);\n"
-    "}\n"
-    "return r*cohsm_sincos(phi).yx;\n"
-    "}\n"
-    "\n\nvec2 cohsm_disc_square(vec2 p)\n"
-    "{\n"
-    "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
-    "if(abs(p.x)>abs(p.y)){\n"
-    "a=p.x>0.0?r: -r;\n"
-    "b=a*(4.0/COHSM_PI)*cohsm_atan2(p.y/p.x,1.0);\n"
-    "}else{\n"
-    "b=p.y>0.0?r: -r;\n"
-    "a=r>0.0?b*(4.0/COHSM_PI)*cohsm_atan2(p.x/p.y,1.0):0.0;\n"
-    "}\n"
-    "return vec2(cohsm_clamp_unit(0.5*(a+1.0)),cohsm_clamp_unit(0.5*(b+1.0)));\n"
-    "}\n"
-    "\n\n\nuint cohsm_hash(uint x)\n"
-    "{\n",
-    "uint state=x*747796405u+2891336453u;\n"
-    "uint word=((state>>((state>>28)+4u))^state)*277803737u;\n"
-    "return(word>>22)^word;\n"
-    "}\n"
-    "\nuint cohsm_hash_combine(uint a,uint b){return cohsm_hash(a+0x9e3779b9u*cohsm_hash(b));}\n"
-    "float cohsm_to_unit(uint bits){return float(bits>>8)*(1.0/16777216.0);}\n"
-    "\n\nfloat cohsm_random(uint seed,uint stream,uint i)\n"
-    "{\n"
-    "return cohsm_to_unit(cohsm_hash_combine(cohsm_hash_combine(seed,stream),i));\n"
-    "}\n"
-    "\nuint cohsm_reverse_bits(uint x)\n"
-    "{\n"
-    "x=(x>>16)|(x<<16);\n"
-    "x=((x>>8)&0x00ff00ffu)|((x&0x00ff00ffu)<<8);\n"
-    "x=((x>>4)&0x0f0f0f0fu)|((x&0x0f0f0f0fu)<<4);\n"
-    "x=((x>>2)&0x33333333u)|((x&0x33333333u)<<2);\n"
-    "return((x>>1)&0x55555555u)|((x&0x55555555u)<<1);\n"
-    "}\n"
-    "\n\nuint cohsm_owen(uint x,uint seed)\n"
-    "{\n"
-    "x=cohsm_reverse_bits(x)+seed;\n"
-    "x^=x*0x6c50b47cu;\n"
-    "x^=x*0xb82f1e52u;\n"
-    "x^=x*0xc7afe638u;\n"
-    "x^=x*0x8d22f6e6u;\n"
-    "return cohsm_reverse_bits(x);\n"
-    "}\n"
-    "\n\nvec2 cohsm_sobol2(uint i,uint seed)\n"
-    "{\n"
-    "uint y=0u,d=0x80000000u;\n"
-    "i=cohsm_owen(i,cohsm_hash(seed));\n"
-    "uint x=cohsm_reverse_bits(i);\n"
-    "for(uint k=i;k!=0u;k>>=1){\n"
-    "if((k&1u)!=0u)y^=d;\n"
-    "d^=d>>1;\n"
-    "}\n"
-    "return vec2(cohsm_to_unit(cohsm_owen(x,cohsm_hash_combine(seed,1u))),\n"
-    "cohsm_to_unit(cohsm_owen(y,cohsm_hash_combine(seed,2u))));\n"
-    "}\n"
-};
-
-static const char *const glbk__glsl_lib_picture_glsl[] = {
-    "\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.how.xy);}\n"
-    "\n\nbool glbk_picture_asks(){return(glbk_shown.how.z|glbk_shown.how.w)!=0u;}\n"
-    "\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
-    "{\n"
-    "if(glbk_shown.how.z!=0u&& !seen)discard;\n"
-    "vec4 clip=glbk_shown.to_clip*vec4(p,1.0);\n"
-    "float deep=seen&&clip.w>0.0?clamp(clip.z/clip.w*0.5+0.5,0.0,1.0):1.0;\n"
-    "gl_FragDepth=glbk_shown.how.w!=0u?deep:gl_FragCoord.z;\n"
-    "}\n"
 };
 
 static const char *const glbk__glsl_lib_prelude_glsl[] = {
@@ -1365,13 +1208,6 @@ static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "#endif\n"
 };
 
-static const char *const glbk__glsl_lib_shown_glsl[] = {
-    "\nlayout(std140)uniform glbk_shown_block{\n"
-    "mat4 to_clip;\n"
-    "uvec4 how;\n"
-    "}glbk_shown;\n"
-};
-
 static const char *const glbk__glsl_lib_table_glsl[] = {
     "\nivec3 glbk_table_at(uint i)\n"
     "{\n"
@@ -1402,21 +1238,15 @@ static const char *const glbk__glsl_prog_copy_frag[] = {
 static const char *const glbk__glsl_prog_screen_vert[] = {
     "\nvoid main()\n"
     "{\n"
-    "gl_Position=vec4(gl_VertexID==1?3.0: -1.0,gl_VertexID==2?3.0: -1.0,0.0,1.0);\n"
+    "gl_Position=vec4(gl_VertexID==1?3.: -1.,gl_VertexID==2?3.: -1.,.0,1.);\n"
     "}\n"
 };
 
 static const glbk_file glbk__base_files[] = {
     { "lib/base_bindings.glsl", glbk__glsl_lib_base_bindings_glsl, 1, "", "",
       "", "" },
-    { "lib/cohsm_math.glsl", glbk__glsl_lib_cohsm_math_glsl, 2, "", "",
-      "", "" },
-    { "lib/picture.glsl", glbk__glsl_lib_picture_glsl, 1, "shown", "",
-      "", "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 1, "", "",
       "", "" },
-    { "lib/shown.glsl", glbk__glsl_lib_shown_glsl, 1, "", "",
-      "", "glbk_shown" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 1, "", "",
       "", "" },
     { "prog/copy.frag", glbk__glsl_prog_copy_frag, 1, "base_bindings", "screen.vert",
@@ -1483,24 +1313,24 @@ static glbk__logger glbk__logger_of(const glbk_context *ctx, const char *functio
     return logger;
 }
 
-GLBK_DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function, const char *field,
-                               const char *text)
+GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
+                                const char *field, const char *text)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_text(&logger, field, text);
     return result;
 }
 
-GLBK_DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *field, double value, const char *wanted)
+GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *field, double value, const char *wanted)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_value(&logger, field, value, wanted);
     return result;
 }
 
-GLBK_DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *field, double value, double low, double high)
+GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *field, double value, double low, double high)
 {
     glbk__message m;
     m.used = 0;
@@ -1510,8 +1340,8 @@ GLBK_DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result
     return glbk__bad_value(ctx, result, function, field, value, m.text);
 }
 
-GLBK_DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                     const char *mesh, size_t position, size_t index, size_t vertex_count)
+GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                      const char *mesh, size_t position, size_t index, size_t vertex_count)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_index(&logger, mesh, position, index, vertex_count);
@@ -1524,8 +1354,8 @@ GLBK_DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result
 
 enum { GLBK__OUT_OF_MEMORY = 0x0505, GLBK__CONTEXT_LOST = 0x0507 };
 
-/* Takes all errors that GL keeps; there may be one for each part of a distributed driver. The count is bounded since a
-   driver without a context may return an error for ever. */
+/* Takes all errors that GL keeps; there may be one for each part of a distributed driver. The count is
+   bounded since a driver without a context may return an error for ever. */
 static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
 {
     uint32_t first = ctx->gl.GetError(), error = first;
@@ -1539,37 +1369,37 @@ static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
         error = ctx->gl.GetError();
     }
     if (!first) return GLBK_OK;
-    glbk__log_constant(ctx, otherwise == GLBK_ERR_PENDING ? "before this call: GL error " : "GL error ", first);
+    glbk__log_constant(ctx, otherwise == GLBK_ERR_PENDING ? "before this call: GL error " : "GL error ",
+                       first);
     return otherwise == GLBK_ERR_GL && first == GLBK__OUT_OF_MEMORY ? GLBK_ERR_GL_MEMORY : otherwise;
 }
 
 /* Every function that can fail and calls GL begins and ends with these. */
-GLBK_DEF glbk_result glbk__enter(glbk_context *ctx)
+GLBK__DEF glbk_result glbk__enter(glbk_context *ctx)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     return ctx->lost ? GLBK_ERR_LOST : glbk__take_errors(ctx, GLBK_ERR_PENDING);
 }
 
-GLBK_DEF glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
+GLBK__DEF glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
 
-/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and drivers with
-   threads of their own wait for all that was asked of them before. */
+/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and
+   drivers with threads of their own wait for all that was asked of them before. */
 static glbk_result glbk__enter_frame(glbk_context *ctx)
 {
     if (!ctx || ctx->check) return glbk__enter(ctx);
     return ctx->lost ? GLBK_ERR_LOST : GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
+GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
 
 /* The end of a creating call whose last steps were a frame's. */
-GLBK_DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
+GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
 {
     return result == GLBK_OK ? glbk__leave(ctx) : result;
 }
 
-/* With desc.check: whether a technique's framebuffer is bound where yours should be. */
-static glbk_result glbk__check_bound(const glbk_context *ctx, const char *function)
+GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *function)
 {
     int32_t bound = 0;
     if (!ctx->check || !ctx->inner) return GLBK_OK;
@@ -1593,12 +1423,13 @@ GLBK_DEF glbk_result glbk_check(glbk_context *ctx)
 /* ---- init: functions and what the context can do ---- */
 
 enum {
-    GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS, GLBK__GROUP_COMPUTE,
-    GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
+    GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS,
+    GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
 };
 
-/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which holds nothing
-   but pointers to them: a table of pointers to names would be six times as large in a program that can be moved. */
+/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which
+   holds nothing but pointers to them: a table of pointers to names would be six times as large in a program
+   that can be moved. */
 static const char glbk__function_names[] =
 #define GLBK__ENTRY(group, type, name, parameters) "gl" #name "\0"
     GLBK_FUNCTIONS(GLBK__ENTRY);
@@ -1629,7 +1460,8 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
     return NULL;
 }
 
-/* "4.5 (Core Profile) ...", "OpenGL ES 3.0 ...", "OpenGL ES 3.0 (WebGL 2.0 ...)": the first number is the version. */
+/* "4.5 (Core Profile) ...", "OpenGL ES 3.0 ...", "OpenGL ES 3.0 (WebGL 2.0 ...)": the first number is the
+   version. */
 static void glbk__read_version(glbk_context *ctx, const char *text)
 {
     const char *s = text;
@@ -1681,11 +1513,14 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->float_targets = desk || es32 || glbk__has_extension(ctx, "GL_EXT_color_buffer_float");
     ctx->float_blend = desk || es32 || (ctx->float_targets && glbk__has_extension(ctx, "GL_EXT_float_blend"));
     ctx->float_linear = desk || glbk__has_extension(ctx, "GL_OES_texture_float_linear");
-    ctx->compute = desk && ctx->version >= 430 && !desc->core_only && !glbk__load(ctx, desc, GLBK__GROUP_COMPUTE);
+    ctx->compute =
+        desk && ctx->version >= 430 && !desc->core_only && !glbk__load(ctx, desc, GLBK__GROUP_COMPUTE);
     ctx->clip_control = glbk__has_clip_control(ctx, desc);
     ctx->each_target = desk || (es32 && !glbk__load(ctx, desc, GLBK__GROUP_TARGETS));
-    ctx->each_blend = ctx->each_target && (es32 || ctx->version >= 400) && !glbk__load(ctx, desc, GLBK__GROUP_BLENDS);
-    ctx->offset_clamp = desk && (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
+    ctx->each_blend =
+        ctx->each_target && (es32 || ctx->version >= 400) && !glbk__load(ctx, desc, GLBK__GROUP_BLENDS);
+    ctx->offset_clamp = desk &&
+                        (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
                         !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
     ctx->max_side = glbk__get(ctx, 0x0D33);
     ctx->max_layers = glbk__get(ctx, 0x88FF);
@@ -1696,7 +1531,8 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->max_point_side = points[1];
 }
 
-/* Whether `least` bindings from `first` on are among those that the context has; *out: how many, up to `most`. */
+/* Whether `least` bindings from `first` on are among those that the context has; *out: how many, up to
+   `most`. */
 static glbk_result glbk__check_first(const glbk_context *ctx, const char *field, uint32_t first, uint32_t has,
                                      uint32_t least, uint32_t most, uint32_t *out)
 {
@@ -1729,8 +1565,8 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get(ctx, 0x8B4D), GLBK_UNITS,
                                GLBK_MAX_UNITS, &ctx->unit_count);
     if (result == GLBK_OK)
-        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F), GLBK_BLOCKS,
-                                   GLBK_MAX_BLOCKS, &ctx->block_count);
+        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F),
+                                   GLBK_BLOCKS, GLBK_MAX_BLOCKS, &ctx->block_count);
     if (result != GLBK_OK) return result;
     ctx->gl.GenVertexArrays(1, &ctx->vertex_array);
     ctx->gl.GenBuffers(1, &ctx->shown);
@@ -1751,7 +1587,8 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     if (!desc->get_proc_fn)
         result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
     else if (!glbk__allocator_valid(desc->system.allocator.alloc_fn, desc->system.allocator.free_fn))
-        result = glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
+        result =
+            glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
     else
         result = glbk__init(ctx, desc);
     if (result != GLBK_OK) glbk_free(ctx);
@@ -1776,23 +1613,52 @@ GLBK_DEF void glbk_abandon(glbk_context *ctx)
 
 /* ---- textures ---- */
 
+/* GL's constants of formats. */
+enum {
+    GLBK__RED = 0x1903, GLBK__RGBA = 0x1908, GLBK__RED_INTEGER = 0x8D94, GLBK__RGBA_INTEGER = 0x8D99,
+    GLBK__RG_INTEGER = 0x8228, GLBK__RG = 0x8227, GLBK__DEPTH_COMPONENT = 0x1902, GLBK__R8 = 0x8229,
+    GLBK__RGBA8 = 0x8058, GLBK__SRGB8_ALPHA8 = 0x8C43, GLBK__R8UI = 0x8232, GLBK__RGBA8UI = 0x8D7C,
+    GLBK__R16UI = 0x8234, GLBK__RG16UI = 0x823A, GLBK__RGBA16UI = 0x8D76, GLBK__R32UI = 0x8236,
+    GLBK__RG32UI = 0x823C, GLBK__RGBA32UI = 0x8D70, GLBK__R16F = 0x822D, GLBK__RGBA16F = 0x881A,
+    GLBK__R32F = 0x822E, GLBK__RG32F = 0x8230, GLBK__RGBA32F = 0x8814, GLBK__DEPTH_COMPONENT24 = 0x81A6,
+    GLBK__DEPTH_COMPONENT32F = 0x8CAC
+};
+
 typedef struct glbk__format_info {
     int32_t  internal;
-    uint32_t format, type, bytes, components;
+    uint32_t format, type, bytes;           /* a texel */
 } glbk__format_info;
 
+/* In the order of glbk_format. */
 static const glbk__format_info glbk__formats[] = {
-#define GLBK__ENTRY(name, internal, format, type, bytes, components) { internal, format, type, bytes, components },
-    GLBK_FORMATS(GLBK__ENTRY)
-#undef GLBK__ENTRY
+    { 0, 0, 0, 0 },                                                 /* NONE */
+    { 0, 0, 0, 0 },                                                 /* COLOR: resolved before */
+    { GLBK__R8, GLBK__RED, GLBK_GL_UNSIGNED_BYTE, 1 },
+    { GLBK__RGBA8, GLBK__RGBA, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__SRGB8_ALPHA8, GLBK__RGBA, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__R8UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_BYTE, 1 },
+    { GLBK__RGBA8UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__R16UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_SHORT, 2 },
+    { GLBK__RG16UI, GLBK__RG_INTEGER, GLBK_GL_UNSIGNED_SHORT, 4 },
+    { GLBK__RGBA16UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_SHORT, 8 },
+    { GLBK__R32UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_INT, 4 },
+    { GLBK__RG32UI, GLBK__RG_INTEGER, GLBK_GL_UNSIGNED_INT, 8 },
+    { GLBK__RGBA32UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_INT, 16 },
+    { GLBK__R16F, GLBK__RED, GLBK_GL_HALF_FLOAT, 2 },
+    { GLBK__RGBA16F, GLBK__RGBA, GLBK_GL_HALF_FLOAT, 8 },
+    { GLBK__R32F, GLBK__RED, GLBK_GL_FLOAT, 4 },
+    { GLBK__RG32F, GLBK__RG, GLBK_GL_FLOAT, 8 },
+    { GLBK__RGBA32F, GLBK__RGBA, GLBK_GL_FLOAT, 16 },
+    { GLBK__DEPTH_COMPONENT24, GLBK__DEPTH_COMPONENT, GLBK_GL_UNSIGNED_INT, 4 },
+    { GLBK__DEPTH_COMPONENT32F, GLBK__DEPTH_COMPONENT, GLBK_GL_FLOAT, 4 }
 };
 
 static int glbk__is_depth(glbk_format f) { return f == GLBK_FORMAT_DEPTH24 || f == GLBK_FORMAT_DEPTH32F; }
 
 static int glbk__is_integer(glbk_format f)
 {
-    uint32_t format = glbk__formats[f].format;     /* RED_INTEGER, RG_INTEGER, RGBA_INTEGER */
-    return format == 0x8D94 || format == 0x8228 || format == 0x8D99;
+    const uint32_t format = glbk__formats[f].format;
+    return format == GLBK__RED_INTEGER || format == GLBK__RG_INTEGER || format == GLBK__RGBA_INTEGER;
 }
 
 static int glbk__is_float(glbk_format f)
@@ -1801,7 +1667,8 @@ static int glbk__is_float(glbk_format f)
            (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
-/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or writes. */
+/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or
+   writes. */
 enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
 
 typedef struct glbk__store {
@@ -1809,7 +1676,8 @@ typedef struct glbk__store {
 } glbk__store;
 
 static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
-    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB first */
+    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB
+       first */
     { 0x0CF5, 0x0CF2, 0x0CF3, 0x0CF4, 0x806E, 0x806D, 0x0CF0, 0x0CF1 },
     { 0x0D05, 0x0D02, 0x0D03, 0x0D04, 0x806C, 0x806B, 0x0D00, 0x0D01 }
 };
@@ -1835,11 +1703,15 @@ static void glbk__store_begin(const glbk_context *ctx, int way, glbk__store *old
 static void glbk__store_end(const glbk_context *ctx, int way, const glbk__store *old)
 {
     int i;
-    for (i = 0; i < glbk__store_count(ctx, way); i++) ctx->gl.PixelStorei(glbk__store_names[way][i], old->value[i]);
+    for (i = 0; i < glbk__store_count(ctx, way); i++)
+        ctx->gl.PixelStorei(glbk__store_names[way][i], old->value[i]);
     ctx->gl.BindBuffer(glbk__store_buffer[way][0], (uint32_t)old->buffer);
 }
 
-static uint32_t glbk__binding_of(uint32_t gl_target) { return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du; }
+static uint32_t glbk__binding_of(uint32_t gl_target)
+{
+    return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du;
+}
 
 static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
 {
@@ -1849,7 +1721,8 @@ static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
 }
 
 /* What a format allows of the sampling; of its own values the desc is right. */
-static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function, const glbk_texture_desc *d)
+static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function,
+                                        const glbk_texture_desc *d)
 {
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->sampling == GLBK_SAMPLING_COMPARE)
@@ -1867,12 +1740,14 @@ static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its limit. */
-static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field, uint32_t value,
-                                      uint32_t low, uint32_t high)
+/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its
+   limit. */
+static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field,
+                                      uint32_t value, uint32_t low, uint32_t high)
 {
     if (value >= low && value <= high) return GLBK_OK;
-    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low, high);
+    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
+                           high);
 }
 
 /* Checks a desc and resolves its defaults in place. */
@@ -1884,11 +1759,15 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
                                "a glbk_format, not NONE");
     if ((unsigned)d->sampling >= GLBK_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling, "a glbk_sampling");
-    if (d->format == GLBK_FORMAT_COLOR) d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
+                               "a glbk_sampling");
+    if (d->format == GLBK_FORMAT_COLOR)
+        d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
     result = glbk__check_extent(ctx, function, "desc.width", d->width, 1, ctx->max_side);
-    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.height", d->height, 1, ctx->max_side);
-    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.layers", d->layers, 0, ctx->max_layers);
+    if (result == GLBK_OK)
+        result = glbk__check_extent(ctx, function, "desc.height", d->height, 1, ctx->max_side);
+    if (result == GLBK_OK)
+        result = glbk__check_extent(ctx, function, "desc.layers", d->layers, 0, ctx->max_layers);
     if (result != GLBK_OK) return result;
     most = glbk__all_levels(d->width, d->height);
     if (!d->levels) d->levels = d->sampling == GLBK_SAMPLING_MIPMAPS ? most : 1;
@@ -1899,8 +1778,8 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
-/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those below it are
-   seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
+/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those
+   below it are seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
 static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];
@@ -1920,12 +1799,13 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     const glbk__format_info *f = &glbk__formats[d->format];
     int linear = d->sampling == GLBK_SAMPLING_LINEAR || d->sampling == GLBK_SAMPLING_COMPARE;
     int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? 0x2901 : 0x812F;
+    /* LINEAR_MIPMAP_LINEAR, LINEAR, NEAREST_MIPMAP_NEAREST, NEAREST */
+    const int smaller = mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700 : 0x2600;
     uint32_t level;
 
     /* Parameters first: Mesa allots levels by them, and else forgets some of small arrays of integers. */
     ctx->gl.TexParameteri(target, 0x813D /* MAX_LEVEL */, (int32_t)d->levels - 1);
-    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700
-                                                                                                             : 0x2600);
+    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, smaller);
     ctx->gl.TexParameteri(target, 0x2800 /* MAG_FILTER */, mipmaps || linear ? 0x2601 : 0x2600);
     ctx->gl.TexParameteri(target, 0x2802 /* WRAP_S */, wrap);
     ctx->gl.TexParameteri(target, 0x2803 /* WRAP_T */, wrap);
@@ -1941,10 +1821,11 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
         int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
         const void *data = level == 0 ? d->data : NULL;
         if (d->layers)
-            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0, f->format,
-                               f->type, data);
+            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0,
+                               f->format, f->type, data);
         else
-            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type, data);
+            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type,
+                               data);
     }
     if (mipmaps && d->data) ctx->gl.GenerateMipmap(target);
 }
@@ -2003,24 +1884,26 @@ static void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, con
     glbk__store_end(ctx, GLBK__UNPACK, &old->store);
 }
 
-static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x, uint32_t y,
-                             uint32_t layer, uint32_t width, uint32_t height, uint32_t layers, const void *data)
+static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
+                             uint32_t y, uint32_t layer, uint32_t width, uint32_t height, uint32_t layers,
+                             const void *data)
 {
     const glbk__format_info *f = &glbk__formats[t->format];
     if (t->layers)
-        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer, (int32_t)width,
-                              (int32_t)height, (int32_t)layers, f->format, f->type, data);
+        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer,
+                              (int32_t)width, (int32_t)height, (int32_t)layers, f->format, f->type, data);
     else
-        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
-                              f->format, f->type, data);
+        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width,
+                              (int32_t)height, f->format, f->type, data);
 }
 
 /* Where a run of texels or layers ends. */
-static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field, uint64_t end,
-                                    uint64_t most)
+static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field,
+                                    uint64_t end, uint64_t most)
 {
-    return end <= most ? GLBK_OK
-                       : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
+    return end <= most
+               ? GLBK_OK
+               : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
 }
 
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
@@ -2037,9 +1920,11 @@ GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
     if (result == GLBK_OK)
-        result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
+        result =
+            glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
     if (result == GLBK_OK)
-        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers, t->layers ? t->layers : 1);
+        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers,
+                                  t->layers ? t->layers : 1);
     if (result != GLBK_OK) return result;
     glbk__upload_begin(ctx, t, &old);
     glbk__upload_box(ctx, t, level, x, y, layer, width, height, layers, data);
@@ -2060,8 +1945,8 @@ GLBK_DEF void glbk_texture_free(glbk_context *ctx, glbk_texture *texture)
 
 enum { GLBK__TABLE_BITS = 10, GLBK__TABLE_SIDE = 1 << GLBK__TABLE_BITS };
 
-GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, const void *texels, size_t count,
-                                       glbk_texture *out)
+GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, const void *texels,
+                                         size_t count, glbk_texture *out)
 {
     const size_t side = GLBK__TABLE_SIDE;
     glbk_texture_desc d;
@@ -2074,22 +1959,23 @@ GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, co
     if (ctx->lost) return GLBK_ERR_LOST;
     rows = count ? (count - 1) / side + 1 : 0;
     if (!count || (rows - 1) / side >= ctx->max_layers)
-        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 1,
-                               (double)ctx->max_layers * 1048576.0);
+        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
+                               (double)count, 1, (double)ctx->max_layers * 1048576.0);
     memset(&d, 0, sizeof d);
     d.format = format;
     d.width = GLBK__TABLE_SIDE;
     d.height = (uint32_t)(rows < side ? rows : side);
     d.layers = (uint32_t)((rows - 1) / side + 1);
     result = glbk_texture_create(ctx, &d, out);
-    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk_table_update(ctx, out, 0, count, texels));
+    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk__table_update(ctx, out, 0, count, texels));
     if (result != GLBK_OK) glbk_texture_free(ctx, out);
     return result;
 }
 
-/* A run of texels is up to three boxes in each layer: the rest of a row, whole rows, the beginning of a row. */
-GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *table, size_t first, size_t count,
-                                       const void *texels)
+/* A run of texels is up to three boxes in each layer: the rest of a row, whole rows, the beginning of a
+   row. */
+GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
+                                         size_t count, const void *texels)
 {
     const size_t side = GLBK__TABLE_SIDE;
     const unsigned char *from = (const unsigned char *)texels;
@@ -2099,12 +1985,14 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!table || !table->name || table->width != side || !table->layers)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk_table_create");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
     if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     room = side * table->height * table->layers;
-    if (first > room) return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
+    if (first > room)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
     if (count > room - first)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0, (double)(room - first));
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
+                               (double)(room - first));
     result = glbk__enter_frame(ctx);
     if (result != GLBK_OK || !count) return result;
     glbk__upload_begin(ctx, table, &old);
@@ -2116,8 +2004,8 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
             width = side;
             height = count / side < side - y ? count / side : side - y;
         }
-        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width, (uint32_t)height,
-                         1, from);
+        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width,
+                         (uint32_t)height, 1, from);
         from += width * height * glbk__formats[table->format].bytes;
         first += width * height;
         count -= width * height;
@@ -2144,8 +2032,8 @@ static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, si
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
     if (!bytes || bytes > PTRDIFF_MAX)
-        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes", (double)bytes, 1,
-                               (double)PTRDIFF_MAX);
+        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
+                               (double)bytes, 1, (double)PTRDIFF_MAX);
     ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
     ctx->gl.BindBuffer(target, out->name);
@@ -2162,8 +2050,8 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const v
     return glbk__buffer_make(ctx, __func__, bytes, data, 0, out);
 }
 
-/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one belongs to the
-   vertex array, and core profiles need not have one bound. */
+/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one
+   belongs to the vertex array, and core profiles need not have one bound. */
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out)
 {
     return glbk__buffer_make(ctx, __func__, bytes, data, ctx && ctx->webgl, out);
@@ -2182,8 +2070,8 @@ static glbk_result glbk__check_run(const glbk_context *ctx, const char *function
     return glbk__bad_range(ctx, bad, function, "bytes", (double)bytes, 0, (double)(buffer->bytes - offset));
 }
 
-GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                        const void *data)
+GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                        size_t bytes, const void *data)
 {
     const uint32_t target = GLBK_GL_COPY_WRITE_BUFFER;
     int32_t bound = 0;
@@ -2199,28 +2087,24 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
     return glbk__leave_frame(ctx);
 }
 
-/* All values of a block or storage buffer for the draws that follow, bound to its slot: two calls, which go through the
-   binding that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what they
-   read or, on GPUs that draw tile by tile, splits their pass. */
-GLBK_DEF glbk_result glbk__put_values(glbk_context *ctx, uint32_t target, uint32_t slot, const glbk_buffer *buffer,
+/* All values of a block for the draws that follow, bound to its slot: two calls, which go through the binding
+   that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what
+   they read or, on GPUs that draw tile by tile, splits their pass. */
+GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
                                       const void *values)
 {
+    const uint32_t target = GLBK_GL_UNIFORM_BUFFER;
     glbk_result result = glbk__enter_frame(ctx);
     if (ctx->lost || !buffer->name) return ctx->lost ? GLBK_ERR_LOST : GLBK_ERR_ARGUMENT;
-    if (target == GLBK_GL_UNIFORM_BUFFER) slot += ctx->first_block;
-    ctx->gl.BindBufferBase(target, slot, buffer->name);         /* even so: a callback may draw in spite of an error */
+    /* Even so: a callback may draw in spite of an error. */
+    ctx->gl.BindBufferBase(target, ctx->first_block + slot, buffer->name);
     if (result != GLBK_OK) return result;
     ctx->gl.BufferData(target, (ptrdiff_t)buffer->bytes, values, GLBK_GL_STREAM_DRAW);
     return glbk__leave_frame(ctx);
 }
 
-GLBK_DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer, const void *values)
-{
-    return glbk__put_values(ctx, GLBK_GL_UNIFORM_BUFFER, slot, buffer, values);
-}
-
-GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                      void *out)
+GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                      size_t bytes, void *out)
 {
     int32_t bound = 0;
     glbk_result result = glbk__enter(ctx);
@@ -2257,20 +2141,23 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     const glbk_texture *t = is_color ? d->color[i] : d->depth;
     const uint32_t layer = is_color ? d->layer[i] : d->depth_layer, layers = t->layers ? t->layers : 1;
 
-    if (is_color && i != out->count) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
+    if (is_color && i != out->count)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
     if (!t->name) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
     if (d->level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0, (double)t->levels - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
+                               (double)t->levels - 1);
     if (layer >= layers)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer", layer, 0,
-                               (double)layers - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
+                               layer, 0, (double)layers - 1);
     if (is_color == glbk__is_depth(t->format))
         return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
                          is_color ? "is a depth texture" : "is no depth texture");
     if (glbk__is_float(t->format) && !ctx->float_targets) return GLBK_ERR_FLOAT_TARGET;
     if (out->width && (out->width != glbk__half(t->width, d->level) ||
                        out->height != glbk__half(t->height, d->level)))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i], "is of another size than those before it");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                         "is of another size than those before it");
     out->width = glbk__half(t->width, d->level);
     out->height = glbk__half(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
@@ -2283,23 +2170,26 @@ static glbk_result glbk__check_target(const glbk_context *ctx, const glbk_target
     glbk_result result = GLBK_OK;
     uint32_t i;
     for (i = 0; i <= GLBK_MAX_ATTACHMENTS && result == GLBK_OK; i++)
-        if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth) result = glbk__check_attachment(ctx, d, i, out);
+        if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth)
+            result = glbk__check_attachment(ctx, d, i, out);
     if (result != GLBK_OK || out->width) return result;
     return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
 }
 
-GLBK_DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t, uint32_t level,
-                           uint32_t layer)
+GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
+                            uint32_t level, uint32_t layer)
 {
     if (!t) return;
     if (t->layers)
-        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->name, (int32_t)level, (int32_t)layer);
+        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->name, (int32_t)level,
+                                        (int32_t)layer);
     else
-        ctx->gl.FramebufferTexture2D(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->gl_target, t->name, (int32_t)level);
+        ctx->gl.FramebufferTexture2D(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->gl_target, t->name,
+                                     (int32_t)level);
 }
 
-/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1 dropped
-   that. */
+/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1
+   dropped that. */
 static void glbk__read_nothing(const glbk_context *ctx, uint32_t name)
 {
     int32_t bound = 0;
@@ -2349,7 +2239,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     return result;
 }
 
-GLBK_DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out)
+GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out)
 {
     const glbk_result result = glbk_target_create(ctx, desc, out);
     if (result == GLBK_OK) out->inner = 1;
@@ -2357,14 +2247,15 @@ GLBK_DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_de
 }
 
 /* A texture and the target that is drawn to it. */
-GLBK_DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                  const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                   const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
 {
     glbk_texture_desc d;
     glbk_target_desc t;
     glbk_result result;
     if (!width || !height)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0, "1 or more");
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
+                               "1 or more");
     memset(&d, 0, sizeof d);
     memset(&t, 0, sizeof t);
     d.format = format;
@@ -2388,8 +2279,8 @@ static void glbk__widen(void *rgba, size_t count)
     }
 }
 
-GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment, uint32_t x,
-                                      uint32_t y, uint32_t width, uint32_t height, void *rgba)
+GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                                      uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba)
 {
     glbk__store store;
     int32_t bound = 0, clamp = 0;
@@ -2398,7 +2289,8 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
     glbk_result result = glbk__enter(ctx);
 
     if (result != GLBK_OK) return result;
-    if (!target || !target->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
+    if (!target || !target->name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
     if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (attachment >= target->count)
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
@@ -2408,7 +2300,8 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
         result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, target->height);
     if (result != GLBK_OK) return result;
     integer = glbk__is_integer(target->format[attachment]);
-    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of these */
+    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of
+                                                                                       these */
     ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, target->name);
     ctx->gl.ReadBuffer(GLBK_GL_COLOR_ATTACHMENT0 + attachment);
@@ -2443,15 +2336,16 @@ GLBK_DEF void glbk_target_free(glbk_context *ctx, glbk_target *target)
 enum { GLBK__MAX_FILES = 32 };
 
 /* "lib/" + "table" + ".glsl" = "lib/table.glsl"; length counts the middle. */
-static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length, const char *after)
+static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length,
+                          const char *after)
 {
     size_t n = strlen(before);
     return strncmp(name, before, n) == 0 && strncmp(name + n, middle, length) == 0 &&
            strcmp(name + n + length, after) == 0;
 }
 
-static const glbk_file *glbk__find_in(const glbk_part *part, const char *before, const char *middle, size_t length,
-                                      const char *after)
+static const glbk_file *glbk__find_in(const glbk_part *part, const char *before, const char *middle,
+                                      size_t length, const char *after)
 {
     uint32_t i;
     for (i = 0; i < part->file_count; i++)
@@ -2465,16 +2359,16 @@ GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name
     return file || !name ? file : glbk__find_in(glbk_base_part(), "", name, strlen(name), "");
 }
 
-/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts, then the
-   base. */
+/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts,
+   then the base. */
 typedef struct glbk__list {
     const glbk_file *file[GLBK__MAX_FILES];
     uint32_t         count;
     const glbk_part *parts[GLBK_MAX_PARTS + 1];
 } glbk__list;
 
-static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle, size_t length,
-                                   const char *after)
+static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle,
+                                   size_t length, const char *after)
 {
     const glbk_file *file = NULL;
     uint32_t i;
@@ -2497,8 +2391,8 @@ static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <
 
 static int glbk__gather(glbk__list *list, const char *names);
 
-/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files, which
-   tests/gl_backend/backend_test.c walks. */
+/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files,
+   which tests/gl_backend/backend_test.c walks. */
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
@@ -2528,14 +2422,16 @@ static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const ch
         const char *name = part->files[i].block, *at = text;
         size_t length = strlen(name);
         if (!length) continue;
-        while ((at = strstr(at, "glbk_")) != NULL && (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
+        while ((at = strstr(at, "glbk_")) != NULL &&
+               (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
             at++;
         if (at && !glbk__gather_file(list, &part->files[i])) return 0;
     }
     return 1;
 }
 
-/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is unknown. */
+/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is
+   unknown. */
 static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const glbk_file **main_file)
 {
     uint32_t i;
@@ -2552,7 +2448,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     return known;
 }
 
-GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
+GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
 {
     size_t room = sink->bytes > sink->used + 1 ? sink->bytes - 1 - sink->used : 0;
     if (room > length) room = length;
@@ -2560,7 +2456,7 @@ GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
     sink->used += length;
 }
 
-GLBK_DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
+GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
 
 /* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
    the thousands. */
@@ -2575,7 +2471,7 @@ static void glbk__put_line(glbk__sink *sink, uint32_t n)
     glbk__put_text(sink, "\n");
 }
 
-GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
+GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
 {
     uint32_t i;
     for (i = 0; i < file->text_count; i++) glbk__put_text(sink, file->texts[i]);
@@ -2636,6 +2532,12 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
 
 /* ---- slots: which unit or binding each texture and block of a program has ---- */
 
+GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset)
+{
+    const glbk_offset none = { 0, 0 };
+    return offset ? *offset : none;
+}
+
 static const glbk_slot glbk__user_slots[] = {
     { "glbk_user0", GLBK_SLOT_glbk_user0 }, { "glbk_user1", GLBK_SLOT_glbk_user1 },
     { "glbk_user2", GLBK_SLOT_glbk_user2 }, { "glbk_user3", GLBK_SLOT_glbk_user3 }, { NULL, 0 }
@@ -2661,15 +2563,16 @@ static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders 
     m.used = 0;
     glbk__message_text(&m, "and ");
     glbk__message_text(&m, second);
-    glbk__message_text(&m, is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
+    glbk__message_text(&m,
+                       is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
     glbk__message_count(&m, place);
     glbk__message_text(&m, ": give one part an offset");
     return glbk__bad(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
 }
 
 /* The names of one list take their places; first: by how much these are moved. */
-static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_program, const glbk_slot *s, uint32_t first,
-                                     int is_block, glbk__holders *h)
+static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_program, const glbk_slot *s,
+                                     uint32_t first, int is_block, glbk__holders *h)
 {
     const uint32_t count = is_block ? ctx->block_count : ctx->unit_count;
     const char **holders = is_block ? h->blocks : h->units;
@@ -2680,7 +2583,8 @@ static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_progra
                                    (double)count - 1);
         if (holders[first + s->slot])
             return glbk__bad_place(ctx, h, holders[first + s->slot], s->name,
-                                   first + s->slot + (is_block ? ctx->first_block : ctx->first_unit), is_block);
+                                   (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
+                                   is_block);
         holders[first + s->slot] = s->name;
     }
     return GLBK_OK;
@@ -2690,12 +2594,14 @@ static glbk_result glbk__take_part(const glbk_context *ctx, uint32_t gl_program,
                                    const glbk_offset *offset, glbk__holders *h)
 {
     glbk_result result = glbk__take_places(ctx, gl_program, part->textures, offset ? offset->unit : 0, 0, h);
-    return result == GLBK_OK ? glbk__take_places(ctx, gl_program, part->blocks, offset ? offset->block : 0, 1, h)
-                             : result;
+    return result == GLBK_OK
+               ? glbk__take_places(ctx, gl_program, part->blocks, offset ? offset->block : 0, 1, h)
+               : result;
 }
 
 /* Whether all that a linked program declares of its parts and the base has a place of its own. */
-static glbk_result glbk__check_places(const glbk_context *ctx, const char *function, const glbk_program *program)
+static glbk_result glbk__check_places(const glbk_context *ctx, const char *function,
+                                      const glbk_program *program)
 {
     glbk__holders h;
     glbk_result result;
@@ -2737,8 +2643,8 @@ static void glbk__set_base_slots(const glbk_context *ctx, uint32_t gl_program)
     glbk__set_units(ctx, glbk__user_slots, 0, gl_program);
 }
 
-/* Uniforms can be set in the program in use alone before OpenGL 4.1: another one is put back. If it was to be deleted
-   once it is no longer in use, GL has done so by now, and none is in use. */
+/* Uniforms can be set in the program in use alone before OpenGL 4.1: another one is put back. If it was to be
+   deleted once it is no longer in use, GL has done so by now, and none is in use. */
 GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, const glbk_offset *offset,
                                     uint32_t gl_program)
 {
@@ -2843,7 +2749,9 @@ static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glb
 /* Compiles one stage and attaches it. */
 static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const glbk__stage *stage)
 {
-    glbk_dialect dialect = ctx->es ? GLBK_GLSL_300_ES : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430 : GLBK_GLSL_330;
+    glbk_dialect dialect = ctx->es                        ? GLBK_GLSL_300_ES
+                           : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430
+                                                          : GLBK_GLSL_330;
     glbk__allocator memory = glbk__memory(ctx);
     int bits = !ctx->float_targets;
     size_t bytes = glbk_write_glsl(dialect, bits, &stage->shader, NULL, 0);
@@ -2852,9 +2760,11 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
     int32_t compiled = 0;
 
     if (!bytes)
-        return glbk__fail(ctx, GLBK_ERR_NAME, "an unknown library file, or bad defines: ", stage->shader.uses);
+        return glbk__fail(ctx, GLBK_ERR_NAME,
+                          "an unknown library file, or bad defines: ", stage->shader.uses);
     if (bytes > INT32_MAX)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1, INT32_MAX);
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
+                               INT32_MAX);
     text = (char *)glbk__alloc(&memory, bytes);
     if (!text) return GLBK_ERR_ALLOC;
     glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
@@ -2923,8 +2833,8 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     return result;
 }
 
-GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                            const char *name, const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
+                                             const char *name, const char *defines, glbk_program *out)
 {
     glbk__stage stages[2];
     const glbk_file *file, *vertex;
@@ -2936,7 +2846,7 @@ GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_program_create", "name", "is NULL");
+    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
     length = strlen(name);
     if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
     file = glbk_find_file(part, path);
@@ -2962,15 +2872,15 @@ GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *
     return glbk__link(ctx, stages, 2, "", out);
 }
 
-GLBK_DEF glbk_result glbk_program_create(glbk_context *ctx, const glbk_part *part, const char *name,
-                                         const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
+                                           const char *defines, glbk_program *out)
 {
     return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
 }
 
 /* The program of a user's text: linked as others, then its parts must not meet. */
-static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count, const glbk_source *s,
-                                     glbk_program *out)
+static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count,
+                                     const glbk_source *s, glbk_program *out)
 {
     glbk_result result = glbk__link(ctx, stages, count, s->outputs && count == 2 ? s->outputs : "", out);
     if (result != GLBK_OK) return result;
@@ -3023,54 +2933,53 @@ GLBK_DEF void glbk_program_free(glbk_context *ctx, glbk_program *program)
 
 /* ---- state: what passes touch ----
 
-   X(group, GL's name, value that a pass needs): BOTH, or DESK for OpenGL alone. PROGRAM_POINT_SIZE and MULTISAMPLE are
-   on because ES has no switch for them and behaves so; the rest must not interfere. SRGB: only of targets that have
-   such a format, which ES encodes, too. In the user's framebuffer it is a matter of the user's. */
-
-#define GLBK__CAPS(X)                                                   \
-    X(BOTH, 0x0BE2, 0) /* BLEND */                                      \
-    X(BOTH, 0x0B71, 0) /* DEPTH_TEST */                                 \
-    X(BOTH, 0x0B44, 0) /* CULL_FACE */                                  \
-    X(BOTH, 0x8037, 0) /* POLYGON_OFFSET_FILL */                        \
-    X(BOTH, 0x0C11, 0) /* SCISSOR_TEST */                               \
-    X(BOTH, 0x0B90, 0) /* STENCIL_TEST */                               \
-    X(BOTH, 0x0BD0, 0) /* DITHER */                                     \
-    X(BOTH, 0x809E, 0) /* SAMPLE_ALPHA_TO_COVERAGE */                   \
-    X(BOTH, 0x80A0, 0) /* SAMPLE_COVERAGE */                            \
-    X(BOTH, 0x8C89, 0) /* RASTERIZER_DISCARD */                         \
-    X(RESTART, 0x8D69, 0) /* PRIMITIVE_RESTART_FIXED_INDEX */           \
-    X(DESK, 0x8F9D, 0) /* PRIMITIVE_RESTART */                          \
-    X(DESK, 0x0BF2, 0) /* COLOR_LOGIC_OP */                             \
-    X(DESK, 0x864F, 0) /* DEPTH_CLAMP */                                \
-    X(DESK, 0x809F, 0) /* SAMPLE_ALPHA_TO_ONE */                        \
-    X(DESK, 0x8E51, 0) /* SAMPLE_MASK */                                \
-    X(DESK, 0x0B41, 0) /* POLYGON_SMOOTH */                             \
-    X(DESK, 0x0B20, 0) /* LINE_SMOOTH */                                \
-    X(DESK, 0x2A02, 0) /* POLYGON_OFFSET_LINE */                        \
-    X(DESK, 0x2A01, 0) /* POLYGON_OFFSET_POINT */                       \
-    X(DESK, 0x8642, 1) /* PROGRAM_POINT_SIZE */                         \
-    X(DESK, 0x809D, 1) /* MULTISAMPLE */                                \
-    X(SRGB, 0x8DB9, 1) /* FRAMEBUFFER_SRGB */                           \
-    X(DESK, 0x884F, 1) /* TEXTURE_CUBE_MAP_SEAMLESS */                  \
-    X(DESK, 0x3000, 0) X(DESK, 0x3001, 0) X(DESK, 0x3002, 0) X(DESK, 0x3003, 0) /* CLIP_DISTANCE */  \
-    X(DESK, 0x3004, 0) X(DESK, 0x3005, 0) X(DESK, 0x3006, 0) X(DESK, 0x3007, 0)
+   GL's name, where it exists, the value that a pass needs. BOTH are in both dialects, DESK in OpenGL alone.
+   PROGRAM_POINT_SIZE and MULTISAMPLE are on because ES has no switch for them and behaves so; the rest must
+   not interfere. SRGB is for targets alone that have such a format, which ES encodes, too: in the user's
+   framebuffer it is a matter of the user's. */
 
 enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB };
 
 static const struct { uint32_t name; int group, value; } glbk__caps[] = {
-#define GLBK__ENTRY(group, name, value) { name, GLBK__CAP_##group, value },
-    GLBK__CAPS(GLBK__ENTRY)
-#undef GLBK__ENTRY
+    { 0x0BE2, GLBK__CAP_BOTH, 0 },      /* BLEND */
+    { 0x0B71, GLBK__CAP_BOTH, 0 },      /* DEPTH_TEST */
+    { 0x0B44, GLBK__CAP_BOTH, 0 },      /* CULL_FACE */
+    { 0x8037, GLBK__CAP_BOTH, 0 },      /* POLYGON_OFFSET_FILL */
+    { 0x0C11, GLBK__CAP_BOTH, 0 },      /* SCISSOR_TEST */
+    { 0x0B90, GLBK__CAP_BOTH, 0 },      /* STENCIL_TEST */
+    { 0x0BD0, GLBK__CAP_BOTH, 0 },      /* DITHER */
+    { 0x809E, GLBK__CAP_BOTH, 0 },      /* SAMPLE_ALPHA_TO_COVERAGE */
+    { 0x80A0, GLBK__CAP_BOTH, 0 },      /* SAMPLE_COVERAGE */
+    { 0x8C89, GLBK__CAP_BOTH, 0 },      /* RASTERIZER_DISCARD */
+    { 0x8D69, GLBK__CAP_RESTART, 0 },   /* PRIMITIVE_RESTART_FIXED_INDEX */
+    { 0x8F9D, GLBK__CAP_DESK, 0 },      /* PRIMITIVE_RESTART */
+    { 0x0BF2, GLBK__CAP_DESK, 0 },      /* COLOR_LOGIC_OP */
+    { 0x864F, GLBK__CAP_DESK, 0 },      /* DEPTH_CLAMP */
+    { 0x809F, GLBK__CAP_DESK, 0 },      /* SAMPLE_ALPHA_TO_ONE */
+    { 0x8E51, GLBK__CAP_DESK, 0 },      /* SAMPLE_MASK */
+    { 0x0B41, GLBK__CAP_DESK, 0 },      /* POLYGON_SMOOTH */
+    { 0x0B20, GLBK__CAP_DESK, 0 },      /* LINE_SMOOTH */
+    { 0x2A02, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_LINE */
+    { 0x2A01, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_POINT */
+    { 0x8642, GLBK__CAP_DESK, 1 },      /* PROGRAM_POINT_SIZE */
+    { 0x809D, GLBK__CAP_DESK, 1 },      /* MULTISAMPLE */
+    { 0x8DB9, GLBK__CAP_SRGB, 1 },      /* FRAMEBUFFER_SRGB */
+    { 0x884F, GLBK__CAP_DESK, 1 },      /* TEXTURE_CUBE_MAP_SEAMLESS */
+    /* CLIP_DISTANCE0 to 7 */
+    { 0x3000, GLBK__CAP_DESK, 0 }, { 0x3001, GLBK__CAP_DESK, 0 }, { 0x3002, GLBK__CAP_DESK, 0 },
+    { 0x3003, GLBK__CAP_DESK, 0 }, { 0x3004, GLBK__CAP_DESK, 0 }, { 0x3005, GLBK__CAP_DESK, 0 },
+    { 0x3006, GLBK__CAP_DESK, 0 }, { 0x3007, GLBK__CAP_DESK, 0 }
 };
 enum { GLBK__CAP_COUNT = sizeof glbk__caps / sizeof glbk__caps[0] };
 
 static int glbk__has_cap(const glbk_context *ctx, int i)
 {
-    if (glbk__caps[i].group == GLBK__CAP_RESTART) return ctx->es ? !ctx->webgl : ctx->version >= 430;    /* WebGL: on */
+    if (glbk__caps[i].group == GLBK__CAP_RESTART)
+        return ctx->es ? !ctx->webgl : ctx->version >= 430;     /* in WebGL it is always on */
     return glbk__caps[i].group == GLBK__CAP_BOTH || !ctx->es;
 }
 
-GLBK_DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
+GLBK__DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
 {
     if (on) ctx->gl.Enable(name);
     else ctx->gl.Disable(name);
@@ -3118,8 +3027,6 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
     }
 }
 
-enum { GLBK__GROUPS = 0x90EE /* DISPATCH_INDIRECT_BUFFER */ };
-
 /* IMAGE_BINDING_NAME, _LEVEL, _LAYERED, _LAYER, _ACCESS, _FORMAT. */
 static const uint32_t glbk__image_names[6] = { 0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E };
 
@@ -3135,7 +3042,8 @@ static void glbk__restore_images(glbk_context *ctx, const glbk_state *s)
     uint32_t i;
     for (i = 0; i < GLBK_IMAGES; i++) {
         const int32_t *m = s->images[i];
-        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4], (uint32_t)m[5]);
+        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4],
+                                 (uint32_t)m[5]);
     }
 }
 
@@ -3234,7 +3142,7 @@ static void glbk__restore_bindings(glbk_context *ctx, const glbk_state *s)
     ctx->gl.BindBuffer(GLBK_GL_UNIFORM_BUFFER, (uint32_t)s->words[GLBK__W_BLOCK]);
     if (!ctx->compute) return;
     ctx->gl.BindBuffer(GLBK_GL_SHADER_STORAGE_BUFFER, (uint32_t)s->words[GLBK__W_STORAGE]);
-    ctx->gl.BindBuffer(GLBK__GROUPS, (uint32_t)s->words[GLBK__W_GROUPS]);
+    ctx->gl.BindBuffer(GLBK_GL_DISPATCH_INDIRECT_BUFFER, (uint32_t)s->words[GLBK__W_GROUPS]);
     glbk__restore_images(ctx, s);
 }
 
@@ -3318,18 +3226,22 @@ static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pa
     static const char function[] = "glbk_begin";
     const int32_t *v = pass->viewport;
     if ((unsigned)pass->depth >= GLBK_DEPTH_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth, "a glbk_depth");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
+                               "a glbk_depth");
     if ((unsigned)pass->blend >= GLBK_BLEND_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend, "a glbk_blend");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
+                               "a glbk_blend");
     if ((unsigned)pass->cull >= GLBK_CULL_COUNT)
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull, "a glbk_cull");
     if (pass->target && !pass->target->name)
         return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
     if (v[2] < 0 || v[3] < 0)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]",
-                               v[2] < 0 ? v[2] : v[3], "0 or more");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function,
+                               v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
+                               "0 or more");
     if (!pass->target && (!v[2] || !v[3]))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport", "is empty, and there is no pass.target");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport",
+                         "is empty, and there is no pass.target");
     return GLBK_OK;
 }
 
@@ -3373,7 +3285,8 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     return GLBK_OK;
 }
 
-GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4])
+GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                         const float rgba[4])
 {
     if (!ctx || ctx->lost || !target || attachment >= target->count || !rgba) return;
     if (glbk__is_integer(target->format[attachment])) {
@@ -3383,7 +3296,9 @@ GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t 
             memcpy(words, rgba, sizeof words);      /* floats by their bits */
         } else {
             for (i = 0; i < 4; i++)
-                words[i] = rgba[i] > 0 ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0) : 0;
+                words[i] = rgba[i] > 0
+                               ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0)
+                               : 0;
         }
         ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, (int32_t)attachment, words);
     } else {
@@ -3433,75 +3348,18 @@ GLBK_DEF void glbk_draw_screen(glbk_context *ctx)
     if (ctx && !ctx->lost) ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
 }
 
-static glbk_result glbk__before_dispatch(glbk_context *ctx, glbk_program *program)
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
+                                   uint32_t z)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!program || !program->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_dispatch", "program", "was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
     if (ctx->lost) return GLBK_ERR_LOST;
     if (!ctx->compute) return GLBK_ERR_FEATURE;
     glbk_program_use(ctx, program);
-    return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z)
-{
-    glbk_result result = glbk__before_dispatch(ctx, program);
-    if (result != GLBK_OK) return result;
     ctx->gl.DispatchCompute(x, y, z);
     ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
     return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
-                                            size_t offset)
-{
-    glbk_result result = glbk__before_dispatch(ctx, program);
-    if (result != GLBK_OK) return result;
-    if (!groups || !groups->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "groups", "was not created");
-    if (offset % 4 || groups->bytes < 12 || offset > groups->bytes - 12)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "offset", (double)offset,
-                               "a multiple of 4 with 12 bytes of the buffer behind it");
-    ctx->gl.BindBuffer(GLBK__GROUPS, groups->name);
-    ctx->gl.DispatchComputeIndirect((ptrdiff_t)offset);
-    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
-    return GLBK_OK;
-}
-
-/* Where a resolve draws its picture: the corner of the viewport, ints by their bits. See glbk_pass. */
-static glbk_result glbk__corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width, uint32_t height,
-                                uint32_t corner[2])
-{
-    const int32_t *v = pass->viewport;
-    const int whole = pass->target && !v[2] && !v[3];
-    const uint32_t wide = whole ? pass->target->width : (uint32_t)v[2];
-    const uint32_t high = whole ? pass->target->height : (uint32_t)v[3];
-
-    corner[0] = whole ? 0u : (uint32_t)v[0];
-    corner[1] = whole ? 0u : (uint32_t)v[1];
-    if (wide <= width && high <= height) return GLBK_OK;
-    if (wide > width)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
-}
-
-GLBK_DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass, const glbk_picture *picture,
-                                         uint32_t width, uint32_t height, glbk_program *program)
-{
-    glbk_shown shown;
-    glbk_buffer buffer;
-    glbk_result result;
-    memset(&shown, 0, sizeof shown);
-    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
-    if (result == GLBK_OK) result = glbk__corner(ctx, pass, width, height, shown.how);
-    if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
-    if (result != GLBK_OK) return result;
-    shown.how[2] = picture && picture->keep_empty;
-    shown.how[3] = picture && picture->world_to_clip;
-    if (shown.how[3]) memcpy(shown.to_clip, picture->world_to_clip, sizeof shown.to_clip);
-    buffer.name = ctx->shown;
-    buffer.bytes = sizeof shown;
-    return glbk__put_block(ctx, GLBK_SLOT_glbk_shown, &buffer, &shown);
 }
 
 /* ==== src/gl/end.h ==== */

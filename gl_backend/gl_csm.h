@@ -1,16 +1,19 @@
-/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Brings the blocks that csm.h built onto the GPU: csm_visible() answers queries in shaders of your own; a complete
-   Monte Carlo renderer of direct light; many questions at once; and blocks built from layers that the GPU draws.
+   It brings the blocks that csm.h built onto the GPU. In shaders of your own csm_visible() says whether a
+   point is lit; many questions are answered at once; a complete Monte Carlo renderer adds up direct light;
+   and blocks are built from layers that the GPU draws.
 
    What it does not do
 
-   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the context
-     object, programs, textures and targets, and whose conventions, errors and rules about GL's state hold here.
-   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and lights and
-     materials are those of lightsampling.h. Both headers are included; their implementations are not needed.
+   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the
+     context object, programs, textures and targets, and whose conventions, errors and rules about GL's state
+     hold here.
+   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and
+     lights and materials are those of lightsampling.h. Both headers are included; their implementations are
+     not needed.
 
    Quick start
 
@@ -30,7 +33,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -45,7 +48,7 @@
            glbk_result result;
 
            memset(&desc, 0, sizeof desc);
-           desc.get_proc_fn = get_proc;                        // a context is current
+           desc.get_proc_fn = get_proc;                     // a context is current
            result = glbk_init(&gl, &desc);
            if (result != GLBK_OK) {
                printf("no GL: %s\n", glbk_result_text(result));
@@ -67,11 +70,12 @@
 
    Configuration
 
-     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of gl_backend.h and
-                             gl_gbuffer.h
+     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
+                             gl_backend.h and gl_gbuffer.h
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/csm.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. The two lie above this folder. */
+   Layouts: docs/gpu-layouts.md. The technique: docs/csm.md. State: docs/gl-state.md. Licence: end of file. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   csm.h and lightsampling.h lie above this folder. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../csm.h"
@@ -93,331 +97,527 @@ extern "C" {
 
 /* ==== src/gl_csm/api.h ==== */
 
-/* ---- csm: coherent shadow maps, after csm.h ----
+/* ---- csm: blocks of csm.h, and instances of them ----
 
-   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
-   uniform block, more in a table of their own, so that moving them leaves the blocks alone. docs/gpu-layouts.md has all
-   layouts, for those who bring their own API. Then the complete renderer of the paper's section 5, whose lights,
-   materials and samples are those of lightsampling.h. For shaders of your own, lib/csm_visible.glsl with glbk_csm_bind:
+   The blocks of a scene, as cohsm_data returns them, are uploaded once, into one table. Instances are apart
+   from them, so that moving objects leaves the blocks alone: up to 16 stand in a uniform block, more in a
+   table of their own. Shaders of your own ask them by lib/csm_visible.glsl, after glbk_csm_bind:
 
-       cohsm_query cohsm_ask(int light, int filtering, float bias);       // COHSM_LIGHT_*, COHSM_FILTER_*; map pixels
+       cohsm_query cohsm_ask(int light, int filtering, float bias);
        float csm_visible(uint entity, cohsm_query query, vec3 point, vec3 light);
 
-   entity: the instance that the point lies on, counted from 1, or 0 for none, as in cohsm_query.entities; point:
-   world; light: by COHSM_LIGHT_DIRECTION the unit direction to it, _POSITION a place, _PARAMETER coordinates in 0..1,
-   _INDEX uintBitsToFloat(cell) in x. Result: 1 lit, 0 dark, between with PCF, -1 refused. Roulette: set query.seed, and
-   query.id anew for each sample. */
+   cohsm_ask takes a COHSM_LIGHT_..., a COHSM_FILTER_... and a bias in pixels of a map. csm_visible returns 1
+   lit, 0 dark, something between with PCF, or -1 where the light lies inside an object's hull.
 
-#define GLBK_CSM_TEXTURES(X)                                                                        \
-    X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
-    X(usampler2DArray, glbk_csm_lights, 1)      /* lights, lobes, patterns */                       \
-    X(usampler2D, glbk_csm_place, 2)            /* of the G-buffer, for pictures */                 \
-    X(usampler2D, glbk_csm_normal, 3)                                                               \
-    X(glbk_color_sampler, glbk_csm_sum, 6)                                                          \
-    X(usampler2DArray, glbk_csm_instances, 7)   /* where there are many; 8 to 11 are the G-buffer's */  \
-    X(usampler2DArray, glbk_csm_questions, 5)                                                       \
-    X(usampler2D, glbk_csm_layer0, 2)           /* building: depth layers of a batch of views */    \
-    X(usampler2D, glbk_csm_layer1, 3)                                                               \
-    X(usampler2D, glbk_csm_layer2, 4)                                                               \
-    X(usampler2D, glbk_csm_opened, 5)           /* building: the open segment of each pixel */
+       entity   the instance that the point lies on, counted from 1; 0 = none
+       point    world space
+       light    COHSM_LIGHT_DIRECTION: the unit direction to it; _POSITION: a place in world space;
+                _PARAMETER: its coordinates 0..1; _INDEX: the cell, as uintBitsToFloat(cell) in x
 
-#define GLBK_CSM_SCENE_MEMBERS(X)                                                                   \
-    X(uvec4, table, 1)          /* 0; count; 1: they are in the block; 0 */                         \
-    X(uvec4, instances, 176)    /* up to 16: the record, then texels 1 to 7 of the block */
+   With COHSM_FILTER_ROULETTE also set query.seed, and query.id to another number for each sample.
+   docs/gpu-layouts.md has all layouts, for those who bring their own API. */
 
-#define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, light, 1)          /* texel of the light; 0; instances; ask */                         \
-    X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
-    X(uvec4, range, 1)          /* samples from, to (resolving: corner); filter; seed of roulette */ \
-    X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
-    X(vec4, query, 1)           /* bias; offset; 1 / frames; 0 = the sum begins here */             \
-    X(vec4, eye, 1)                                                                                 \
-    X(vec4, planes, 8)
+GLBK_DEF const glbk_part *glbk_csm_part(void);
+/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
+   files. */
 
-#define GLBK_CSM_PEEL_MEMBERS(X)                                                                    \
-    X(mat4, view, 1)            /* object to pixels of the tile, depth or w */                      \
-    X(vec4, values, 1)          /* 2 / size; depth of w = 1, or 0; open thickness */                \
-    X(uvec4, tiles, 1)          /* size of a tile, tiles in a row, views */                         \
-    X(uvec4, how, 1)            /* top of the grid; far; positional; self_only */
+typedef struct glbk_csm_block {     /* one object's maps: what cohsm_data returns */
+    const void *data;
+    size_t      bytes;
+} glbk_csm_block;
+
+typedef struct glbk_csm_instance {
+    uint32_t start;                 /* says which block: what glbk_csm_maps_create wrote for it */
+    float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
+                                       translation */
+    float    offset;                /* how far the renderer moves receivers on it along their geometric
+                                       normal, world units, lest they shadow themselves */
+} glbk_csm_instance;
+
+typedef struct glbk_csm_maps {      /* blocks and instances of one scene; read only; zeroed = none */
+    glbk_texture blocks;            /* the table of all blocks */
+    glbk_texture instances;         /* the table of instances; none where they fit into the uniform block */
+    glbk_buffer  scene;             /* the uniform block */
+    uint32_t     texels;            /* of all blocks */
+    uint32_t     capacity;          /* the most instances */
+    uint32_t     count;             /* instances that are placed */
+    char         defines[80];       /* what all blocks have in common, for programs of your own: see
+                                       glbk_csm_bind */
+    uint32_t     key;               /* private, like all that follows: a number for defines */
+    uint32_t     near_count;        /* instances that the uniform block has room for, 0 = they are in the
+                                       table */
+    uint32_t     starts[16];        /* of the first blocks */
+    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
+} glbk_csm_maps;
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
+/* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet.
+   blocks     count of them; they are read during the call only
+   capacity   the most instances that are ever placed, up to 2^26
+   starts     receives for each block where it begins, for glbk_csm_instance.start
+   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
+   Errors     GLBK_ERR_ARGUMENT; GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one; GLBK_ERR_VERSION;
+              GLBK_ERR_LIMIT: more than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees
+              256; those of textures and buffers */
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
+                                         const glbk_csm_instance *instances, uint32_t count);
+/* Replaces all instances of the scene. Call it whenever one of them has moved: it is one upload, of 64 bytes
+   an instance (3 KB where there are no more than 16).
+   count    0 .. maps->capacity
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
+            transform shears, mirrors or scales unevenly; GLBK_ERR_ALLOC, with more than 16 instances */
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
+/* Binds textures and uniform block of the maps for a program of yours that uses lib/csm_visible.glsl and is
+   bound (glbk_begin). A program that was compiled with maps->defines among its own is much faster, since it
+   holds the code of one domain, one order and one orientation, but it is right for maps with the same defines
+   only.
+   offset   what glbk_source.offsets gives this part in the program; NULL = none */
+
+GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
+/* Deletes the maps' objects of GL and zeroes the struct. Accepts NULL. */
+
+/* ---- csm: programs that are kept ---- */
+
+#define GLBK_CSM_MAX_PROGRAMS                                                                                \
+    64u /* combinations of light_kind, filter, defines of maps and shape of lights that are
+                                       kept compiled; then the one that was not used for longest makes room */
+
+typedef struct glbk_csm_programs {  /* private */
+    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
+    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS];   /* the combination of each */
+    uint32_t     used[GLBK_CSM_MAX_PROGRAMS];   /* the frame in which each was asked for last */
+    uint32_t     count;
+    uint32_t     frame;
+} glbk_csm_programs;
+
+/* ---- csm: many questions at once ----
+
+   An asker answers queries of points and lights in bulk, as cohsm_visible_scene does. Where ctx->compute, it
+   uses storage buffers, unless they may not be as large as 32 bytes a question; else a pass draws the answers
+   into a texture. */
+
+typedef struct glbk_csm_asker {     /* read only; zeroed = none */
+    glbk_csm_programs programs;
+    uint32_t     capacity;          /* the most questions */
+    uint32_t     question;          /* private: 1 + 3 light_kind + filter of those uploaded; 0 = none */
+    glbk_texture questions;         /* core path: questions and answers, the answers as the bits of floats,
+                                       question i at (i & 1023, i >> 10) */
+    glbk_texture answers;
+    glbk_target  target;            /* private */
+    glbk_buffer  frame;             /* private */
+    glbk_buffer  asked;             /* compute path: questions and answers, a float each */
+    glbk_buffer  answered;
+} glbk_csm_asker;
+
+GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
+/* Makes room on the GPU for questions and their answers.
+   capacity   the most questions at once, 1..2^20
+   Memory     36 bytes a question
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL or capacity is out of range; those of textures and buffers
+              */
+
+GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *query);
+/* Uploads the points and lights of a query, 1 .. capacity of them. With COHSM_LIGHT_PARAMETER light_stride
+   must be 12 or more, and three floats are read for each light, since the dimensions of the maps are not
+   known yet.
+   Memory   32 bytes a question while it runs
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range; GLBK_ERR_DESC:
+            light_kind, filter or bias; GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                      uint32_t count);
+/* Answers the first questions of those uploaded, on the GPU; it may be repeated, with other maps too. It
+   compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
+   this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
+   refuses then.
+   count    1 .. asker->capacity
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: nothing was uploaded yet; those of glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
+                                       float *visible);
+/* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 where the
+   light lies inside an object's hull.
+   visible   receives count floats, count being 1 .. asker->capacity
+   Errors    GLBK_ERR_ARGUMENT; those of glbk_buffer_read and glbk_target_read */
+
+GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
+/* Deletes the asker's objects of GL and zeroes the struct. Accepts NULL. */
+
+/* ---- csm: lights ----
+
+   A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it. These are the differences:
+
+   - GPUs cannot call functions, so LSAMP_LIGHT_CALLBACK and emission_fn are refused, too.
+   - cone_half_angle of a spot may reach pi.
+   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first, and its
+     places and
+   radius do not matter here. Samples and their coordinates are those of lsamp_sample if the mesh is made of
+   lsamp_light_triangles, without indices: give it those where the light's maps are asked by
+   COHSM_LIGHT_PARAMETER.
+   - Texels of L that are not finite or negative count as 0. */
+
+typedef struct glbk_csm_lights_desc {
+    const lsamp_light_desc *lights;
+    uint32_t                light_count;
+    const lsamp_lobe       *lobes;          /* of all Lafortune materials one after the other; NULL = none */
+    uint32_t                lobe_count;     /* up to 2^20 */
+    const float            *patterns;       /* from lsamp_patterns_build; NULL = a scrambled (0,
+                                               2)-sequence */
+    uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
+                                               then have S samples */
+} glbk_csm_lights_desc;
+
+typedef struct glbk_csm_lights {    /* a table of lights; read only; zeroed = none */
+    glbk_texture texels;
+    uint32_t     lobe_count;
+    uint32_t     patterns_at;       /* texel of the first pattern */
+    uint32_t     pattern_length;
+} glbk_csm_lights;
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc,
+                                            uint32_t *starts, glbk_csm_lights *out);
+/* Uploads lights as they are at their desc.time, lobes and patterns.
+   starts   receives for each light where it begins, for glbk_csm_use.start
+   Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
+            texel of its L, 3 a triangle, 128 for each point of a pattern
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_INPUT: a mesh without
+            area; GLBK_ERR_LIMIT: more than 2^28 texels; GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const lsamp_light_desc *desc);
+/* Replaces a light that has moved or changed, or whose desc->time went on. Its texture has the size that it
+   had, and its mesh as many triangles.
+   start    what glbk_csm_lights_create wrote for it
+   Errors   as for glbk_csm_lights_create; GLBK_ERR_ARGUMENT where start is that of no light with as many
+            texels */
+
+GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
+/* Deletes the table and zeroes the struct. Accepts NULL. */
+
+/* The next two need no context. They serve renderers on another API, whose shaders have lib/cohsm_light.glsl
+   or a translation of it: examples/06b_csm_own_api.c. */
+
+GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
+/* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is
+   NULL. */
+
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
+/* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
+   words    receives 4 words for each of glbk_csm_light_texels(desc) texels
+   Errors   GLBK_ERR_ARGUMENT: NULL; GLBK_ERR_DESC, and desc->system.log is told the field; GLBK_ERR_INPUT: a
+            mesh without area */
+
+/* ---- csm: the Monte Carlo renderer of direct light ----
+
+   A program calls glbk_csm_maps_create, glbk_csm_lights_create and glbk_csm_renderer_create once. A frame:
+
+       glbk_csm_maps_place(gl, &maps, instances, n);              // where an object has moved, and then
+       glbk_csm_reset(&r);                                        // this, as where the camera or a light has
+       glbk_gbuffer_begin(gl, &seen, clip, eye);                // or glbk_gbuffer_import, glbk_gbuffer_upload
+       glbk_gbuffer_object(gl, &seen, &surface);                  // for each object, with your draw
+       glbk_csm_render(gl, &r, &seen, &frame);
+       glbk_csm_resolve(gl, &r, &seen, &pass, NULL);
+
+   In the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on and plane the one of
+   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes.
+   Occlusion, which is of bounced light, plays no part. */
+
+#define GLBK_CSM_MAX_PLANES 8u
+
+typedef struct glbk_csm_renderer_desc {
+    uint32_t width;             /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
+    uint32_t height;
+    uint32_t lobes;             /* the most lobes of a material, 1..8; 0 = 1 */
+    int      patterns;          /* not 0: lights are sampled by patterns, which their table must have */
+} glbk_csm_renderer_desc;
+
+typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
+    glbk_csm_programs shade;            /* private */
+    glbk_program resolve;               /* private */
+    uint32_t     lobes;                 /* of the desc, like patterns, width and height */
+    uint32_t     patterns;
+    uint32_t     width;
+    uint32_t     height;
+    glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
+    glbk_target  targets[2];            /* private */
+    glbk_buffer  frame;                 /* private */
+    uint32_t     frames;                /* in the sum */
+    uint32_t     passes;                /* 0: the sum has no pass yet */
+    uint32_t     now;
+    int          compute;               /* not 0: it renders by compute shaders */
+} glbk_csm_renderer;
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
+                                              glbk_csm_renderer *out);
+/* Makes a renderer without frames. Programs that shade are compiled when they are first used: see
+   glbk_csm_prepare.
+   Memory   on the GPU 32 bytes a pixel, 16 where it computes
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; those of textures, targets and
+            glbk_program_compile */
+
+GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
+/* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
+
+typedef struct glbk_csm_use {           /* a light in a frame */
+    uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
+    lsamp_light_kind     kind;          /* of that light */
+    const glbk_csm_maps *maps;          /* the maps that its samples ask */
+    cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
+    uint32_t             samples;       /* S, samples a pixel and frame, 1..65536 */
+    uint32_t             seed;          /* of its random numbers; give each light another one */
+} glbk_csm_use;
+
+typedef struct glbk_csm_frame_desc {
+    const glbk_csm_lights *lights;
+    const glbk_csm_use    *uses;        /* the lights that shine in this frame */
+    uint32_t               use_count;
+    float                  eye[3];      /* world */
+    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* infinite planes that receive light, have no
+                                                               maps and hide what lies behind them: unit
+                                                               normal, distance from the origin along it */
+    uint32_t               plane_count; /* 0..GLBK_CSM_MAX_PLANES */
+    lsamp_sampling         sampling;
+    cohsm_filter           filter;
+    float                  bias;        /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
+    float                  offset;      /* pixels of a map that receivers of local lights move along their
+                                           geometric normal, >= 0; those of other lights move by
+                                           glbk_csm_instance.offset */
+    uint32_t               frame;       /* number of the frame in progressive rendering: each has random
+                                           numbers of its own */
+    uint32_t               samples_per_pass;    /* samples that one draw takes, lest it outlast the driver's
+                                                   patience; 0 = 64 */
+} glbk_csm_frame_desc;
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                     const glbk_gbuffer *gbuffer, const glbk_csm_frame_desc *desc);
+/* Adds one frame of what the G-buffer holds to the sum: for each use samples / samples_per_pass passes. The
+   first use of a combination of kind, ask, filter and defines of maps compiles a program (glbk_csm_prepare).
+   After an error the sum may have some lights of the frame: call glbk_csm_reset.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_MISMATCH: samples are not
+            the patterns' length, or the G-buffer has another size; GLBK_ERR_LIMIT: more than
+            GLBK_CSM_MAX_PROGRAMS combinations in one frame; those of glbk_program_compile and
+            glbk_buffer_update */
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_csm_frame_desc *desc);
+/* Compiles the programs that such a frame needs, so that the first one does not stutter.
+   Errors   those of glbk_csm_render that are not about the G-buffer */
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
+/* Forgets all frames: the next one begins the sum. */
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
+                                      const glbk_picture *picture);
+/* Draws the mean of the frames, linear radiance, to the pass's target, a pixel each; glbk_pass says how
+   viewports cut it.
+   gbuffer   the one that was rendered; it may be NULL where picture does not ask what is seen
+   picture   may be NULL: every pixel is drawn, without depths
+   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks what is seen, and there is no G-buffer, or it
+             has another size; those of glbk_begin */
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
+/* Waits for the GPU and reads the mean of the frames.
+   rgba     receives 4 floats a pixel, rows from the bottom up: linear radiance, and how many samples of a
+            frame were refused, because their light lies inside a hull
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: there is no frame yet; those of glbk_target_read */
+
+/* ---- csm: building on the GPU ----
+
+   A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
+   csm.h then writes the block: its cohsm_builder is given layers for each view that keep exactly these
+   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come in
+   batches:
+
+       for (from = 0; from < view_count; from += n) {              // n <= b.batch
+           glbk_csm_builder_draw(gl, &b, from, n);
+           glbk_csm_builder_compress(gl, &b);
+       }
+       glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
+
+typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
+/* Writes the camera of a view, as cohsm_builder_view does. Of its fields matrix and depth_scale are read. */
+
+typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
+/* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
+   changes neither program nor state. */
+
+typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
+/* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
+
+typedef struct glbk_csm_builder_desc {
+    uint32_t         map_side;          /* M, pixels, 4..1024 */
+    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone builds it */
+    uint32_t         depth_bits;        /* as in cohsm_desc; 0 = 8 */
+    float            open_thickness;    /* as in cohsm_desc; 0 = 8 */
+    int              positional;        /* not 0: views are perspective, maps are of positions */
+    int              self_only;         /* as in cohsm_desc */
+    glbk_csm_view_fn view_fn;           /* required, like draw_fn */
+    glbk_csm_draw_fn draw_fn;
+    void            *user;              /* given to both */
+} glbk_csm_builder_desc;
+
+typedef struct glbk_csm_segment {       /* private: of one pixel */
+    uint32_t first;                     /* the view that it begins with */
+    uint32_t pixel;
+    uint32_t value;                     /* lo | hi << 8 on the grid of depths, or an exact depth | 1 << 16 */
+} glbk_csm_segment;
+
+typedef struct glbk_csm_builder {       /* read only; zeroed = none */
+    uint32_t              batch;        /* the most views that are drawn at once, a power of two */
+    uint32_t              tiles;        /* private, like all that follows: tiles in a row of the atlas */
+    uint32_t              drawn;        /* views that glbk_csm_builder_draw drew last */
+    uint32_t              drawn_from;   /* the first of them */
+    uint32_t              next_view;    /* the first that is not compressed yet */
+    uint32_t              passes;       /* runs of the shader that compresses */
+    glbk_csm_builder_desc desc;
+    glbk_program          first_layer;
+    glbk_program          next_layer;
+    glbk_program          compress;
+    glbk_texture          layers[3];    /* an atlas of tiles each */
+    glbk_texture          depth;
+    glbk_texture          opened[2];    /* core path: open segments, read from one and written to the other */
+    glbk_texture          records[3];   /* core path */
+    glbk_target           layer_targets[3];
+    glbk_target           targets[2];
+    glbk_buffer           block;
+    glbk_buffer           storage;      /* compute path: open segments and records */
+    int                   now;          /* core path: which of opened and targets is up to date */
+    int                   compute;
+    uint32_t             *words;        /* what was read back */
+    uint32_t             *firsts;       /* the first view of the open segment of each pixel */
+    glbk_csm_segment     *segments;
+    size_t                segment_count;
+    size_t                segment_room;
+} glbk_csm_builder;
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
+                                             glbk_csm_builder *out);
+/* Makes a builder that has drawn no view yet.
+   Memory   here 84 map_side^2 bytes; on the GPU 4 layers of up to 4 MB, and 64 map_side^2 bytes
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_ALLOC; those of textures,
+            targets and glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from,
+                                           uint32_t count);
+/* Draws the layers of views from .. from + count - 1, calling view_fn and draw_fn once for each view and
+   layer.
+   count    1 .. builder->batch
+   Errors   GLBK_ERR_ARGUMENT; those of glbk_begin */
+
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
+/* Finds the segments of the views that were drawn last, which must follow those compressed before, and reads
+   them back.
+   Memory   12 bytes a segment
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no views were drawn, others come next, or they lie on both
+            sides of a multiple of 65,536; GLBK_ERR_ALLOC; those of reading */
+
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
+                                             glbk_csm_add_fn add_fn, void *user);
+/* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
+   view. Of the cohsm_stats of such a build only the count of open, empty entries is missing.
+   Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no view was compressed; GLBK_ERR_INPUT: add_fn returned
+            something other than 0; GLBK_ERR_ALLOC */
+
+GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
+/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */
+
+/* ==== src/gl_csm/bindings.h ==== */
+
+/* ---- csm: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+
+/* Tables of blocks, lights and instances, and questions. */
+#define GLBK_CSM_SCENE_TEXTURES(X)              \
+    X(usampler2DArray, glbk_csm_blocks, 0)      \
+    X(usampler2DArray, glbk_csm_lights, 1)      \
+    X(usampler2DArray, glbk_csm_instances, 7)   \
+    X(usampler2DArray, glbk_csm_questions, 5)
+
+/* Pictures: the sum of the frames, and two textures of the G-buffer, whose own slots are 8 to 11. */
+#define GLBK_CSM_PICTURE_TEXTURES(X)            \
+    X(usampler2D, glbk_csm_place, 2)            \
+    X(usampler2D, glbk_csm_normal, 3)           \
+    X(glbk_color_sampler, glbk_csm_sum, 6)
+
+/* Building: depth layers of a batch of views, and the open segment of each pixel. */
+#define GLBK_CSM_BUILD_TEXTURES(X)              \
+    X(usampler2D, glbk_csm_layer0, 2)           \
+    X(usampler2D, glbk_csm_layer1, 3)           \
+    X(usampler2D, glbk_csm_layer2, 4)           \
+    X(usampler2D, glbk_csm_opened, 5)
+
+#define GLBK_CSM_TEXTURES(X)                    \
+    GLBK_CSM_SCENE_TEXTURES(X)                  \
+    GLBK_CSM_PICTURE_TEXTURES(X)                \
+    GLBK_CSM_BUILD_TEXTURES(X)
+
+/* The instances of a scene. */
+#define GLBK_CSM_SCENE_MEMBERS(X)                                                               \
+    X(uint, count, 1)                                                                           \
+    X(uint, in_block, 1)            /* 1: they stand in this block, 0: in their table */        \
+    X(uint, pad0, 1) X(uint, pad1, 1)                                                           \
+    X(uvec4, instances, 176)        /* 11 for each of 16: its record, texels 1 to 7 of its block */
+
+/* What one pass shades: samples of one light. */
+#define GLBK_CSM_LIGHT_MEMBERS(X)                                                               \
+    X(uint, light_texel, 1)         /* where the light begins in its table */                   \
+    X(uint, pattern_texel, 1)       /* where the patterns begin in that table */                \
+    X(uint, sample_count, 1)        /* S, of this light in this frame */                        \
+    X(uint, sampling, 1)            /* lsamp_sampling */                                        \
+    X(uint, seed, 1)                                                                            \
+    X(uint, roulette_seed, 1)                                                                   \
+    X(uint, frame, 1)                                                                           \
+    X(uint, first, 1)               /* the pass takes samples first .. end - 1 of each pixel; */ \
+    X(uint, end, 1)                 /* of an asker there are questions 0 .. end - 1 */
+
+/* A pass of the renderer, a resolve, or questions. */
+#define GLBK_CSM_FRAME_MEMBERS(X)                                                               \
+    GLBK_CSM_LIGHT_MEMBERS(X)                                                                   \
+    X(uint, plane_count, 1)                                                                     \
+    X(uint, width, 1) X(uint, height, 1)                                                        \
+    X(float, bias, 1)               /* pixels of a map */                                       \
+    X(float, offset, 1)             /* pixels of a map that receivers of local lights move */   \
+    X(uint, adds, 1)                /* 0: the sum begins with this pass */                      \
+    X(float, frame_share, 1)        /* resolve: 1 / frames in the sum; 0: there are none */     \
+    X(vec4, eye, 1)                 /* world; w is not used */                                  \
+    X(vec4, planes, 8)              /* unit normal, distance from the origin */
+
+/* A batch of views that are drawn and compressed. */
+#define GLBK_CSM_PEEL_MEMBERS(X)                                                                \
+    X(mat4, view, 1)                /* object space to pixels of a tile, and depth or w */      \
+    X(float, clip_per_pixel, 1)     /* 2 / side */                                              \
+    X(float, depth_scale, 1)        /* of w, in perspective views; 0: z is the depth */         \
+    X(float, open_thickness, 1)     /* in 16-bit depths; of the depth, in perspective views */  \
+    X(uint, depth_top, 1)           /* the greatest value of the grid of depths */              \
+    X(uint, side, 1) X(uint, tiles_across, 1) X(uint, view_count, 1)                            \
+    GLBK_CSM_LAYER_MEMBERS(X)
+
+#define GLBK_CSM_LAYER_MEMBERS(X)                                                               \
+    X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR */                          \
+    X(uint, positional, 1)          /* not 0: perspective views */                              \
+    X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
+    X(uint, pad0, 1) X(uint, pad1, 1)
 
 #define GLBK_CSM_BLOCKS(X)                              \
     X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
     X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
     X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 
+/* Questions, two uvec4 each, and their answers; open segments and records of a builder, four uvec4 a
+   pixel. */
 #define GLBK_CSM_STORAGE(X)                             \
     X(readonly, uvec4, glbk_csm_asked, 1)               \
     X(writeonly, float, glbk_csm_answers, 2)            \
     X(restrict, uvec4, glbk_csm_records, 3)
 
-#define GLBK_CSM_IMAGES(X)      X(restrict, rgba32f, image2D, glbk_csm_total, 0)     /* the sum, by compute */
+/* The sum of the frames, changed in place. */
+#define GLBK_CSM_IMAGES(X) X(restrict, rgba32f, image2D, glbk_csm_total, 0)
 
 GLBK__PART(CSM)
-
-GLBK_DEF const glbk_part *glbk_csm_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
-
-#define GLBK_CSM_MAX_PLANES 8u
-
-typedef struct glbk_csm_block { const void *data; size_t bytes; } glbk_csm_block;    /* what cohsm_data returns */
-
-typedef struct glbk_csm_instance {
-    uint32_t start;             /* of its block: what glbk_csm_maps_create returned */
-    float    transform[16];     /* object to world: rotation, one scale > 0, translation */
-    float    offset;            /* world units that receivers on it move along their geometric normal, in the
-                                   renderer */
-} glbk_csm_instance;
-
-typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
-    glbk_texture blocks;
-    glbk_buffer  scene;
-    uint32_t     texels, capacity, count;       /* texels: of all blocks */
-    char         defines[80];   /* what all blocks have in common, for glbk_csm_bind */
-    uint32_t     key, near_count, starts[16], heads[16][28];
-    glbk_texture instances;     /* none where they fit in the uniform block */
-} glbk_csm_maps;
-
-GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
-                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
-/* Uploads blocks, bytes as they are. No more than 4 GB and ctx->max_layers layers of 16 MB; 256 are guaranteed.
-   capacity   instances there is room for
-   starts     receives for each block where it begins, for glbk_csm_instance
-   Errors     GLBK_ERR_ARGUMENT, GLBK_ERR_FORMAT (not a block of csm.h), GLBK_ERR_VERSION, GLBK_ERR_LIMIT */
-
-GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
-                                         uint32_t count);
-/* All instances of the scene, each time that one moves: one upload.
-   Errors   GLBK_ERR_ARGUMENT, where a transform shears, mirrors or scales unevenly, too; GLBK_ERR_ALLOC, of many */
-
-GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
-/* For a program of yours with csm_visible among its library files, which is bound: textures and uniform block, moved by
-   the offset that csm has in the program; NULL = none. One compiled with maps->defines among its own is much faster
-   (one domain, one order, one orientation, no table of instances), but is for maps with the same defines only. */
-
-GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
-
-/* Answers in bulk, as cohsm_visible_scene gives them. */
-#define GLBK_CSM_MAX_PROGRAMS 64u       /* combinations of ask, filter, kind of maps (and shape) that are kept
-                                           compiled; then the one that was not used for longest makes room */
-
-typedef struct glbk_csm_programs {
-    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
-    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS], count;
-    uint32_t     used[GLBK_CSM_MAX_PROGRAMS], frame;    /* private: in which frame each was asked for last */
-} glbk_csm_programs;
-
-typedef struct glbk_csm_asker { /* read only; zeroed = none */
-    glbk_csm_programs programs;
-    uint32_t     question;      /* 1 + 3 light_kind + filter of those uploaded; 0: none */
-    glbk_texture questions, answers;
-    glbk_target  target;
-    glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
-    uint32_t     capacity;
-} glbk_csm_asker;
-
-GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
-GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *query);
-GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
-                                      uint32_t count);
-GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
-GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
-/* create    capacity: the most questions that are uploaded at once, 1 .. 2^20
-   upload    puts the points and lights of a query on the GPU; 1 .. capacity of them. With COHSM_LIGHT_PARAMETER
-             light_stride must be 12 or more, and three floats are read, since the maps' dimensions are not known yet
-   run       answers the first count of them; may be repeated. Compiles a program for the first maps with their defines,
-             light_kind and filter. Maps that cannot answer this kind of light give what is in them: ask cohsm_visible
-             once, which refuses. Errors: GLBK_ERR_ORDER without an upload, those of glbk_program_create
-   read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
-   Where ctx->compute, the compute path is taken, unless storage buffers may not be as large as 32 bytes a question. */
-
-/* ---- csm: lights ---- */
-
-/* A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it; GPUs cannot call functions, so
-   LSAMP_LIGHT_CALLBACK and emission_fn are refused, too. Differences:
-   - cone_half_angle of a spot may reach pi.
-   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first. Samples and their
-     coordinates are those of lsamp_sample if the mesh is made of lsamp_light_triangles, without indices. Give it those
-     where the light's maps are asked by COHSM_LIGHT_PARAMETER. places and radius do not matter here. */
-
-GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
-/* Texels (of 16 bytes) that a light takes in a table; 0: the desc is refused, and glbk_csm_light_write says why. Needs
-   no context. */
-GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
-/* Writes 4 words a texel: the light as it is at desc->time. Texels of L that are not finite or negative count as 0.
-   Errors   GLBK_ERR_ARGUMENT (NULL); GLBK_ERR_DESC, named in desc->system.log; GLBK_ERR_INPUT (a mesh without area) */
-
-typedef struct glbk_csm_lights_desc {
-    const lsamp_light_desc *lights;
-    uint32_t          light_count;
-    const lsamp_lobe *lobes;            /* of all Lafortune materials, or NULL */
-    uint32_t          lobe_count;
-    const float      *patterns;         /* lsamp_patterns_build, or NULL = a scrambled (0, 2)-sequence */
-    uint32_t          pattern_length;   /* S; then every light must be used with S samples */
-} glbk_csm_lights_desc;
-
-typedef struct glbk_csm_lights {        /* read only; zeroed = none */
-    glbk_texture texels;
-    uint32_t     lobe_count, patterns_at, pattern_length;
-} glbk_csm_lights;
-
-GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc, uint32_t *starts,
-                                            glbk_csm_lights *out);
-/* starts   receives for each light where it begins
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_INPUT (a mesh without area), GLBK_ERR_LIMIT, GLBK_ERR_ALLOC (all
-            texels are put together in memory once). What is refused is named in the context's log */
-GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
-                                            const lsamp_light_desc *desc);
-/* A light that moved or changed, or whose desc->time went on: its glbk_csm_light_texels stayed the same. */
-GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
-
-/* ---- csm: the Monte Carlo renderer of direct light ----
-
-   Once glbk_csm_maps_create, glbk_csm_lights_create, glbk_csm_renderer_create. A frame:
-
-       glbk_csm_maps_place(gl, &maps, instances, n);              // where something moved, and then:
-       glbk_csm_reset(&r);                                        // frames are averaged until here; camera, lights, too
-       glbk_gbuffer_begin(gl, &seen, clip, eye);                  // or glbk_gbuffer_import, glbk_gbuffer_upload
-       glbk_gbuffer_object(gl, &seen, &surface);                  // of each object, and your draw
-       glbk_csm_render(gl, &r, &seen, &frame);
-       glbk_csm_resolve(gl, &r, &seen, &pass, NULL);
-
-   Of the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on, plane the one of
-   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes. Occlusion is of
-   bounced light and plays no part. */
-
-typedef struct glbk_csm_renderer_desc {
-    uint32_t width, height;     /* of the picture, and of its G-buffers */
-    uint32_t lobes;             /* most lobes of a material: 1..8; 0 = 1 */
-    int      patterns;          /* not 0: the lights have patterns */
-} glbk_csm_renderer_desc;
-
-typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
-    glbk_csm_programs shade;
-    glbk_program resolve;
-    uint32_t     lobes, patterns;
-    glbk_texture sums[2];
-    glbk_target  targets[2];
-    glbk_buffer  frame;
-    uint32_t     width, height, frames, passes, now;
-    int          compute;
-} glbk_csm_renderer;
-
-GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
-                                              glbk_csm_renderer *out);
-GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
-
-typedef struct glbk_csm_use {           /* a light in a frame */
-    uint32_t             start;         /* from glbk_csm_lights_create */
-    lsamp_light_kind     kind;          /* of that light */
-    const glbk_csm_maps *maps;          /* what its samples ask */
-    cohsm_light_kind     ask;           /* and by what */
-    uint32_t             samples;       /* S, 1..65536 */
-    uint32_t             seed;          /* another for each light */
-} glbk_csm_use;
-
-typedef struct glbk_csm_frame_desc {
-    const glbk_csm_lights *lights;
-    const glbk_csm_use    *uses;
-    uint32_t               use_count;
-    float                  eye[3];
-    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* receivers without maps: unit normal, distance */
-    uint32_t               plane_count;
-    lsamp_sampling         sampling;
-    cohsm_filter           filter;
-    float                  bias;                /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
-    float                  offset;              /* map pixels that receivers move, local lights; else see instances */
-    uint32_t               frame;               /* of progressive rendering: other random numbers */
-    uint32_t               samples_per_pass;    /* 0 = 64: a pass must not take longer than the driver's patience */
-} glbk_csm_frame_desc;
-
-GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                     const glbk_csm_frame_desc *desc);
-/* Adds one frame of what the G-buffer holds to the sum. The first use of a combination of kind, ask, filter and kind of
-   maps compiles a program;
-   see glbk_csm_prepare. After an error some lights of the frame may be in the sum: glbk_csm_reset.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_MISMATCH (samples that are not the patterns' length, a
-            G-buffer of another size); GLBK_ERR_LIMIT: more than GLBK_CSM_MAX_PROGRAMS combinations in one frame;
-            those of glbk_program_create and glbk_buffer_update */
-
-GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
-/* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
-
-GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
-/* Forgets all frames. */
-
-GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                      const glbk_pass *pass, const glbk_picture *picture);
-/* Draws the mean of the frames, linear radiance, to the pass's target; viewports: see glbk_pass.
-   picture   or NULL, see glbk_picture
-   gbuffer   that was rendered; it may be NULL where picture does not ask what is seen, or is NULL
-   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks, and there is no G-buffer, or one of another size */
-
-GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
-/* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER before the first frame */
-
-/* ---- csm: building on the GPU ----
-
-   Draws the layers of a builder's views by depth peeling and finds their segments (equation 1). csm.h then writes the
-   block: its cohsm_builder is given, for each view, layers that keep exactly the segments found here, so that the bytes
-   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, batch by batch:
-
-       while (from < views) { glbk_csm_builder_draw(gl, &b, from, n); glbk_csm_builder_compress(gl, &b); from += n; }
-       glbk_csm_builder_replay(gl, &b, add, user);              // calls cohsm_builder_add for all views
-
-   glbk_csm_builder_layers reads what was drawn instead, for a builder that compresses on the CPU. */
-
-typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view: cohsm_builder_view. Of its fields matrix and depth_scale are read. */
-typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
-/* Draws your object: bind its vertex array, attribute 0 the position in object space, and draw; program and state are
-   ours. */
-typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
-/* Takes the layers of a view: cohsm_builder_add. Not 0 ends the replay. */
-
-typedef struct glbk_csm_builder_desc {
-    uint32_t         map_side;          /* M, 4..1024 */
-    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: it is built on the CPU only */
-    uint32_t         depth_bits;        /* as in cohsm_desc; 0 = 8 */
-    float            open_thickness;    /* as in cohsm_desc; 0 = 8 */
-    int              positional, self_only;
-    glbk_csm_view_fn view_fn;
-    glbk_csm_draw_fn draw_fn;
-    void            *user;              /* given to both */
-} glbk_csm_builder_desc;
-
-typedef struct glbk_csm_segment { uint32_t first, pixel, value; } glbk_csm_segment; /* private */
-
-typedef struct glbk_csm_builder {       /* batch: most views that are drawn at once. The rest is private */
-    uint32_t              batch, tiles, drawn, drawn_from, next_view, passes;
-    glbk_csm_builder_desc desc;
-    glbk_program          first_layer, next_layer, compress;
-    glbk_texture          layers[3], depth, opened[2], records[3];
-    glbk_target           layer_targets[3], targets[2];
-    glbk_buffer           block, storage;
-    int                   now, compute;
-    uint32_t             *words;        /* what was read back */
-    uint32_t             *firsts;       /* of the open segment of each pixel */
-    glbk_csm_segment     *segments;
-    size_t                segment_count, segment_room;
-} glbk_csm_builder;
-
-GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
-                                             glbk_csm_builder *out);
-GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from, uint32_t count);
-GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view,
-                                             uint32_t layer, float *depths);
-GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
-GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
-                                             glbk_csm_add_fn add_fn, void *user);
-GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
-/* draw      count <= builder->batch views from view `from` on
-   layers    layer 0, 1 (2 with Z1Z3) of a view from the last draw: map_side^2 depths, above 1 where there is no hit
-   compress  the views drawn last, which must follow those compressed before
-   replay    after the last view: add_fn for each in turn; its not 0 ends with GLBK_ERR_INPUT. Stored segments are
-             those of the layers; cohsm_stats of it counts no open, empty entries
-   Memory    16 map_side^2 words, 12 bytes a segment (twice in replay)
-   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_ORDER (views that were not drawn), GLBK_ERR_ALLOC */
 
 /* ==== src/gl_csm/begin.h ==== */
 
@@ -429,7 +629,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
 
 #endif /* GL_CSM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_CSM_IMPLEMENTATION) && !defined(GL_CSM_IMPLEMENTED)
 #define GL_CSM_IMPLEMENTED
@@ -439,7 +639,6 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -461,7 +660,7 @@ static inline void glbk_csm__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_csm__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -479,7 +678,7 @@ static inline glbk_csm__allocator glbk_csm__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_csm__alloc(const glbk_csm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -497,7 +696,6 @@ static inline void glbk_csm__free(const glbk_csm__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -546,8 +744,8 @@ static inline glbk_csm__v3 glbk_csm__v3_cross(glbk_csm__v3 a, glbk_csm__v3 b)
     return glbk_csm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline glbk_csm__v3 glbk_csm__v3_normalize(glbk_csm__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -562,7 +760,8 @@ static inline glbk_csm__v3 glbk_csm__v3_normalize(glbk_csm__v3 a)
     return glbk_csm__v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int glbk_csm__finite(float x)
 {
     uint32_t bits;
@@ -570,8 +769,8 @@ static inline int glbk_csm__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void glbk_csm__v3_basis(glbk_csm__v3 n, glbk_csm__v3 *b1, glbk_csm__v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;
@@ -582,10 +781,9 @@ static inline void glbk_csm__v3_basis(glbk_csm__v3 n, glbk_csm__v3 *b1, glbk_csm
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int glbk_csm__m4_is_affine(const float *m)
 {
     int i;
@@ -594,31 +792,26 @@ static inline int glbk_csm__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
-   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
-   on points. out may be m. */
+/* Writes the inverse of m, which may be out itself, and returns 1. Returns 0, with out untouched, if m is
+   singular to float precision; the test compares the determinant with the product of the column lengths and
+   is therefore free of scale. The arithmetic is double, since the inverse of a badly scaled matrix is used
+   on points. */
 static inline int glbk_csm__m4_affine_inverse(float *out, const float *m)
 {
-    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
-    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
-    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
-    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
-    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
-    double det = a * ca + b * cb + c * cc;
-    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
-    double r[12];
-    int i;
+    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    int i, j;
 
+    for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
+    for (i = 0; i < 3; i++)         /* cofactors: rows and columns in turn give them their signs */
+        for (j = 0; j < 3; j++)
+            r[3 * j + i] = n[(j + 1) % 3][(i + 1) % 3] * n[(j + 2) % 3][(i + 2) % 3] -
+                           n[(j + 1) % 3][(i + 2) % 3] * n[(j + 2) % 3][(i + 1) % 3];
+    det = n[0][0] * r[0] + n[0][1] * r[1] + n[0][2] * r[2];
+    size = sqrt((n[0][0] * n[0][0] + n[1][0] * n[1][0] + n[2][0] * n[2][0]) *
+                (n[0][1] * n[0][1] + n[1][1] * n[1][1] + n[2][1] * n[2][1])) *
+           sqrt(n[0][2] * n[0][2] + n[1][2] * n[1][2] + n[2][2] * n[2][2]);
     if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
-    r[0] = ca / det;
-    r[1] = cb / det;
-    r[2] = cc / det;
-    r[3] = (c * h - b * k) / det;
-    r[4] = (a * k - c * g) / det;
-    r[5] = (b * g - a * h) / det;
-    r[6] = (b * f - c * e) / det;
-    r[7] = (c * d - a * f) / det;
-    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 9; i++) r[i] /= det;
     for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
     for (i = 0; i < 12; i++)
         if (!glbk_csm__finite((float)r[i])) return 0;
@@ -631,8 +824,9 @@ static inline int glbk_csm__m4_affine_inverse(float *out, const float *m)
     return 1;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
 {
     glbk_csm__v3 x = glbk_csm__v3_load(m), y = glbk_csm__v3_load(m + 4), z = glbk_csm__v3_load(m + 8);
@@ -657,7 +851,6 @@ static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
@@ -670,7 +863,7 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 
 
 static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
-    "\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
+    "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
     "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n"
     "#endif\n"
     "#ifndef COHSM_LOBE\n"
@@ -685,64 +878,81 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
     "vec3 diffuse;\n"
     "vec3 specular;\n"
     "float exponent;\n"
-    "float metallic,roughness;\n"
-    "uint lobe,lobe_count;\n"
+    "float metallic;\n"
+    "float roughness;\n"
+    "uint lobe;\n"
+    "uint lobe_count;\n"
     "};\n"
     "\nstruct cohsm_surface{\n"
-    "vec3 t,b,n,wo,diffuse,f0;\n"
+    "vec3 t;\n"
+    "vec3 b;\n"
+    "vec3 n;\n"
+    "vec3 wo;\n"
+    "vec3 diffuse;\n"
+    "vec3 f0;\n"
     "float alpha;\n"
     "int lobe_count;\n"
     "vec4 lobes[COHSM_LOBES];\n"
     "vec4 scales[COHSM_LOBES];\n"
-    "float diffuse_share,peak;\n"
+    "float diffuse_share;\n"
+    "float peak;\n"
     "bool black;\n"
     "};\n"
-    "\nstruct cohsm_response{vec3 diffuse,specular;float diffuse_pdf,specular_pdf;};\n"
-    "\nfloat cohsm_mean(vec3 c){return(c.x+c.y+c.z)*(1.0/3.0);}\n"
-    "vec3 cohsm_to_frame(cohsm_surface s,vec3 w){return vec3(dot(w,s.t),dot(w,s.b),dot(w,s.n));}\n"
+    "\nstruct cohsm_response{\n"
+    "vec3 diffuse;\n"
+    "vec3 specular;\n"
+    "float diffuse_pdf;\n"
+    "float specular_pdf;\n"
+    "};\n"
+    "\nfloat cohsm_mean(vec3 c){return(c.x+c.y+c.z)*(1./3.);}\n"
+    "\n\nvec3 cohsm_to_frame(cohsm_surface s,vec3 w){return vec3(dot(w,s.t),dot(w,s.b),dot(w,s.n));}\n"
     "vec3 cohsm_from_frame(cohsm_surface s,vec3 w){return s.t*w.x+s.b*w.y+s.n*w.z;}\n"
-    "\nvec3 cohsm_schlick(vec3 f0,float cosine)\n"
+    "\n\nvec3 cohsm_schlick(vec3 f0,float cosine)\n"
     "{\n"
-    "float x=1.0-cosine,f=x*x*(x*x)*x;\n"
-    "return f0*(1.0-f)+f;\n"
+    "float x=1.-cosine,f=x*x*(x*x)*x;\n"
+    "return f0*(1.-f)+f;\n"
     "}\n"
-    "\nfloat cohsm_add_lobe(inout cohsm_surface s,vec3 c,float exponent,vec3 scale)\n"
+    "\n\nfloat cohsm_add_lobe(inout cohsm_surface s,vec3 c,float exponent,vec3 scale)\n"
     "{\n"
     "vec3 a=c*s.wo;\n"
     "float size=sqrt(dot(a,a));\n"
-    "if(!(size>0.0)||s.lobe_count>=COHSM_LOBES)return 0.0;\n"
+    "if(!(size>.0)||s.lobe_count>=COHSM_LOBES)return .0;\n"
     "a/=size;\n"
-    "if(exponent>0.0)scale*=cohsm_pow(size,exponent);\n"
-    "float albedo=cohsm_mean(scale)*2.0*COHSM_PI/(exponent+2.0)*max(a.z,0.1);\n"
-    "if(!(albedo>0.0)|| !cohsm_finite3(scale))return 0.0;\n"
-    "s.lobes[s.lobe_count]=vec4(a,exponent);\n"
-    "s.scales[s.lobe_count]=vec4(scale,albedo);\n"
+    "if(exponent>.0)scale*=cohsm_pow(size,exponent);\n"
+    "float albedo=cohsm_mean(scale)*2.*COHSM_PI/(exponent+2.)*max(a.z,.1);\n"
+    "if(!(albedo>.0)|| !cohsm_finite3(scale))return .0;\n"
+    "for(int i=0;i<COHSM_LOBES;i++)\n"
+    "if(i==s.lobe_count){\n"
+    "s.lobes[i]=vec4(a,exponent);\n"
+    "s.scales[i]=vec4(scale,albedo);\n"
+    "}\n"
     "s.lobe_count++;\n"
     "return albedo;\n"
     "}\n"
-    "\nfloat cohsm_specular_init(inout cohsm_surface s,cohsm_material m)\n"
+    "\n\nfloat cohsm_specular_init(inout cohsm_surface s,const in cohsm_material m)\n"
     "{\n"
     "if(m.type==COHSM_BRDF_METAL_ROUGH){\n"
-    "s.alpha=max(m.roughness*m.roughness,0.002);\n"
-    "s.f0=vec3(0.04)*(1.0-m.metallic)+m.diffuse*m.metallic;\n"
-    "s.diffuse=m.diffuse*(1.0-m.metallic);\n"
+    "s.alpha=max(m.roughness*m.roughness,.002);\n"
+    "s.f0=vec3(.04)*(1.-m.metallic)+m.diffuse*m.metallic;\n"
+    "s.diffuse=m.diffuse*(1.-m.metallic);\n"
     "s.lobe_count=1;\n"
     "float share=cohsm_mean(cohsm_schlick(s.f0,s.wo.z));\n"
-    "s.scales[0]=vec4(0.0,0.0,0.0,share);\n"
+    "s.scales[0]=vec4(.0,.0,.0,share);\n"
     "return share;\n"
     "}\n"
     "if(m.type==COHSM_BRDF_PHONG)\n"
-    "return cohsm_add_lobe(s,vec3(-1.0,-1.0,1.0),m.exponent,\n"
-    "m.specular*((m.exponent+2.0)/(2.0*COHSM_PI)));\n"
-    "float sum=0.0;\n"
+    "return cohsm_add_lobe(s,vec3(-1.,-1.,1.),m.exponent,\n"
+    "m.specular*((m.exponent+2.)/(2.*COHSM_PI)));\n"
+    "float sum=.0;\n"
     "if(m.type==COHSM_BRDF_LAFORTUNE)\n"
     "for(uint i=0u;i<m.lobe_count;i++){\n"
     "vec4 axis=uintBitsToFloat(COHSM_LOBE(2u*(m.lobe+i)));\n"
-    "sum+=cohsm_add_lobe(s,axis.xyz,axis.w,uintBitsToFloat(COHSM_LOBE(2u*(m.lobe+i)+1u)).xyz);\n"
+    "vec3 scale=uintBitsToFloat(COHSM_LOBE(2u*(m.lobe+i)+1u)).xyz;\n"
+    "sum+=cohsm_add_lobe(s,axis.xyz,axis.w,scale);\n"
     "}\n"
     "return sum;\n"
     "}\n"
-    "\n\ncohsm_surface cohsm_surface_at(cohsm_material m,vec3 normal,vec3 tangent,vec3 wo)\n"
+    "\n\ncohsm_surface cohsm_surface_at(const in cohsm_material m,vec3 normal,vec3 tangent,vec3 wo)\n"
     "{\n"
     "cohsm_surface s;\n"
     "s.n=cohsm_normalize(normal);\n"
@@ -754,23 +964,25 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
     "cohsm_basis(s.n,s.t,s.b);\n"
     "s.wo=cohsm_to_frame(s,cohsm_normalize(wo));\n"
     "if(s.wo.z<1e-3)s.wo=cohsm_normalize(vec3(s.wo.xy,1e-3));\n"
-    "s.wo.z=min(s.wo.z,1.0);\n"
+    "s.wo.z=min(s.wo.z,1.);\n"
     "s.diffuse=m.diffuse;\n"
-    "s.f0=vec3(0.0);\n"
-    "s.alpha=0.0;\n"
+    "s.f0=vec3(.0);\n"
+    "s.alpha=.0;\n"
     "s.lobe_count=0;\n"
     "for(int i=0;i<COHSM_LOBES;i++){\n"
-    "s.lobes[i]=vec4(0.0);\n"
-    "s.scales[i]=vec4(0.0);\n"
+    "s.lobes[i]=vec4(.0);\n"
+    "s.scales[i]=vec4(.0);\n"
     "}\n"
     "float specular=cohsm_specular_init(s,m),diffuse=cohsm_mean(s.diffuse);\n"
-    "s.black= !(diffuse+specular>0.0);\n"
-    "s.diffuse_share=s.black?1.0:diffuse/(diffuse+specular);\n"
-    "s.peak=s.diffuse_share*(1.0/COHSM_PI);\n"
-    "for(int i=0;i<s.lobe_count;i++){\n"
+    "s.black= !(diffuse+specular>.0);\n"
+    "s.diffuse_share=cohsm_if(s.black,1.,diffuse/(diffuse+specular));\n"
+    "s.peak=s.diffuse_share*(1./COHSM_PI);\n"
+    "for(int i=0;i<COHSM_LOBES;i++)\n"
+    "if(i<s.lobe_count){\n"
     "s.scales[i].w/=specular;\n"
-    "float lobe=s.alpha>0.0?0.25/(COHSM_PI*s.alpha*s.alpha):(s.lobes[i].w+1.0)/(2.0*COHSM_PI);\n"
-    "s.peak+=(1.0-s.diffuse_share)*s.scales[i].w*lobe;\n"
+    "float lobe=(s.lobes[i].w+1.)/(2.*COHSM_PI);\n"
+    "if(s.alpha>.0)lobe=.25/(COHSM_PI*s.alpha*s.alpha);\n"
+    "s.peak+=(1.-s.diffuse_share)*s.scales[i].w*lobe;\n"
     "}\n"
     "return s;\n"
     "}\n"
@@ -778,80 +990,94 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
     "{\n"
     "vec3 h=cohsm_normalize(s.wo+wi);\n"
     "float a2=s.alpha*s.alpha,q=h.x*h.x+h.y*h.y+a2*h.z*h.z,d=a2/(COHSM_PI*q*q);\n"
-    "float go=sqrt(a2+(1.0-a2)*s.wo.z*s.wo.z),gi=sqrt(a2+(1.0-a2)*wi.z*wi.z);\n"
-    "vec3 f=cohsm_schlick(s.f0,clamp(dot(s.wo,h),0.0,1.0));\n"
-    "r.specular=f*(0.5*d/(wi.z*go+s.wo.z*gi));\n"
-    "r.diffuse*=1.0-f;\n"
-    "r.specular_pdf=0.5*d/(s.wo.z+go);\n"
+    "float go=sqrt(a2+(1.-a2)*s.wo.z*s.wo.z),gi=sqrt(a2+(1.-a2)*wi.z*wi.z);\n"
+    "vec3 f=cohsm_schlick(s.f0,clamp(dot(s.wo,h),.0,1.));\n"
+    "r.specular=f*(.5*d/(wi.z*go+s.wo.z*gi));\n"
+    "r.diffuse*=1.-f;\n"
+    "r.specular_pdf=.5*d/(s.wo.z+go);\n"
     "}\n"
     "\n\ncohsm_response cohsm_respond(cohsm_surface s,vec3 wi)\n"
     "{\n"
-    "cohsm_response r=cohsm_response(vec3(0.0),vec3(0.0),0.0,0.0);\n"
-    "if(!(wi.z>0.0))return r;\n"
-    "r.diffuse=s.diffuse*(1.0/COHSM_PI);\n"
-    "r.diffuse_pdf=wi.z*(1.0/COHSM_PI);\n"
-    "if(s.lobe_count>0&&s.alpha>0.0){\n"
+    "cohsm_response r=cohsm_response(vec3(.0),vec3(.0),.0,.0);\n"
+    "if(!(wi.z>.0))return r;\n"
+    "r.diffuse=s.diffuse*(1./COHSM_PI);\n"
+    "r.diffuse_pdf=wi.z*(1./COHSM_PI);\n"
+    "if(s.lobe_count>0&&s.alpha>.0){\n"
     "cohsm_ggx(s,wi,r);\n"
     "return r;\n"
-    "}\n"
-    "for(int i=0;i<s.lobe_count;i++){\n"
+    "}\n",
+    "for(int i=0;i<COHSM_LOBES;i++){\n"
     "float c=dot(s.lobes[i].xyz,wi);\n"
-    "if(!(c>0.0))continue;\n"
-    "c=cohsm_pow(c,s.lobes[i].w);\n",
+    "if(i<s.lobe_count&&c>.0){\n"
+    "c=cohsm_pow(c,s.lobes[i].w);\n"
     "r.specular+=s.scales[i].xyz*c;\n"
-    "r.specular_pdf+=s.scales[i].w*c*(s.lobes[i].w+1.0)/(2.0*COHSM_PI);\n"
+    "r.specular_pdf+=s.scales[i].w*c*(s.lobes[i].w+1.)/(2.*COHSM_PI);\n"
+    "}\n"
     "}\n"
     "return r;\n"
     "}\n"
-    "\nfloat cohsm_brdf_pdf(cohsm_surface s,cohsm_response r)\n"
+    "\n\nfloat cohsm_brdf_pdf(cohsm_surface s,const in cohsm_response r)\n"
     "{\n"
-    "return s.diffuse_share*r.diffuse_pdf+(1.0-s.diffuse_share)*r.specular_pdf;\n"
+    "return s.diffuse_share*r.diffuse_pdf+(1.-s.diffuse_share)*r.specular_pdf;\n"
     "}\n"
-    "\n\nvec3 cohsm_ggx_draw(cohsm_surface s,vec2 u)\n"
+    "\n\n\nvec3 cohsm_ggx_draw(cohsm_surface s,vec2 u)\n"
     "{\n"
     "vec3 o=cohsm_normalize(vec3(s.wo.xy*s.alpha,s.wo.z));\n"
-    "float z=(1.0-u.x)*(1.0+o.z)-o.z,r=cohsm_safe_sqrt(1.0-z*z);\n"
-    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "float z=(1.-u.x)*(1.+o.z)-o.z,r=cohsm_safe_sqrt(1.-z*z);\n"
+    "vec2 sc=cohsm_sincos(2.*COHSM_PI*u.y);\n"
     "vec3 h=vec3(r*sc.y,r*sc.x,z)+o;\n"
     "h=cohsm_normalize(vec3(h.xy*s.alpha,h.z));\n"
-    "return cohsm_normalize(h*(2.0*dot(s.wo,h))-s.wo);\n"
+    "return cohsm_normalize(h*(2.*dot(s.wo,h))-s.wo);\n"
     "}\n"
-    "\nvec3 cohsm_lobe_draw(vec4 lobe,vec2 u)\n"
+    "\n\nvec3 cohsm_lobe_draw(vec4 lobe,vec2 u)\n"
     "{\n"
     "vec3 t,b;\n"
-    "float c=cohsm_pow(1.0-u.x,1.0/(lobe.w+1.0)),r=cohsm_safe_sqrt(1.0-c*c);\n"
-    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "float c=cohsm_pow(1.-u.x,1./(lobe.w+1.)),r=cohsm_safe_sqrt(1.-c*c);\n"
+    "vec2 sc=cohsm_sincos(2.*COHSM_PI*u.y);\n"
     "cohsm_basis(lobe.xyz,t,b);\n"
     "return t*(r*sc.y)+b*(r*sc.x)+lobe.xyz*c;\n"
     "}\n"
     "\n\nvec3 cohsm_brdf_draw(cohsm_surface s,float diffuse_share,vec2 u)\n"
     "{\n"
     "if(u.x<diffuse_share||s.lobe_count==0){\n"
-    "vec2 p=cohsm_concentric(vec2(diffuse_share>0.0?cohsm_clamp_unit(u.x/diffuse_share):u.x,u.y));\n"
-    "return vec3(p,cohsm_safe_sqrt(1.0-p.x*p.x-p.y*p.y));\n"
+    "if(diffuse_share>.0)u.x=cohsm_clamp_unit(u.x/diffuse_share);\n"
+    "vec2 p=cohsm_concentric(u);\n"
+    "return vec3(p,cohsm_safe_sqrt(1.-p.x*p.x-p.y*p.y));\n"
     "}\n"
-    "u.x=(u.x-diffuse_share)/(1.0-diffuse_share);\n"
-    "if(s.alpha>0.0)return cohsm_ggx_draw(s,vec2(cohsm_clamp_unit(u.x),u.y));\n"
-    "int i=0;\n"
-    "for(;i+1<s.lobe_count&&u.x>=s.scales[i].w;i++)u.x-=s.scales[i].w;\n"
-    "return cohsm_lobe_draw(s.lobes[i],vec2(cohsm_clamp_unit(u.x/s.scales[i].w),u.y));\n"
+    "u.x=(u.x-diffuse_share)/(1.-diffuse_share);\n"
+    "if(s.alpha>.0)return cohsm_ggx_draw(s,vec2(cohsm_clamp_unit(u.x),u.y));\n"
+    "vec4 lobe=s.lobes[0];\n"
+    "float share=s.scales[0].w;\n"
+    "bool on=true;\n"
+    "for(int i=1;i<COHSM_LOBES;i++){\n"
+    "on=on&&i<s.lobe_count&&u.x>=share;\n"
+    "if(on){\n"
+    "u.x-=share;\n"
+    "share=s.scales[i].w;\n"
+    "lobe=s.lobes[i];\n"
+    "}\n"
+    "}\n"
+    "return cohsm_lobe_draw(lobe,vec2(cohsm_clamp_unit(u.x/share),u.y));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
-    "\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
+    "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
     "#define COHSM_SAMPLING_LIGHT 1\n"
     "#define COHSM_SAMPLING_BRDF 2\n"
     "#define COHSM_SAMPLING_PAPER 3\n"
     "\nstruct cohsm_estimator{\n"
-    "uint samples,seed,frame;\n"
+    "uint samples;\n"
+    "uint seed;\n"
+    "uint frame;\n"
     "cohsm_surface surface;\n"
     "cohsm_light light;\n"
     "cohsm_aim aim;\n"
-    "bool reachable,split;\n"
+    "bool reachable;\n"
+    "bool split;\n"
     "float light_share;\n"
     "};\n"
-    "\nvec3 cohsm_numbers(cohsm_estimator e,uint pixel,uint k)\n"
+    "\n\nvec3 cohsm_numbers(const in cohsm_estimator e,uint pixel,uint k)\n"
     "{\n"
     "uint key=cohsm_hash_combine(e.seed,pixel),index=e.frame*e.samples+k;\n"
     "vec3 u;\n"
@@ -865,11 +1091,12 @@ static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
     "#else\n"
     "u.xy=cohsm_sobol2(index,key);\n"
     "#endif\n"
-    "u.z=e.light.shape==COHSM_SHAPE_MESH?cohsm_random(key,0x9e3779b9u,index):0.0;\n"
+    "u.z=.0;\n"
+    "if(e.light.shape==COHSM_SHAPE_MESH)u.z=cohsm_random(key,0x9e3779b9u,index);\n"
     "return u;\n"
     "}\n"
-    "\n\ncohsm_estimator cohsm_estimator_at(cohsm_surface surface,cohsm_light light,vec3 position,int sampling,uint samples,\n"
-    "uint seed,uint frame)\n"
+    "\n\ncohsm_estimator cohsm_estimator_at(cohsm_surface surface,const in cohsm_light light,vec3 position,\n"
+    "int sampling,uint samples,uint seed,uint frame)\n"
     "{\n"
     "cohsm_estimator e;\n"
     "e.samples=samples;\n"
@@ -881,47 +1108,47 @@ static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
     "bool unseen=cohsm_light_is_delta(light)||light.shape==COHSM_SHAPE_MESH;\n"
     "bool distant=light.shape==COHSM_SHAPE_ENVIRONMENT;\n"
     "e.split=distant&&sampling==COHSM_SAMPLING_PAPER;\n"
-    "e.light_share=1.0;\n"
+    "e.light_share=1.;\n"
     "if(unseen||sampling==COHSM_SAMPLING_LIGHT|| !e.reachable)return e;\n"
-    "if(sampling==COHSM_SAMPLING_BRDF)e.light_share=0.0;\n"
-    "else if(sampling==COHSM_SAMPLING_PAPER)e.light_share=distant?surface.diffuse_share:1.0;\n"
-    "else if(distant)e.light_share=0.5;\n"
+    "if(sampling==COHSM_SAMPLING_BRDF)e.light_share=.0;\n"
+    "else if(sampling==COHSM_SAMPLING_PAPER)e.light_share=cohsm_if(distant,surface.diffuse_share,1.);\n"
+    "else if(distant)e.light_share=.5;\n"
     "else{\n"
     "float q=e.aim.solid*surface.peak;\n"
-    "e.light_share=8.0/(8.0+q*q*q);\n"
-    "e.light_share=floor(e.light_share*float(samples)+0.5)/float(samples);\n"
+    "e.light_share=8./(8.+q*q*q);\n"
+    "e.light_share=floor(e.light_share*float(samples)+.5)/float(samples);\n"
     "}\n"
     "return e;\n"
     "}\n"
-    "\n\nvec3 cohsm_estimate(cohsm_estimator e,vec3 u,out cohsm_emission found)\n"
+    "\n\n\nvec3 cohsm_estimate(const in cohsm_estimator e,vec3 u,out cohsm_emission found)\n"
     "{\n"
     "float c=e.light_share;\n"
     "bool by_light=u.x<c,hit;\n"
     "vec3 wi;\n"
-    "u.x=cohsm_clamp_unit(by_light?u.x/c:(u.x-c)/(1.0-c));\n"
+    "u.x=cohsm_clamp_unit(cohsm_if(by_light,u.x/c,(u.x-c)/(1.-c)));\n"
     "if(by_light)\n"
     "hit=cohsm_light_draw(e.light,e.aim,u,found);\n"
     "else{\n"
-    "wi=cohsm_brdf_draw(e.surface,e.split?0.0:e.surface.diffuse_share,u.xy);\n"
-    "hit=cohsm_light_hit(e.light,e.aim,cohsm_from_frame(e.surface,wi),found)&&wi.z>0.0;\n"
+    "wi=cohsm_brdf_draw(e.surface,cohsm_if(e.split,.0,e.surface.diffuse_share),u.xy);\n"
+    "hit=cohsm_light_hit(e.light,e.aim,cohsm_from_frame(e.surface,wi),found)&&wi.z>.0;\n"
     "}\n"
     "if(!hit){\n"
-    "found=cohsm_emission(e.surface.n,COHSM_INFINITY,vec3(0.0),vec3(0.0),0.0);\n"
-    "return vec3(0.0);\n"
+    "found=cohsm_emission(e.surface.n,COHSM_INFINITY,vec3(.0),vec3(.0),.0);\n"
+    "return vec3(.0);\n"
     "}\n"
     "wi=cohsm_to_frame(e.surface,found.direction);\n"
     "cohsm_response r=cohsm_respond(e.surface,wi);\n"
-    "vec3 f=e.split?(by_light?r.diffuse:r.specular):r.diffuse+r.specular;\n"
-    "float pdf=e.split?(by_light?c*found.pdf:(1.0-c)*r.specular_pdf)\n"
-    ":c*found.pdf+(1.0-c)*cohsm_brdf_pdf(e.surface,r);\n"
-    "if(!(wi.z>0.0)|| !(pdf>0.0))return vec3(0.0);\n"
+    "vec3 f=cohsm_if(e.split,cohsm_if(by_light,r.diffuse,r.specular),r.diffuse+r.specular);\n"
+    "float split_pdf=cohsm_if(by_light,c*found.pdf,(1.-c)*r.specular_pdf);\n"
+    "float pdf=cohsm_if(e.split,split_pdf,c*found.pdf+(1.-c)*cohsm_brdf_pdf(e.surface,r));\n"
+    "if(!(wi.z>.0)|| !(pdf>.0))return vec3(.0);\n"
     "f=f*found.radiance*(wi.z/pdf);\n"
-    "return cohsm_finite3(f)?f:vec3(0.0);\n"
+    "return cohsm_if(cohsm_finite3(f),f,vec3(.0));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
-    "\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
+    "\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
     "#endif\n"
     "\n#define COHSM_SHAPE_ENVIRONMENT 1u\n"
@@ -935,23 +1162,49 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "#define COHSM_SHAPE_MESH 10u\n"
     "#define COHSM_INFINITY 3.402823466e38\n"
     "\nstruct cohsm_light{\n"
-    "uint base,shape,width,height,flags,texels_at,sums_at,triangles_at,triangle_count;\n"
-    "vec3 origin,n,ex,ey,u,v,radiance,tint;\n"
-    "float radius,lx,ly,area,cos_cone,turn,cosine_power;\n"
+    "uint base;\n"
+    "uint shape;\n"
+    "uint width;\n"
+    "uint height;\n"
+    "uint flags;\n"
+    "uint texels_at;\n"
+    "uint sums_at;\n"
+    "uint triangles_at;\n"
+    "uint triangle_count;\n"
+    "vec3 origin;\n"
+    "vec3 n;\n"
+    "vec3 ex;\n"
+    "vec3 ey;\n"
+    "vec3 u;\n"
+    "vec3 v;\n"
+    "vec3 radiance;\n"
+    "vec3 tint;\n"
+    "float radius;\n"
+    "float lx;\n"
+    "float ly;\n"
+    "float area;\n"
+    "float cos_cone;\n"
+    "float turn;\n"
+    "float cosine_power;\n"
     "};\n"
     "\nstruct cohsm_aim{\n"
-    "vec3 p,axis;\n"
-    "float range,spread,solid_pdf,solid;\n"
+    "vec3 p;\n"
+    "vec3 axis;\n"
+    "float range;\n"
+    "float spread;\n"
+    "float solid_pdf;\n"
+    "float solid;\n"
     "vec4 edges;\n"
     "vec4 cap;\n"
     "};\n"
     "\nstruct cohsm_emission{\n"
     "vec3 direction;\n"
     "float range;\n"
-    "vec3 coords,radiance;\n"
+    "vec3 coords;\n"
+    "vec3 radiance;\n"
     "float pdf;\n"
     "};\n"
-    "\ncohsm_light cohsm_light_open(uint base)\n"
+    "\n\ncohsm_light cohsm_light_open(uint base)\n"
     "{\n"
     "cohsm_light l;\n"
     "uvec4 a=COHSM_LIGHT_TEXEL(base),b=COHSM_LIGHT_TEXEL(base+1u);\n"
@@ -985,40 +1238,49 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "l.v=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+9u)).xyz;\n"
     "return l;\n"
     "}\n"
-    "\nbool cohsm_light_textured(cohsm_light l){return(l.flags&1u)!=0u;}\n"
-    "bool cohsm_light_is_delta(cohsm_light l){return l.shape>=COHSM_SHAPE_SUN&&l.shape<=COHSM_SHAPE_SPOT;}\n"
-    "\nuint cohsm_index(float x,uint count){return min(uint(x*float(count)),count-1u);}\n"
-    "\nvec3 cohsm_light_texel(cohsm_light l,uint x,uint y)\n"
+    "\nbool cohsm_light_textured(const in cohsm_light l){return(l.flags&1u)!=0u;}\n"
+    "\n\nbool cohsm_light_is_delta(const in cohsm_light l)\n"
     "{\n"
-    "return cohsm_light_textured(l)?uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at+y*l.width+x)).xyz:vec3(1.0);\n"
+    "return l.shape>=COHSM_SHAPE_SUN&&l.shape<=COHSM_SHAPE_SPOT;\n"
     "}\n"
-    "\nvec3 cohsm_texel_at(cohsm_light l,vec2 x)\n"
+    "\n\nuint cohsm_index(float x,uint count){return min(uint(x*float(count)),count-1u);}\n"
+    "\n\nvec3 cohsm_light_texel(const in cohsm_light l,uint x,uint y)\n"
+    "{\n"
+    "if(!cohsm_light_textured(l))return vec3(1.);\n"
+    "return uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at+y*l.width+x)).xyz;\n"
+    "}\n"
+    "\nvec3 cohsm_texel_at(const in cohsm_light l,vec2 x)\n"
     "{\n"
     "return cohsm_light_texel(l,cohsm_index(x.x,l.width),cohsm_index(x.y,l.height));\n"
     "}\n"
-    "\nfloat cohsm_density(cohsm_light l,vec2 x){return cohsm_light_textured(l)?dot(cohsm_texel_at(l,x),l.tint):1.0;}\n"
-    "\n\n\nuint cohsm_invert(uint at,uint count,float u,out float fraction)\n"
+    "\n\nfloat cohsm_density(const in cohsm_light l,vec2 x)\n"
+    "{\n"
+    "return cohsm_light_textured(l)?dot(cohsm_texel_at(l,x),l.tint):1.;\n"
+    "}\n"
+    "\n\n\n\nuint cohsm_invert(uint at,uint count,float u,out float fraction)\n"
     "{\n"
     "uvec4 t=COHSM_LIGHT_TEXEL(at+cohsm_index(u,count));\n"
     "uint lo=t.z,hi=t.w;\n"
     "while(hi-lo>1u){\n"
     "uint middle=lo+(hi-lo)/2u;\n"
-    "if(uintBitsToFloat(COHSM_LIGHT_TEXEL(at+middle).x)<=u)lo=middle;\n"
-    "else hi=middle;\n"
+    "bool later=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+middle).x)<=u;\n"
+    "lo=later?middle:lo;\n"
+    "hi=later?hi:middle;\n"
     "}\n"
     "vec2 sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+lo).xy);\n"
     "while(lo+1u<count&&sums.y<=u)sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ ++lo).xy);\n"
-    "while(lo>0u&&(sums.x>u|| !(sums.y>sums.x)))sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ --lo).xy);\n"
+    "while(lo>0u&&(sums.x>u|| !(sums.y>sums.x)))\n"
+    "sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ --lo).xy);\n"
     "fraction=cohsm_clamp_unit((u-sums.x)/(sums.y-sums.x));\n"
     "return lo;\n"
     "}\n"
-    "\n\nuvec2 cohsm_pick_cell(cohsm_light l,vec2 u,out vec2 inside)\n"
+    "\n\nuvec2 cohsm_pick_cell(const in cohsm_light l,vec2 u,out vec2 inside)\n"
     "{\n"
     "uint y=cohsm_invert(l.sums_at,l.height,u.y,inside.y);\n"
     "uint x=cohsm_invert(l.sums_at+l.height+y*l.width,l.width,u.x,inside.x);\n"
     "return uvec2(x,y);\n"
     "}\n"
-    "\nvec2 cohsm_pick_coords(cohsm_light l,vec2 u)\n"
+    "\n\nvec2 cohsm_pick_coords(const in cohsm_light l,vec2 u)\n"
     "{\n"
     "if(!cohsm_light_textured(l))return u;\n"
     "vec2 inside;\n"
@@ -1026,28 +1288,29 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "return vec2(cohsm_clamp_unit((float(cell.x)+inside.x)/float(l.width)),\n"
     "cohsm_clamp_unit((float(cell.y)+inside.y)/float(l.height)));\n"
     "}\n"
-    "\nbool cohsm_emit(cohsm_light l,vec3 texel,float cosine,inout cohsm_emission e)\n"
+    "\n\nbool cohsm_emit(const in cohsm_light l,vec3 texel,float cosine,inout cohsm_emission e)\n"
     "{\n"
     "e.radiance=l.radiance*texel;\n"
-    "if(l.cosine_power>0.0)e.radiance*=cohsm_pow(cosine,l.cosine_power);\n"
-    "return cohsm_finite3(e.radiance)&&e.radiance.x+e.radiance.y+e.radiance.z>0.0;\n"
-    "}\n"
-    "\n\nbool cohsm_emit_area(cohsm_light l,cohsm_aim a,vec3 q,vec3 n,vec2 x,float area_pdf,inout cohsm_emission e)\n"
+    "if(l.cosine_power>.0)e.radiance*=cohsm_pow(cosine,l.cosine_power);\n"
+    "return cohsm_finite3(e.radiance)&&e.radiance.x+e.radiance.y+e.radiance.z>.0;\n"
+    "}\n",
+    "\n\n\nbool cohsm_emit_area(const in cohsm_light l,const in cohsm_aim a,vec3 q,vec3 n,vec2 x,float area_pdf,\n"
+    "inout cohsm_emission e)\n"
     "{\n"
     "vec3 d=q-a.p;\n"
     "float square=dot(d,d),range=sqrt(square);\n"
-    "if(!(range>0.0)|| !cohsm_finite(square))return false;\n"
-    "vec3 w=d*(1.0/range);\n"
+    "if(!(range>.0)|| !cohsm_finite(square))return false;\n"
+    "vec3 w=d*(1./range);\n"
     "float cosine= -dot(n,w);\n"
     "if(!(cosine>1e-7))return false;\n"
-    "cosine=min(cosine,1.0);\n",
+    "cosine=min(cosine,1.);\n"
     "e.coords.xy=vec2(cohsm_clamp_unit(x.x),cohsm_clamp_unit(x.y));\n"
     "e.range=range;\n"
-    "e.pdf=a.solid_pdf>0.0?a.solid_pdf:area_pdf*square/cosine;\n"
+    "e.pdf=cohsm_if(a.solid_pdf>.0,a.solid_pdf,area_pdf*square/cosine);\n"
     "e.direction=w;\n"
     "return cohsm_emit(l,cohsm_texel_at(l,x),cosine,e);\n"
     "}\n"
-    "\n\n\nbool cohsm_environment_found(cohsm_light l,uvec2 cell,vec2 x,vec3 w,inout cohsm_emission e)\n"
+    "\n\n\n\nbool cohsm_environment_found(const in cohsm_light l,uvec2 cell,vec2 x,vec3 w,inout cohsm_emission e)\n"
     "{\n"
     "vec3 texel=cohsm_light_texel(l,cell.x,cell.y);\n"
     "x.x-=l.turn;\n"
@@ -1055,84 +1318,86 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "e.range=COHSM_INFINITY;\n"
     "e.pdf=dot(texel,l.tint);\n"
     "e.direction=w;\n"
-    "return cohsm_emit(l,texel,1.0,e)&&e.pdf>0.0;\n"
+    "return cohsm_emit(l,texel,1.,e)&&e.pdf>.0;\n"
     "}\n"
     "\n\nfloat cohsm_row_edge(uint y,uint h)\n"
     "{\n"
     "uint m=min(y,h-y);\n"
     "float s=cohsm_sincos(1.57079633*float(m)/float(h)).x;\n"
-    "s=1.0-2.0*s*s;\n"
+    "s=1.-2.*s*s;\n"
     "return m==y?s: -s;\n"
     "}\n"
-    "\nbool cohsm_environment_draw(cohsm_light l,vec2 u,inout cohsm_emission e)\n"
+    "\nbool cohsm_environment_draw(const in cohsm_light l,vec2 u,inout cohsm_emission e)\n"
     "{\n"
     "vec2 inside;\n"
     "uvec2 cell=cohsm_pick_cell(l,u,inside);\n"
     "float x=(float(cell.x)+inside.x)/float(l.width),top=cohsm_row_edge(cell.y,l.height);\n"
     "float y=top+(cohsm_row_edge(cell.y+1u,l.height)-top)*inside.y;\n"
-    "float r=cohsm_safe_sqrt((1.0-y)*(1.0+y));\n"
-    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*(x-l.turn-0.5));\n"
-    "return cohsm_environment_found(l,cell,vec2(x,cohsm_acos(y)/COHSM_PI),vec3(r*sc.y,y,r*sc.x),e);\n"
+    "float r=cohsm_safe_sqrt((1.-y)*(1.+y));\n"
+    "vec2 sc=cohsm_sincos(2.*COHSM_PI*(x-l.turn-.5));\n"
+    "vec2 coords=vec2(x,cohsm_acos(y)/COHSM_PI);\n"
+    "return cohsm_environment_found(l,cell,coords,vec3(r*sc.y,y,r*sc.x),e);\n"
     "}\n"
-    "\nbool cohsm_environment_hit(cohsm_light l,vec3 w,inout cohsm_emission e)\n"
+    "\nbool cohsm_environment_hit(const in cohsm_light l,vec3 w,inout cohsm_emission e)\n"
     "{\n"
-    "vec2 x=vec2(0.5+cohsm_atan2(w.z,w.x)/(2.0*COHSM_PI)+l.turn,cohsm_acos(w.y)/COHSM_PI);\n"
+    "vec2 x=vec2(.5+cohsm_atan2(w.z,w.x)/(2.*COHSM_PI)+l.turn,cohsm_acos(w.y)/COHSM_PI);\n"
     "x.x-=floor(x.x);\n"
     "return cohsm_environment_found(l,uvec2(cohsm_index(x.x,l.width),cohsm_index(x.y,l.height)),x,w,e);\n"
     "}\n"
-    "\n\n\n\nvoid cohsm_rectangle_aim(cohsm_light l,inout cohsm_aim a)\n"
+    "\n\n\n\nvoid cohsm_rectangle_aim(const in cohsm_light l,inout cohsm_aim a)\n"
     "{\n"
     "vec3 d=l.origin-a.p;\n"
     "float x0=dot(d,l.ex)*l.lx,y0=dot(d,l.ey)*l.ly,x1=x0+l.lx,y1=y0+l.ly,z=dot(d,l.n);\n"
     "float z2=z*z;\n"
     "float n0= -y0/sqrt(z2+y0*y0),n1=x1/sqrt(z2+x1*x1);\n"
     "float n2=y1/sqrt(z2+y1*y1),n3= -x0/sqrt(z2+x0*x0);\n"
-    "float k=2.0*COHSM_PI-cohsm_acos(-n2*n3)-cohsm_acos(-n3*n0);\n"
+    "float k=2.*COHSM_PI-cohsm_acos(-n2*n3)-cohsm_acos(-n3*n0);\n"
     "a.edges=vec4(x0,x1,y0,y1);\n"
     "a.cap=vec4(z,n0,n2,k);\n"
     "a.solid=cohsm_acos(-n0*n1)+cohsm_acos(-n1*n2)-k;\n"
-    "if(a.solid>0.05&&cohsm_finite(a.solid))a.solid_pdf=1.0/a.solid;\n"
+    "if(a.solid>.05&&cohsm_finite(a.solid))a.solid_pdf=1./a.solid;\n"
     "}\n"
-    "\nfloat cohsm_flat_solid(vec3 n,vec3 d,float area)\n"
+    "\n\nfloat cohsm_flat_solid(vec3 n,vec3 d,float area)\n"
     "{\n"
-    "float d2=dot(d,d),cosine=abs(dot(n,d))/sqrt(d2>0.0?d2:1.0),near2=area*(1.0/(2.0*COHSM_PI));\n"
+    "float d2=dot(d,d),cosine=abs(dot(n,d))/sqrt(d2>.0?d2:1.);\n"
+    "float near2=area*(1./(2.*COHSM_PI));\n"
     "return area*(cosine*d2+near2)/((d2+near2)*(d2+near2));\n"
     "}\n"
-    "\nvec2 cohsm_rectangle_pick(cohsm_aim a,vec2 u)\n"
+    "\n\nvec2 cohsm_rectangle_pick(const in cohsm_aim a,vec2 u)\n"
     "{\n"
     "float z=a.cap.x,b0=a.cap.y;\n"
     "vec2 sc=cohsm_sincos(u.x*a.solid+a.cap.w);\n"
-    "float f=(sc.y*b0-a.cap.z)/sc.x,c=1.0/sqrt(f*f+b0*b0);\n"
-    "c=clamp(f>0.0?c: -c,-1.0,1.0);\n"
-    "float x=clamp(-(c*z)/sqrt(max(1.0-c*c,1e-12)),a.edges.x,a.edges.y);\n"
+    "float f=(sc.y*b0-a.cap.z)/sc.x,c=1./sqrt(f*f+b0*b0);\n"
+    "c=clamp(f>.0?c: -c,-1.,1.);\n"
+    "float x=clamp(-(c*z)/sqrt(max(1.-c*c,1e-12)),a.edges.x,a.edges.y);\n"
     "float d=sqrt(x*x+z*z),h0=a.edges.z/sqrt(d*d+a.edges.z*a.edges.z);\n"
     "float h1=a.edges.w/sqrt(d*d+a.edges.w*a.edges.w),h=h0+u.y*(h1-h0);\n"
-    "float y=h*h<1.0-1e-6?h*d/sqrt(1.0-h*h):a.edges.w;\n"
+    "float y=cohsm_if(h*h<1.-1e-6,h*d/sqrt(1.-h*h),a.edges.w);\n"
     "return(vec2(x,y)-a.edges.xz)/(a.edges.yw-a.edges.xz);\n"
     "}\n"
-    "\n\nbool cohsm_aim_at(cohsm_light l,vec3 p,out cohsm_aim a)\n"
+    "\n\nbool cohsm_aim_at(const in cohsm_light l,vec3 p,out cohsm_aim a)\n"
     "{\n"
     "vec3 d=l.origin-p;\n"
     "float r=l.radius;\n"
-    "a=cohsm_aim(p,vec3(0.0),0.0,0.0,0.0,0.0,vec4(0.0),vec4(0.0));\n"
+    "a=cohsm_aim(p,vec3(.0),.0,.0,.0,.0,vec4(.0),vec4(.0));\n"
     "if(l.shape==COHSM_SHAPE_RECTANGLE){\n"
-    "if(!(dot(l.n,d)<0.0))return false;\n"
+    "if(!(dot(l.n,d)<.0))return false;\n"
     "if((l.flags&2u)!=0u&& !cohsm_light_textured(l))cohsm_rectangle_aim(l,a);\n"
-    "if(!(a.solid_pdf>0.0))a.solid=cohsm_flat_solid(l.n,d+(l.u+l.v)*0.5,l.area);\n"
+    "if(!(a.solid_pdf>.0))a.solid=cohsm_flat_solid(l.n,d+(l.u+l.v)*.5,l.area);\n"
     "return true;\n"
     "}\n"
     "if(l.shape==COHSM_SHAPE_DISC){\n"
     "a.solid=cohsm_flat_solid(l.n,d,l.area);\n"
-    "return dot(l.n,d)<0.0;\n"
+    "return dot(l.n,d)<.0;\n"
     "}\n"
     "if(l.shape==COHSM_SHAPE_SPHERE){\n"
     "a.range=sqrt(dot(d,d));\n"
     "if(!(a.range>r))return false;\n"
-    "a.axis=d*(1.0/a.range);\n"
+    "a.axis=d*(1./a.range);\n"
     "float s=(r/a.range)*(r/a.range);\n"
-    "a.spread=s/(1.0+sqrt(1.0-s));\n"
-    "a.solid=2.0*COHSM_PI*a.spread;\n"
-    "if(!cohsm_light_textured(l)&&a.spread>0.0)a.solid_pdf=1.0/a.solid;\n"
+    "a.spread=s/(1.+sqrt(1.-s));\n"
+    "a.solid=2.*COHSM_PI*a.spread;\n"
+    "if(!cohsm_light_textured(l)&&a.spread>.0)a.solid_pdf=1./a.solid;\n"
     "return true;\n"
     "}\n"
     "if(l.shape==COHSM_SHAPE_LINE){\n"
@@ -1140,87 +1405,88 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "d=l.n*s-d;\n"
     "a.range=sqrt(dot(d,d));\n"
     "if(!(a.range>r))return false;\n"
-    "a.axis=d*(1.0/a.range);\n"
-    "a.spread=cohsm_safe_sqrt(1.0-(r/a.range)*(r/a.range));\n"
+    "a.axis=d*(1./a.range);\n",
+    "a.spread=cohsm_safe_sqrt(1.-(r/a.range)*(r/a.range));\n"
     "vec2 ends=vec2(s,s+l.lx);\n"
     "ends/=sqrt(a.range*a.range+ends*ends);\n"
-    "a.solid=2.0*r/a.range*(ends.y-ends.x);\n"
+    "a.solid=2.*r/a.range*(ends.y-ends.x);\n"
     "}\n"
     "return true;\n"
     "}\n"
-    "\n\n\nbool cohsm_line_at(cohsm_light l,cohsm_aim a,float x,float sine,inout cohsm_emission e)\n"
+    "\n\n\n\nbool cohsm_line_at(const in cohsm_light l,const in cohsm_aim a,float x,float sine,inout cohsm_emission e)\n"
     "{\n"
-    "float cosine=cohsm_safe_sqrt(1.0-sine*sine);\n"
+    "float cosine=cohsm_safe_sqrt(1.-sine*sine);\n"
     "vec3 n=a.axis*cosine+cross(l.n,a.axis)*sine;\n"
-    "vec3 q=(l.origin+l.n*(x*l.lx))+n*l.radius;\n",
-    "return cohsm_emit_area(l,a,q,n,vec2(x,0.0),\n"
-    "cohsm_density(l,vec2(x,0.0))*cosine/(2.0*a.spread*l.radius*l.lx),e);\n"
+    "vec3 q=(l.origin+l.n*(x*l.lx))+n*l.radius;\n"
+    "return cohsm_emit_area(l,a,q,n,vec2(x,.0),\n"
+    "cohsm_density(l,vec2(x,.0))*cosine/(2.*a.spread*l.radius*l.lx),e);\n"
     "}\n"
-    "\nbool cohsm_sphere_at(cohsm_light l,cohsm_aim a,vec3 n,inout cohsm_emission e)\n"
+    "\n\nbool cohsm_sphere_at(const in cohsm_light l,const in cohsm_aim a,vec3 n,inout cohsm_emission e)\n"
     "{\n"
-    "vec2 x=vec2(cohsm_clamp_unit(0.5+cohsm_atan2(n.z,n.x)/(2.0*COHSM_PI)),\n"
-    "cohsm_clamp_unit(0.5*(1.0-n.y)));\n"
+    "vec2 x=vec2(cohsm_clamp_unit(.5+cohsm_atan2(n.z,n.x)/(2.*COHSM_PI)),\n"
+    "cohsm_clamp_unit(.5*(1.-n.y)));\n"
     "return cohsm_emit_area(l,a,l.origin+n*l.radius,n,x,cohsm_density(l,x)/l.area,e);\n"
     "}\n"
-    "\nbool cohsm_sphere_draw(cohsm_light l,cohsm_aim a,vec2 u,inout cohsm_emission e)\n"
+    "\nbool cohsm_sphere_draw(const in cohsm_light l,const in cohsm_aim a,vec2 u,inout cohsm_emission e)\n"
     "{\n"
-    "if(!(a.solid_pdf>0.0)){\n"
+    "if(!(a.solid_pdf>.0)){\n"
     "vec2 x=cohsm_pick_coords(l,u);\n"
-    "float y=1.0-2.0*x.y,ring=cohsm_safe_sqrt(1.0-y*y);\n"
-    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*(x.x-0.5));\n"
+    "float y=1.-2.*x.y,ring=cohsm_safe_sqrt(1.-y*y);\n"
+    "vec2 sc=cohsm_sincos(2.*COHSM_PI*(x.x-.5));\n"
     "return cohsm_sphere_at(l,a,cohsm_normalize(vec3(ring*sc.y,y,ring*sc.x)*l.radius),e);\n"
     "}\n"
-    "\nfloat r=l.radius,c=u.x*a.spread,s2=c*(2.0-c);\n"
-    "c=1.0-c;\n"
+    "\n\nfloat r=l.radius,c=u.x*a.spread,s2=c*(2.-c);\n"
+    "c=1.-c;\n"
     "float reach=cohsm_safe_sqrt(r*r-a.range*a.range*s2),along=a.range*s2+c*reach;\n"
     "float x=cohsm_safe_sqrt(s2)*(a.range*c-reach)/r;\n"
-    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "vec2 sc=cohsm_sincos(2.*COHSM_PI*u.y);\n"
     "vec3 t,b;\n"
     "cohsm_basis(a.axis,t,b);\n"
     "return cohsm_sphere_at(l,a,cohsm_normalize(t*(x*sc.y)+b*(x*sc.x)+a.axis*(-along/r)),e);\n"
     "}\n"
-    "\nbool cohsm_delta_draw(cohsm_light l,cohsm_aim a,inout cohsm_emission e)\n"
+    "\n\nbool cohsm_delta_draw(const in cohsm_light l,const in cohsm_aim a,inout cohsm_emission e)\n"
     "{\n"
-    "float scale=1.0;\n"
-    "e.pdf=1.0;\n"
+    "float scale=1.;\n"
+    "e.pdf=1.;\n"
     "e.range=COHSM_INFINITY;\n"
     "e.direction=l.n;\n"
     "if(l.shape!=COHSM_SHAPE_SUN){\n"
     "vec3 d=l.origin-a.p;\n"
     "float range=sqrt(dot(d,d));\n"
-    "if(!(range>0.0)|| !cohsm_finite(range))return false;\n"
-    "e.direction=d*(1.0/range);\n"
+    "if(!(range>.0)|| !cohsm_finite(range))return false;\n"
+    "e.direction=d*(1./range);\n"
     "if(l.shape==COHSM_SHAPE_SPOT&& -dot(e.direction,l.n)<l.cos_cone)return false;\n"
-    "scale=1.0/(range*range);\n"
+    "scale=1./(range*range);\n"
     "e.range=range;\n"
     "}\n"
-    "return cohsm_emit(l,vec3(scale),1.0,e);\n"
+    "return cohsm_emit(l,vec3(scale),1.,e);\n"
     "}\n"
-    "\n\nbool cohsm_mesh_draw(cohsm_light l,cohsm_aim a,vec3 u,inout cohsm_emission e)\n"
+    "\n\n\nbool cohsm_mesh_draw(const in cohsm_light l,const in cohsm_aim a,vec3 u,inout cohsm_emission e)\n"
     "{\n"
     "uint lo=0u,hi=l.triangle_count-1u;\n"
     "while(lo<hi){\n"
     "uint middle=(lo+hi)/2u;\n"
-    "if(uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*middle).w)<=u.x)lo=middle+1u;\n"
-    "else hi=middle;\n"
+    "bool later=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*middle).w)<=u.x;\n"
+    "lo=cohsm_if(later,middle+1u,lo);\n"
+    "hi=later?hi:middle;\n"
     "}\n"
     "vec3 v0=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo).xyz);\n"
     "vec3 v1=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+1u).xyz);\n"
     "vec3 v2=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+2u).xyz);\n"
     "float root=sqrt(u.y),c=root*u.z;\n"
-    "vec3 q=v0*(1.0-root)+v1*(root*(1.0-u.z))+v2*c;\n"
+    "vec3 q=v0*(1.-root)+v1*(root*(1.-u.z))+v2*c;\n"
     "e.coords.z=u.z;\n"
-    "return cohsm_emit_area(l,a,q,cohsm_normalize(cross(v1-v0,v2-v0)),u.xy,1.0/l.area,e);\n"
+    "return cohsm_emit_area(l,a,q,cohsm_normalize(cross(v1-v0,v2-v0)),u.xy,1./l.area,e);\n"
     "}\n"
-    "\n\nbool cohsm_light_draw(cohsm_light l,cohsm_aim a,vec3 u,out cohsm_emission e)\n"
+    "\n\n\nbool cohsm_light_draw(const in cohsm_light l,const in cohsm_aim a,vec3 u,out cohsm_emission e)\n"
     "{\n"
-    "e=cohsm_emission(vec3(0.0),0.0,vec3(0.0),vec3(0.0),0.0);\n"
+    "e=cohsm_emission(vec3(.0),.0,vec3(.0),vec3(.0),.0);\n"
     "if(l.shape==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_draw(l,u.xy,e);\n"
     "if(cohsm_light_is_delta(l))return cohsm_delta_draw(l,a,e);\n"
     "if(l.shape==COHSM_SHAPE_SPHERE)return cohsm_sphere_draw(l,a,u.xy,e);\n"
     "if(l.shape==COHSM_SHAPE_MESH)return cohsm_mesh_draw(l,a,u,e);\n"
-    "vec2 x=a.solid_pdf>0.0?cohsm_rectangle_pick(a,u.xy):cohsm_pick_coords(l,u.xy);\n"
-    "if(l.shape==COHSM_SHAPE_LINE)return cohsm_line_at(l,a,x.x,(2.0*u.y-1.0)*a.spread,e);\n"
+    "vec2 x=a.solid_pdf>.0?cohsm_rectangle_pick(a,u.xy):cohsm_pick_coords(l,u.xy);\n"
+    "if(l.shape==COHSM_SHAPE_LINE)return cohsm_line_at(l,a,x.x,(2.*u.y-1.)*a.spread,e);\n"
     "vec3 q;\n"
     "if(l.shape==COHSM_SHAPE_DISC){\n"
     "vec2 p=cohsm_concentric(x);\n"
@@ -1229,41 +1495,41 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "q=l.origin+(l.u*x.x+l.v*x.y);\n"
     "return cohsm_emit_area(l,a,q,l.n,x,cohsm_density(l,x)/l.area,e);\n"
     "}\n"
-    "\nbool cohsm_plane_hit(cohsm_light l,cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
+    "\n\nbool cohsm_plane_hit(const in cohsm_light l,const in cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
     "vec3 d=a.p-l.origin;\n"
     "float slope= -dot(l.n,w),height=dot(l.n,d);\n"
-    "if(!(slope>1e-7)|| !(height>0.0))return false;\n"
+    "if(!(slope>1e-7)|| !(height>.0))return false;\n"
     "d+=w*(height/slope);\n"
     "vec2 x=vec2(dot(d,l.ex),dot(d,l.ey));\n"
     "if(l.shape==COHSM_SHAPE_DISC){\n"
     "x/=l.radius;\n"
-    "if(!(x.x*x.x+x.y*x.y<1.0))return false;\n"
+    "if(!(x.x*x.x+x.y*x.y<1.))return false;\n"
     "x=cohsm_disc_square(x);\n"
-    "}else if(!(x.x>=0.0&&x.x<1.0&&x.y>=0.0&&x.y<1.0))\n"
+    "}else if(!(x.x>=.0&&x.x<1.&&x.y>=.0&&x.y<1.))\n"
     "return false;\n"
     "return cohsm_emit_area(l,a,l.origin+d,l.n,x,cohsm_density(l,x)/l.area,e);\n"
-    "}\n"
-    "\n\nbool cohsm_round_hit(cohsm_light l,cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
+    "}\n",
+    "\n\nbool cohsm_round_hit(const in cohsm_light l,const in cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
     "bool line=l.shape==COHSM_SHAPE_LINE;\n"
-    "vec3 d=line?a.axis* -a.range:l.origin-a.p,v=line?w-l.n*dot(w,l.n):w;\n"
+    "vec3 d=cohsm_if(line,a.axis* -a.range,l.origin-a.p),v=cohsm_if(line,w-l.n*dot(w,l.n),w);\n"
     "float square=dot(v,v);\n"
     "if(!(square>1e-14))return false;\n"
     "float along=dot(d,v)/square;\n"
     "vec3 n=v*along-d;\n"
     "float s=l.radius*l.radius-dot(n,n);\n"
-    "if(!(along>0.0)|| !(s>0.0))return false;\n"
+    "if(!(along>.0)|| !(s>.0))return false;\n"
     "s=sqrt(s/square);\n"
-    "n=(n-v*s)*(1.0/l.radius);\n"
+    "n=(n-v*s)*(1./l.radius);\n"
     "if(!line)return cohsm_sphere_at(l,a,cohsm_normalize(n),e);\n"
-    "float x=dot((a.p-l.origin)+w*(along-s),l.n)/l.lx;\n",
-    "if(!(x>=0.0&&x<1.0))return false;\n"
+    "float x=dot((a.p-l.origin)+w*(along-s),l.n)/l.lx;\n"
+    "if(!(x>=.0&&x<1.))return false;\n"
     "return cohsm_line_at(l,a,x,dot(n,cross(l.n,a.axis)),e);\n"
     "}\n"
-    "\n\nbool cohsm_light_hit(cohsm_light l,cohsm_aim a,vec3 w,out cohsm_emission e)\n"
+    "\n\n\nbool cohsm_light_hit(const in cohsm_light l,const in cohsm_aim a,vec3 w,out cohsm_emission e)\n"
     "{\n"
-    "e=cohsm_emission(vec3(0.0),0.0,vec3(0.0),vec3(0.0),0.0);\n"
+    "e=cohsm_emission(vec3(.0),.0,vec3(.0),vec3(.0),.0);\n"
     "if(l.shape==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_hit(l,w,e);\n"
     "if(l.shape==COHSM_SHAPE_RECTANGLE||l.shape==COHSM_SHAPE_DISC)return cohsm_plane_hit(l,a,w,e);\n"
     "if(l.shape==COHSM_SHAPE_SPHERE||l.shape==COHSM_SHAPE_LINE)return cohsm_round_hit(l,a,w,e);\n"
@@ -1272,7 +1538,7 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
-    "\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
+    "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
     "#endif\n"
     "\n#define COHSM_DOMAIN_LATLONG 1u\n"
@@ -1288,17 +1554,28 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "#define COHSM_FRAME_MINIMAL 2u\n"
     "\nstruct cohsm_maps{\n"
     "uint base;\n"
-    "uint domain,order,frame;\n"
+    "uint domain;\n"
+    "uint order;\n"
+    "uint frame;\n"
     "uvec3 side;\n"
-    "uint map_count,map_size,depth_top,dimensions;\n"
+    "uint map_count;\n"
+    "uint map_size;\n"
+    "uint depth_top;\n"
+    "uint dimensions;\n"
     "bool positional;\n"
-    "uint pixel_begin,pixel_end;\n"
-    "uint order_at,locations_at,lookup_at,directories_at,lines_at;\n"
+    "uint pixel_begin;\n"
+    "uint pixel_end;\n"
+    "uint order_at;\n"
+    "uint locations_at;\n"
+    "uint lookup_at;\n"
+    "uint directories_at;\n"
+    "uint lines_at;\n"
     "vec3 center;\n"
-    "float radius,depth_far;\n"
+    "float radius;\n"
+    "float depth_far;\n"
     "};\n"
-    "\n\ncohsm_maps cohsm_unpack(uint base,uvec4 kinds,uvec4 sides,uvec4 sizes,uvec4 range,uvec4 lengths,uvec4 rest,\n"
-    "uvec4 sphere)\n"
+    "\n\ncohsm_maps cohsm_unpack(uint base,uvec4 kinds,uvec4 sides,uvec4 sizes,uvec4 range,uvec4 lengths,\n"
+    "uvec4 rest,uvec4 sphere)\n"
     "{\n"
     "cohsm_maps m;\n"
     "m.base=base;\n"
@@ -1336,33 +1613,29 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "#endif\n"
     "return m;\n"
     "}\n"
-    "\ncohsm_maps cohsm_open(uint base)\n"
+    "\n\ncohsm_maps cohsm_open(uint base)\n"
     "{\n"
     "return cohsm_unpack(base,COHSM_TEXEL(base+1u),COHSM_TEXEL(base+2u),COHSM_TEXEL(base+3u),\n"
     "COHSM_TEXEL(base+4u),COHSM_TEXEL(base+5u),COHSM_TEXEL(base+6u),\n"
     "COHSM_TEXEL(base+7u));\n"
     "}\n"
-    "\nuint cohsm_pick(uvec4 t,uint i)\n"
+    "\n\nuint cohsm_pick(uvec4 t,uint i)\n"
     "{\n"
-    "return(i&2u)!=0u?((i&1u)!=0u?t.w:t.z):((i&1u)!=0u?t.y:t.x);\n"
+    "return cohsm_if((i&2u)!=0u,cohsm_if((i&1u)!=0u,t.w,t.z),cohsm_if((i&1u)!=0u,t.y,t.x));\n"
     "}\n"
-    "\nuint cohsm_word(cohsm_maps m,uint i){return cohsm_pick(COHSM_TEXEL(m.base+(i>>2)),i);}\n"
-    "vec3 cohsm_floats(cohsm_maps m,uint i)\n"
+    "\n\nuint cohsm_word(const in cohsm_maps m,uint i){return cohsm_pick(COHSM_TEXEL(m.base+(i>>2)),i);}\n"
+    "\n\nvec3 cohsm_floats(const in cohsm_maps m,uint i)\n"
     "{\n"
     "return uintBitsToFloat(uvec3(cohsm_word(m,i),cohsm_word(m,i+1u),cohsm_word(m,i+2u)));\n"
     "}\n"
-    "\n\nuint cohsm_half_word(cohsm_maps m,uint i,uint h)\n"
-    "{\n"
-    "return(cohsm_word(m,i+(h>>1))>>(16u*(h&1u)))&0xffffu;\n"
-    "}\n"
-    "\nuint cohsm_popcount(uint x)\n"
+    "\n\nuint cohsm_popcount(uint x)\n"
     "{\n"
     "x-=(x>>1)&0x55555555u;\n"
     "x=(x&0x33333333u)+((x>>2)&0x33333333u);\n"
     "x=(x+(x>>4))&0x0f0f0f0fu;\n"
     "return(x*0x01010101u)>>24;\n"
     "}\n"
-    "\n\nuint cohsm_select(uint x,uint number)\n"
+    "\n\n\nuint cohsm_select(uint x,uint number)\n"
     "{\n"
     "uint two=x-((x>>1)&0x55555555u);\n"
     "uint four=(two&0x33333333u)+((two>>2)&0x33333333u);\n"
@@ -1376,52 +1649,61 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "n=(two>>at)&3u;\n"
     "if(number>=n){number-=n;at+=2u;}\n"
     "n=(x>>at)&1u;\n"
-    "return number>=n?at+1u:at;\n"
+    "return cohsm_if(number>=n,at+1u,at);\n"
     "}\n"
-    "\n\nuvec2 cohsm_marks(uint w0,uint w1,uint w2){return uvec2((w0>>16)|(w1<<16),(w1>>16)|(w2<<16));}\n"
+    "\n\nuvec2 cohsm_marks(uint w0,uint w1,uint w2)\n"
+    "{\n"
+    "return uvec2((w0>>16)|(w1<<16),(w1>>16)|(w2<<16));\n"
+    "}\n"
     "\n\nuint cohsm_after_zero(uvec2 marks,uint number)\n"
     "{\n"
     "uvec2 zeros= ~marks;\n"
     "uint low=cohsm_popcount(zeros.x);\n"
-    "if(number<low)return cohsm_select(zeros.x,number)+1u;\n"
-    "return cohsm_select(zeros.y,number-low)+33u;\n"
+    "bool second=number>=low;\n"
+    "uint at=cohsm_select(cohsm_if(second,zeros.y,zeros.x),cohsm_if(second,number-low,number));\n"
+    "return at+cohsm_if(second,33u,1u);\n"
     "}\n"
-    "\n\nuint cohsm_grid_depth(cohsm_maps m,uint g){return g>=m.depth_top?65535u:g*65535u/m.depth_top;}\n"
+    "\n\nuint cohsm_grid_depth(const in cohsm_maps m,uint g)\n"
+    "{\n"
+    "return cohsm_if(g>=m.depth_top,65535u,g*65535u/m.depth_top);\n"
+    "}\n"
     "\n\n\nstruct cohsm_line{\n"
     "uvec4 a,b,c,d;\n"
     "uint bit;\n"
     "};\n"
-    "\ncohsm_line cohsm_fetch_line(cohsm_maps m,uint word)\n"
+    "\n\ncohsm_line cohsm_fetch_line(const in cohsm_maps m,uint word)\n"
     "{\n"
     "uint i=m.base+(word>>4<<2);\n"
     "return cohsm_line(COHSM_TEXEL(i),COHSM_TEXEL(i+1u),COHSM_TEXEL(i+2u),COHSM_TEXEL(i+3u),\n"
     "(word&15u)<<5);\n"
     "}\n"
-    "\nuint cohsm_line_word(cohsm_line l,uint i)\n"
+    "\n\nuint cohsm_line_word(const in cohsm_line l,uint i)\n"
     "{\n"
-    "return cohsm_pick((i&8u)!=0u?((i&4u)!=0u?l.d:l.c):((i&4u)!=0u?l.b:l.a),i);\n"
+    "bool odd=(i&4u)!=0u;\n"
+    "return cohsm_pick(cohsm_if((i&8u)!=0u,cohsm_if(odd,l.d,l.c),cohsm_if(odd,l.b,l.a)),i);\n"
     "}\n"
-    "\n\nuint cohsm_bits(cohsm_line l,uint bit,uint count)\n"
+    "\n\nuint cohsm_bits(const in cohsm_line l,uint bit,uint count)\n"
     "{\n"
-    "bit+=l.bit;\n"
+    "bit+=l.bit;\n",
     "uint at=bit>>5,shift=bit&31u,x=cohsm_line_word(l,at)>>shift;\n"
     "if(shift+count>32u)x|=cohsm_line_word(l,at+1u)<<(32u-shift);\n"
-    "return count>0u?x&(0xffffffffu>>(32u-count)):0u;\n"
-    "}\n",
-    "\n\nuint cohsm_segment(cohsm_line l,uint head,uvec2 marks,uint view)\n"
+    "return cohsm_if(count>0u,x&(0xffffffffu>>(32u-count)),0u);\n"
+    "}\n"
+    "\n\nuint cohsm_segment(const in cohsm_line l,uint head,uvec2 marks,uint view)\n"
     "{\n"
     "uint k=(head>>8)&15u,bucket=view>>k,low=view&((1u<<k)-1u);\n"
     "uint at=bucket>0u?cohsm_after_zero(marks,bucket-1u):0u,j=at-bucket;\n"
-    "while(at<64u&&(((at<32u?marks.x:marks.y)>>(at&31u))&1u)!=0u&&\n"
+    "while(at<64u&&((cohsm_if(at<32u,marks.x,marks.y)>>(at&31u))&1u)!=0u&&\n"
     "cohsm_bits(l,80u+j*k,k)<=low){\n"
     "at++;\n"
     "j++;\n"
     "}\n"
     "return j-1u;\n"
     "}\n"
-    "\n\n\nuint cohsm_escapes(cohsm_line l,uint codes,uint bits,uint count)\n"
+    "\n\n\nuint cohsm_escapes(const in cohsm_line l,uint codes,uint bits,uint count)\n"
     "{\n"
-    "uint step=32u/bits,one=(0xffffffffu>>(32u-step*bits))/((1u<<bits)-1u),high=one<<(bits-1u);\n"
+    "uint step=32u/bits,one=(0xffffffffu>>(32u-step*bits))/((1u<<bits)-1u);\n"
+    "uint high=one<<(bits-1u);\n"
     "uint rank=0u;\n"
     "for(uint i=0u;i<count;i+=step){\n"
     "uint x=cohsm_bits(l,codes+i*bits,min(step,count-i)*bits);\n"
@@ -1429,23 +1711,27 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "}\n"
     "return rank;\n"
     "}\n"
-    "\n\nuint cohsm_segment_depth(cohsm_maps m,cohsm_line l,uint head,uvec2 marks,uint j)\n"
+    "\n\nuint cohsm_segment_depth(const in cohsm_maps m,const in cohsm_line l,uint head,uvec2 marks,uint j)\n"
     "{\n"
-    "uint n=cohsm_popcount(marks.x)+cohsm_popcount(marks.y),k=(head>>8)&15u,bits=(head>>12)&15u;\n"
+    "uint n=cohsm_popcount(marks.x)+cohsm_popcount(marks.y);\n"
+    "uint k=(head>>8)&15u,bits=(head>>12)&15u;\n"
     "uint base=head&255u,codes=80u+n*k;\n"
     "bool palette=bits>9u;\n"
     "if(palette)bits-=9u;\n"
     "uint code=cohsm_bits(l,codes+j*bits,bits),ones=(1u<<bits)-1u;\n"
-    "if(code==ones){\n"
-    "uint rank=cohsm_escapes(l,codes,max(bits,1u),min(j,64u));\n"
-    "return cohsm_bits(l,codes+n*bits+(palette?8u*base:0u)+16u*rank,16u);\n"
+    "uint values=codes+n*bits,rank=0u,depth=base+code;\n"
+    "bool exact=code==ones,infinite=code+1u==ones&& !palette;\n"
+    "if(exact)rank=cohsm_escapes(l,codes,max(bits,1u),min(j,64u));\n"
+    "values+=cohsm_if(exact,cohsm_if(palette,8u*base,0u)+16u*rank,8u*code);\n"
+    "if(exact||palette)depth=cohsm_bits(l,values,cohsm_if(exact,16u,8u));\n"
+    "uint grid=cohsm_grid_depth(m,depth);\n"
+    "grid=infinite?65535u:grid;\n"
+    "return exact?depth:grid;\n"
     "}\n"
-    "if(palette)return cohsm_grid_depth(m,cohsm_bits(l,codes+n*bits+8u*code,8u));\n"
-    "return code+1u==ones?65535u:cohsm_grid_depth(m,base+code);\n"
-    "}\n"
-    "\n\nuvec2 cohsm_find_block(cohsm_maps m,uint list,uint count,uint view)\n"
+    "\n\nuvec2 cohsm_find_block(const in cohsm_maps m,uint list,uint count,uint view)\n"
     "{\n"
-    "uint from=2u*list+4u,low=from>>3,high=(from+count+6u)>>3;\n"
+    "uint from=2u*list+4u;\n"
+    "uint low=from>>3,high=(from+count+6u)>>3;\n"
     "uvec2 found=uvec2(0u);\n"
     "while(low<high){\n"
     "uint middle=(low+high)>>1,i=8u*middle-from;\n"
@@ -1463,27 +1749,222 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "}\n"
     "return found;\n"
     "}\n"
-    "\n\n\nuint cohsm_stored_depth(cohsm_maps m,uint pixel,uint place)\n"
+    "\n\nuint cohsm_list_depth(const in cohsm_maps m,uint list,uint view)\n"
     "{\n"
-    "uint entry=cohsm_word(m,m.lookup_at+(place>>16)*(m.pixel_end-m.pixel_begin)+pixel);\n"
-    "if((entry&0x80000000u)!=0u)return entry&0xffffu;\n"
-    "uint list=m.directories_at+entry,view=place&0xffffu;\n"
     "uvec4 t=COHSM_TEXEL(m.base+(list>>2));\n"
-    "uint first=cohsm_pick(t,list);\n"
-    "uint count=(list&3u)==3u?COHSM_TEXEL(m.base+(list>>2)+1u).x:cohsm_pick(t,list+1u);\n"
+    "uint first=cohsm_pick(t,list),count=cohsm_pick(t,list+1u);\n"
+    "if((list&3u)==3u)count=COHSM_TEXEL(m.base+(list>>2)+1u).x;\n"
     "uint tail=count>>16;\n"
     "count&=0xffffu;\n"
     "uvec2 block=cohsm_find_block(m,list,count,view);\n"
-    "uint line=block.x+1u<count?16u*(first+block.x):16u*(first-(tail>>4))+(tail&15u);\n"
+    "uint line=cohsm_if(block.x+1u<count,16u*(first+block.x),\n"
+    "16u*(first-(tail>>4))+(tail&15u));\n"
     "cohsm_line l=cohsm_fetch_line(m,m.lines_at+line);\n"
     "uint at=l.bit>>5,head=cohsm_line_word(l,at);\n"
     "uvec2 marks=cohsm_marks(head,cohsm_line_word(l,at+1u),cohsm_line_word(l,at+2u));\n"
     "return cohsm_segment_depth(m,l,head,marks,cohsm_segment(l,head,marks,view-block.y));\n"
     "}\n"
+    "\n\n\nuint cohsm_stored_depth(const in cohsm_maps m,uint pixel,uint place)\n"
+    "{\n"
+    "uint entry=cohsm_word(m,m.lookup_at+(place>>16)*(m.pixel_end-m.pixel_begin)+pixel);\n"
+    "uint depth=entry&0xffffu;\n"
+    "if((entry&0x80000000u)==0u)depth=cohsm_list_depth(m,m.directories_at+entry,place&0xffffu);\n"
+    "return depth;\n"
+    "}\n"
+};
+
+static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
+    "\n\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
+    "#define COHSM_BELOW_1 0.99999994\n"
+    "#define COHSM_HUGE 3.402823466e38\n"
+    "\n\n\nfloat cohsm_if(bool c,float a,float b){return c?a:b;}\n"
+    "vec2 cohsm_if(bool c,vec2 a,vec2 b){return c?a:b;}\n"
+    "vec3 cohsm_if(bool c,vec3 a,vec3 b){return c?a:b;}\n"
+    "vec4 cohsm_if(bool c,vec4 a,vec4 b){return c?a:b;}\n"
+    "int cohsm_if(bool c,int a,int b){return c?a:b;}\n"
+    "uint cohsm_if(bool c,uint a,uint b){return c?a:b;}\n"
+    "uvec2 cohsm_if(bool c,uvec2 a,uvec2 b){return c?a:b;}\n"
+    "uvec4 cohsm_if(bool c,uvec4 a,uvec4 b){return c?a:b;}\n"
+    "\nbool cohsm_finite(float x){return(floatBitsToUint(x)&0x7f800000u)!=0x7f800000u;}\n"
+    "bool cohsm_finite3(vec3 v){return cohsm_finite(v.x)&&cohsm_finite(v.y)&&cohsm_finite(v.z);}\n"
+    "float cohsm_clamp_unit(float u){return cohsm_if(u>.0,min(u,COHSM_BELOW_1),.0);}\n"
+    "float cohsm_safe_sqrt(float x){return cohsm_if(x>.0,sqrt(x),.0);}\n"
+    "\n\nfloat cohsm_copysign(float x,float s)\n"
+    "{\n"
+    "return uintBitsToFloat((floatBitsToUint(x)&0x7fffffffu)|(floatBitsToUint(s)&0x80000000u));\n"
+    "}\n"
+    "\n\nvec2 cohsm_sincos(float x)\n"
+    "{\n"
+    "float t=clamp(x,-8192.,8192.);\n"
+    "int k=int(t*.636619772+(t<.0? -.5:.5));\n"
+    "float q=float(k);\n"
+    "float r=((t-q*1.5703125)-q*4.837512969970703125e-4)-q*7.5497899548918822e-8;\n"
+    "float z=r*r;\n"
+    "float s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
+    "vec2 v=cohsm_if((k&1)!=0,vec2(c,s),vec2(s,c));\n"
+    "return vec2(cohsm_if((k&2)!=0,-v.x,v.x),cohsm_if(((k+1)&2)!=0,-v.y,v.y));\n"
+    "}\n"
+    "\nfloat cohsm_acos(float x)\n"
+    "{\n"
+    "float a=min(abs(x),1.),h=.5*(1.-a);\n"
+    "bool far=a>.5;\n"
+    "float s=cohsm_if(far,sqrt(h),a),z=cohsm_if(far,h,a*a);\n"
+    "float p=s+s*z*(.1666675393+z*(.07495241769+z*(.04547709903+z*(.02414760004+\n"
+    "z*.04221856856))));\n"
+    "p=cohsm_if(far,2.*p,1.57079633-p);\n"
+    "return cohsm_if(x<.0,3.14159265-p,p);\n"
+    "}\n"
+    "\n\nfloat cohsm_atan2(float y,float x)\n"
+    "{\n"
+    "float ax=abs(x),ay=abs(y),hi=max(ax,ay),lo=min(ax,ay);\n"
+    "float a=cohsm_if(lo==hi&&hi>.0,1.,lo/(hi>.0?hi:1.));\n"
+    "bool steep=a>.414213562;\n"
+    "float t=cohsm_if(steep,(a-1.)/(a+1.),a),z=t*t;\n"
+    "float p=t+t*z*(-.3333295525+z*(.1997792608+z*(-.1387984996+z*.08060308882)));\n"
+    "p=cohsm_if(steep,p+.785398163,p);\n"
+    "p=cohsm_if(ay>ax,1.57079633-p,p);\n"
+    "p=cohsm_if((floatBitsToUint(x)>>31)!=0u,3.14159265-p,p);\n"
+    "return cohsm_copysign(p,y);\n"
+    "}\n"
+    "\n\nfloat cohsm_exp(float x)\n"
+    "{\n"
+    "float t=clamp(x,-88.,88.);\n"
+    "float k=floor(t*1.44269504+.5);\n"
+    "float r=(t-k*.693145752)-k*1.42860677e-6;\n"
+    "float p=1.+(r+r*r*(.500000008+r*(.166666669+r*(.0416662701+r*(.00833326438+\n"
+    "r*.00139460621)))));\n"
+    "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
+    "}\n"
+    "\n\nfloat cohsm_log(float x)\n"
+    "{\n"
+    "uint bits=floatBitsToUint(x);\n"
+    "int e=int(bits>>23)-127;\n"
+    "float m=uintBitsToFloat((bits&0x007fffffu)|0x3f800000u);\n"
+    "if(m>1.41421356){\n"
+    "m*=.5;\n"
+    "e+=1;\n"
+    "}\n"
+    "float s=(m-1.)/(m+1.),z=s*s;\n"
+    "float p=2.*(s+s*z*(.333333328+z*(.200001676+z*(.142686543+z*.117910756))));\n"
+    "return float(e)*.693145752+(p+float(e)*1.42860677e-6);\n"
+    "}\n"
+    "\n\nfloat cohsm_pow(float x,float y)\n"
+    "{\n"
+    "if(y==.0)return 1.;\n"
+    "if(!(x>1.18e-38))return y>.0?.0:COHSM_HUGE;\n"
+    "float t=y*cohsm_log(x);\n"
+    "return t>88.?COHSM_HUGE:cohsm_exp(t);\n"
+    "}\n"
+    "\n\nvec3 cohsm_normalize(vec3 v)\n"
+    "{\n"
+    "float m=max(max(abs(v.x),abs(v.y)),abs(v.z));\n"
+    "if(!(m>.0))return vec3(.0);\n"
+    "if(m<1e-30){\n"
+    "v*=1e30;\n"
+    "m*=1e30;\n"
+    "}\n"
+    "v/=m;\n"
+    "return v/sqrt(dot(v,v));\n"
+    "}\n"
+    "\n\nvoid cohsm_basis(vec3 n,out vec3 t,out vec3 b)\n"
+    "{\n"
+    "float s=n.z>=.0?1.: -1.,a= -1./(s+n.z),c=n.x*n.y*a;\n"
+    "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
+    "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
+    "}\n"
+    "\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
+    "{\n"
+    "float a=2.*uv.x-1.,b=2.*uv.y-1.,x=abs(a),z=abs(b);\n"
+    "float d=1.-(x+z),r=1.-abs(d),f=r*sqrt(2.-r*r);\n"
+    "vec2 sc=cohsm_sincos(cohsm_if(r>.0,((z-x)/r+1.)*.785398163,.0));\n"
+    "return vec3(cohsm_if(a<.0,-f*sc.y,f*sc.y),cohsm_if(d<.0,r*r-1.,1.-r*r),\n"
+    "cohsm_if(b<.0,-f*sc.x,f*sc.x));\n"
+    "}\n"
+    "\nvec2 cohsm_octa_square(vec3 n)\n"
+    "{\n"
+    "float r=sqrt((n.x*n.x+n.z*n.z)/(1.+abs(n.y)));\n"
+    "float b=cohsm_atan2(abs(n.z),abs(n.x))*.636619772*r,a=r-b,t=a;\n"
+    "if(n.y<.0){\n"
+    "a=1.-b;\n"
+    "b=1.-t;\n"
+    "}\n"
+    "a=clamp(a,.0,1.);\n"
+    "b=clamp(b,.0,1.);\n"
+    "return .5*vec2(cohsm_if(n.x<.0,1.-a,1.+a),cohsm_if(n.z<.0,1.-b,1.+b));\n"
+    "}\n"
+    "\n\nvec2 cohsm_concentric(vec2 uv)\n"
+    "{\n",
+    "float a=2.*uv.x-1.,b=2.*uv.y-1.,r,phi;\n"
+    "if(abs(a)>abs(b)){\n"
+    "r=a;\n"
+    "phi=.785398163*(b/a);\n"
+    "}else{\n"
+    "r=b;\n"
+    "phi=cohsm_if(b==.0,.0,1.57079633-.785398163*(a/b));\n"
+    "}\n"
+    "return r*cohsm_sincos(phi).yx;\n"
+    "}\n"
+    "\n\nvec2 cohsm_disc_square(vec2 p)\n"
+    "{\n"
+    "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
+    "if(abs(p.x)>abs(p.y)){\n"
+    "a=p.x>.0?r: -r;\n"
+    "b=a*(4./COHSM_PI)*cohsm_atan2(p.y/p.x,1.);\n"
+    "}else{\n"
+    "b=p.y>.0?r: -r;\n"
+    "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
+    "}\n"
+    "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_random_glsl[] = {
+    "\n\n\n\nuint cohsm_hash(uint x)\n"
+    "{\n"
+    "uint state=x*747796405u+2891336453u;\n"
+    "uint word=((state>>((state>>28)+4u))^state)*277803737u;\n"
+    "return(word>>22)^word;\n"
+    "}\n"
+    "\n\nuint cohsm_hash_combine(uint a,uint b){return cohsm_hash(a+0x9e3779b9u*cohsm_hash(b));}\n"
+    "\n\nfloat cohsm_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n"
+    "\n\nfloat cohsm_random(uint seed,uint stream,uint i)\n"
+    "{\n"
+    "return cohsm_to_unit(cohsm_hash_combine(cohsm_hash_combine(seed,stream),i));\n"
+    "}\n"
+    "\n\nuint cohsm_reverse_bits(uint x)\n"
+    "{\n"
+    "x=(x>>16)|(x<<16);\n"
+    "x=((x>>8)&0x00ff00ffu)|((x&0x00ff00ffu)<<8);\n"
+    "x=((x>>4)&0x0f0f0f0fu)|((x&0x0f0f0f0fu)<<4);\n"
+    "x=((x>>2)&0x33333333u)|((x&0x33333333u)<<2);\n"
+    "return((x>>1)&0x55555555u)|((x&0x55555555u)<<1);\n"
+    "}\n"
+    "\n\nuint cohsm_owen(uint x,uint seed)\n"
+    "{\n"
+    "x=cohsm_reverse_bits(x)+seed;\n"
+    "x^=x*0x6c50b47cu;\n"
+    "x^=x*0xb82f1e52u;\n"
+    "x^=x*0xc7afe638u;\n"
+    "x^=x*0x8d22f6e6u;\n"
+    "return cohsm_reverse_bits(x);\n"
+    "}\n"
+    "\n\nvec2 cohsm_sobol2(uint i,uint seed)\n"
+    "{\n"
+    "uint y=0u,d=0x80000000u;\n"
+    "i=cohsm_owen(i,cohsm_hash(seed));\n"
+    "uint x=cohsm_reverse_bits(i);\n"
+    "for(uint k=i;k!=0u;k>>=1){\n"
+    "if((k&1u)!=0u)y^=d;\n"
+    "d^=d>>1;\n"
+    "}\n"
+    "return vec2(cohsm_to_unit(cohsm_owen(x,cohsm_hash_combine(seed,1u))),\n"
+    "cohsm_to_unit(cohsm_owen(y,cohsm_hash_combine(seed,2u))));\n"
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
-    "\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
+    "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
     "#define COHSM_LIGHT_INDEX 3\n"
@@ -1493,84 +1974,96 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "#define COHSM_REFUSED (-1.0)\n"
     "#define COHSM_NO_PIXEL 0xffffffffu\n"
     "\nstruct cohsm_query{\n"
-    "int light,filtering;\n"
+    "int light;\n"
+    "int filtering;\n"
     "float bias;\n"
-    "uint seed,id;\n"
+    "uint seed;\n"
+    "uint id;\n"
     "};\n"
-    "\ncohsm_query cohsm_ask(int light,int filtering,float bias){return cohsm_query(light,filtering,bias,0u,0u);}\n"
-    "\n\n\nvec3 cohsm_affine(cohsm_maps m,float s,float t,float r)\n"
+    "\n\ncohsm_query cohsm_ask(int light,int filtering,float bias)\n"
     "{\n"
-    "return((cohsm_floats(m,33u)+cohsm_floats(m,36u)*s)+cohsm_floats(m,39u)*t)+cohsm_floats(m,42u)*r;\n"
+    "return cohsm_query(light,filtering,bias,0u,0u);\n"
     "}\n"
-    "\n\nvec3 cohsm_map_parameter(cohsm_maps m,vec3 s)\n"
+    "\n\n\n\nvec3 cohsm_affine(const in cohsm_maps m,float s,float t,float r)\n"
+    "{\n"
+    "vec3 plane=(cohsm_floats(m,33u)+cohsm_floats(m,36u)*s)+cohsm_floats(m,39u)*t;\n"
+    "return plane+cohsm_floats(m,42u)*r;\n"
+    "}\n"
+    "\n\nvec3 cohsm_map_parameter(const in cohsm_maps m,vec3 s)\n"
     "{\n"
     "if(m.domain==COHSM_DOMAIN_OCTAHEDRAL)return cohsm_octa_direction(s.xy);\n"
     "if(m.domain==COHSM_DOMAIN_LATLONG||m.domain==COHSM_DOMAIN_SPHERE){\n"
-    "vec2 around=cohsm_sincos((s.x-0.5)*6.28318531);\n"
+    "vec2 around=cohsm_sincos((s.x-.5)*6.28318531);\n"
     "if(m.domain==COHSM_DOMAIN_LATLONG){\n"
     "vec2 down=cohsm_sincos(s.y*3.14159265);\n"
     "return vec3(down.x*around.y,down.y,down.x*around.x);\n"
     "}\n"
-    "float y=1.0-2.0*s.y,ring=y>=1.0||y<= -1.0?0.0:sqrt(1.0-y*y);\n"
+    "float y=1.-2.*s.y,ring=cohsm_if(y>=1.||y<= -1.,.0,sqrt(1.-y*y));\n"
     "vec3 u=cohsm_floats(m,36u);\n"
     "return cohsm_floats(m,33u)+vec3(ring*around.y,y,ring*around.x)*sqrt(dot(u,u));\n"
     "}\n"
     "if(m.domain==COHSM_DOMAIN_DISC){\n"
     "vec2 p=cohsm_concentric(s.xy);\n"
-    "return cohsm_affine(m,p.x,p.y,0.0);\n"
+    "return cohsm_affine(m,p.x,p.y,.0);\n"
     "}\n"
     "return cohsm_affine(m,s.x,s.y,s.z);\n"
     "}\n"
-    "\nuint cohsm_cell(cohsm_maps m,uvec3 c){return c.x+m.side.x*(c.y+m.side.y*c.z);}\n"
-    "\nuvec3 cohsm_cell_split(cohsm_maps m,uint cell)\n"
+    "\n\nuint cohsm_cell(const in cohsm_maps m,uvec3 c){return c.x+m.side.x*(c.y+m.side.y*c.z);}\n"
+    "\n\nuvec3 cohsm_cell_split(const in cohsm_maps m,uint cell)\n"
     "{\n"
     "return uvec3(cell%m.side.x,cell/m.side.x%m.side.y,cell/(m.side.x*m.side.y));\n"
     "}\n"
-    "\nvec3 cohsm_cell_location(cohsm_maps m,uvec3 c)\n"
+    "\n\nvec3 cohsm_cell_location(const in cohsm_maps m,uvec3 c)\n"
     "{\n"
     "if(m.domain>=COHSM_DOMAIN_TABLE)return cohsm_floats(m,m.locations_at+4u*cohsm_cell(m,c));\n"
-    "return cohsm_map_parameter(m,(vec3(c)+0.5)/vec3(m.side));\n"
+    "return cohsm_map_parameter(m,(vec3(c)+.5)/vec3(m.side));\n"
     "}\n"
-    "\n\nvoid cohsm_frame(cohsm_maps m,uvec3 c,out vec3 right,out vec3 up,out vec3 back)\n"
+    "\n\nvoid cohsm_frame(const in cohsm_maps m,uvec3 c,out vec3 right,out vec3 up,out vec3 back)\n"
     "{\n"
     "back=cohsm_cell_location(m,c);\n"
     "if(m.frame==COHSM_FRAME_POLAR&&m.domain==COHSM_DOMAIN_LATLONG){\n"
-    "vec2 around=cohsm_sincos(((float(c.x)+0.5)/float(m.side.x)-0.5)*6.28318531);\n"
-    "vec2 down=cohsm_sincos((float(c.y)+0.5)/float(m.side.y)*3.14159265);\n"
-    "right=vec3(-around.x,0.0,around.y);\n"
+    "vec2 around=cohsm_sincos(((float(c.x)+.5)/float(m.side.x)-.5)*6.28318531);\n"
+    "vec2 down=cohsm_sincos((float(c.y)+.5)/float(m.side.y)*3.14159265);\n"
+    "right=vec3(-around.x,.0,around.y);\n"
     "up=vec3(-down.y*around.y,down.x,-down.y*around.x);\n"
     "return;\n"
     "}\n"
     "if(m.frame==COHSM_FRAME_POLAR){\n"
     "float h=sqrt(back.x*back.x+back.z*back.z);\n"
-    "right=h>1e-6?vec3(-back.z/h,0.0,back.x/h):vec3(0.0,0.0,1.0);\n"
+    "right=cohsm_if(h>1e-6,vec3(-back.z/h,.0,back.x/h),vec3(.0,.0,1.));\n"
     "up=cross(right,back);\n"
     "return;\n"
     "}\n"
-    "float s=m.frame==COHSM_FRAME_MINIMAL||back.y>=0.0?1.0: -1.0;\n"
+    "float s=m.frame==COHSM_FRAME_MINIMAL||back.y>=.0?1.: -1.;\n"
     "if(abs(s+back.y)<1e-6){\n"
-    "right=vec3(1.0,0.0,0.0);\n"
-    "up=vec3(0.0,0.0,1.0);\n"
+    "right=vec3(1.,.0,.0);\n"
+    "up=vec3(.0,.0,1.);\n"
     "return;\n"
     "}\n"
-    "float a= -1.0/(s+back.y);\n"
-    "right=vec3(1.0+s*back.x*back.x*a,-s*back.x,s*back.x*back.z*a);\n"
+    "float a= -1./(s+back.y);\n"
+    "right=vec3(1.+s*back.x*back.x*a,-s*back.x,s*back.x*back.z*a);\n"
     "up=vec3(back.x*back.z*a,-back.z,s+back.z*back.z*a);\n"
     "}\n"
-    "\n\nvec3 cohsm_domain_position(cohsm_maps m,vec3 light,int kind)\n"
+    "\n\nvec3 cohsm_used(const in cohsm_maps m,vec3 v,float rest)\n"
+    "{\n"
+    "return vec3(cohsm_if(m.dimensions>0u,v.x,rest),\n"
+    "cohsm_if(m.dimensions>1u,v.y,rest),\n"
+    "cohsm_if(m.dimensions>2u,v.z,rest));\n"
+    "}\n"
+    "\n\nvec3 cohsm_domain_position(const in cohsm_maps m,vec3 light,int kind)\n"
     "{\n"
     "vec3 u=light,top=vec3(m.side);\n"
     "if(kind==COHSM_LIGHT_DIRECTION||kind==COHSM_LIGHT_POSITION){\n"
     "if(m.domain==COHSM_DOMAIN_LATLONG){\n"
-    "u.x=0.5+cohsm_atan2(light.z,light.x)*0.159154943;\n"
-    "u.y=cohsm_acos(light.y/sqrt(dot(light,light)))*0.318309886;\n"
+    "u.x=.5+cohsm_atan2(light.z,light.x)*.159154943;\n"
+    "u.y=cohsm_acos(light.y/sqrt(dot(light,light)))*.318309886;\n"
     "}else\n"
     "u.xy=cohsm_octa_square(cohsm_normalize(light));\n"
     "}\n"
-    "u=clamp(u*top,vec3(0.0),top);\n"
-    "return vec3(m.dimensions>0u?u.x:0.0,m.dimensions>1u?u.y:0.0,m.dimensions>2u?u.z:0.0)-0.5;\n"
+    "u=clamp(u*top,vec3(.0),top);\n"
+    "return cohsm_used(m,u,.0)-.5;\n"
     "}\n"
-    "\n\nuvec3 cohsm_wrap(cohsm_maps m,ivec3 c)\n"
+    "\n\n\nuvec3 cohsm_wrap(const in cohsm_maps m,ivec3 c)\n"
     "{\n"
     "ivec3 n=ivec3(m.side);\n"
     "if(m.domain==COHSM_DOMAIN_LATLONG||m.domain==COHSM_DOMAIN_SPHERE){\n"
@@ -1584,128 +2077,125 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "}\n"
     "return uvec3(clamp(c,ivec3(0),n-1));\n"
     "}\n"
-    "\n\nuint cohsm_place(cohsm_maps m,uvec3 c)\n"
+    "\n\nuint cohsm_place(const in cohsm_maps m,uvec3 c)\n"
     "{\n"
-    "if(m.order==COHSM_ORDER_ZIGZAG){\n"
-    "uint line=((c.z&1u)!=0u?m.side.y-1u-c.y:c.y)+m.side.y*c.z;\n"
-    "return line*m.side.x+((line&1u)!=0u?m.side.x-1u-c.x:c.x);\n"
+    "bool theta=m.order==COHSM_ORDER_ZIGZAG_THETA,zigzag=theta||m.order==COHSM_ORDER_ZIGZAG;\n"
+    "uvec2 n=cohsm_if(theta,m.side.yx,m.side.xy),p=cohsm_if(theta,c.yx,c.xy);\n"
+    "uint line=cohsm_if((c.z&1u)!=0u,n.y-1u-p.y,p.y)+n.y*c.z;\n",
+    "uint along=line*n.x+cohsm_if((line&1u)!=0u,n.x-1u-p.x,p.x),cell=cohsm_cell(m,c);\n"
+    "uint place=zigzag?along:cell;\n"
+    "if(m.order==COHSM_ORDER_HILBERT){\n"
+    "bool halves=m.map_count<=65536u;\n"
+    "uint word=cohsm_word(m,m.order_at+cohsm_if(halves,cell>>1,cell));\n"
+    "place=cohsm_if(halves,(word>>(16u*(cell&1u)))&0xffffu,word);\n"
     "}\n"
-    "if(m.order==COHSM_ORDER_ZIGZAG_THETA){\n"
-    "uint line=((c.z&1u)!=0u?m.side.x-1u-c.x:c.x)+m.side.x*c.z;\n"
-    "return line*m.side.y+((line&1u)!=0u?m.side.y-1u-c.y:c.y);\n"
+    "return place;\n"
     "}\n"
-    "uint cell=cohsm_cell(m,c);\n"
-    "if(m.order!=COHSM_ORDER_HILBERT)return cell;\n"
-    "return m.map_count<=65536u?cohsm_half_word(m,m.order_at,cell):cohsm_word(m,m.order_at+cell);\n"
-    "}\n",
-    "\n\n\n\nvec3 cohsm_face_coordinates(vec3 q,out uint face)\n"
+    "\n\n\n\n\nvec3 cohsm_face_coordinates(vec3 q,out uint face)\n"
     "{\n"
     "vec3 a=abs(q);\n"
-    "if(a.x>=a.y&&a.x>=a.z){\n"
-    "face=q.x<0.0?1u:0u;\n"
-    "return vec3(a.x,q.y,q.z);\n"
+    "bool x=a.x>=max(a.y,a.z),y=a.y>=a.z;\n"
+    "vec3 f=cohsm_if(x,q,cohsm_if(y,q.yzx,q.zxy));\n"
+    "face=cohsm_if(x,0u,cohsm_if(y,2u,4u))+uint(f.x<.0);\n"
+    "return vec3(abs(f.x),f.yz);\n"
     "}\n"
-    "if(a.y>=a.z){\n"
-    "face=q.y<0.0?3u:2u;\n"
-    "return vec3(a.y,q.z,q.x);\n"
-    "}\n"
-    "face=q.z<0.0?5u:4u;\n"
-    "return vec3(a.z,q.x,q.y);\n"
-    "}\n"
-    "\n\nvec3 cohsm_see(cohsm_maps m,uvec3 c,vec3 p,float bias,out uint face)\n"
+    "\n\n\nvec3 cohsm_see(const in cohsm_maps m,uvec3 c,vec3 p,float bias,out uint face)\n"
     "{\n"
-    "float size=float(m.map_size),middle=0.5*size;\n"
+    "float size=float(m.map_size),middle=.5*size;\n"
     "face=0u;\n"
     "if(!m.positional){\n"
     "vec3 right,up,back;\n"
     "cohsm_frame(m,c,right,up,back);\n"
     "return vec3(dot(p,right)*middle+middle,dot(p,up)*middle+middle,\n"
-    "(0.5-0.5*dot(p,back)-bias/size)*65533.0);\n"
+    "(.5-.5*dot(p,back)-bias/size)*65533.);\n"
     "}\n"
-    "vec3 q=p-(cohsm_cell_location(m,c)-m.center)*(1.0/m.radius);\n"
+    "vec3 q=p-(cohsm_cell_location(m,c)-m.center)*(1./m.radius);\n"
     "vec3 f=cohsm_face_coordinates(q,face);\n"
-    "return vec3(f.yz/f.x*middle+middle,f.x*(1.0-2.0*bias/size)*(m.radius/m.depth_far)*65533.0);\n"
+    "float depth=f.x*(1.-2.*bias/size)*(m.radius/m.depth_far)*65533.;\n"
+    "return vec3(f.yz/f.x*middle+middle,depth);\n"
     "}\n"
-    "\nint cohsm_compared_depth(float depth)\n"
+    "\n\nint cohsm_compared_depth(float depth)\n"
     "{\n"
-    "if(!(depth>=0.0))return-1;\n"
-    "return depth<65535.0?int(depth):65535;\n"
+    "int whole=cohsm_if(depth<65535.,int(depth),65535);\n"
+    "return depth>=.0?whole: -1;\n"
     "}\n"
-    "\nuint cohsm_pixel(cohsm_maps m,vec2 at)\n"
+    "\n\nuint cohsm_pixel(const in cohsm_maps m,vec2 at)\n"
     "{\n"
     "float top=float(m.map_size);\n"
     "if(m.positional){\n"
-    "at.x=at.x<0.0?0.0:at.x>=top?top-0.5:at.x;\n"
-    "at.y=at.y<0.0?0.0:at.y>=top?top-0.5:at.y;\n"
+    "at.x=cohsm_if(at.x<.0,.0,cohsm_if(at.x>=top,top-.5,at.x));\n"
+    "at.y=cohsm_if(at.y<.0,.0,cohsm_if(at.y>=top,top-.5,at.y));\n"
     "}\n"
-    "if(!(at.x>=0.0&&at.x<top&&at.y>=0.0&&at.y<top))return COHSM_NO_PIXEL;\n"
-    "uint p=uint(at.y)*m.map_size+uint(at.x);\n"
-    "return p>=m.pixel_begin&&p<m.pixel_end?p-m.pixel_begin:COHSM_NO_PIXEL;\n"
+    "uint p=uint(at.y)*m.map_size+uint(at.x),pixel=p-m.pixel_begin;\n"
+    "bvec4 there=bvec4(at.x>=.0,at.x<top,at.y>=.0,at.y<top);\n"
+    "bool kept=all(bvec3(all(there),p>=m.pixel_begin,p<m.pixel_end));\n"
+    "return kept?pixel:COHSM_NO_PIXEL;\n"
     "}\n"
-    "\nfloat cohsm_lit(cohsm_maps m,vec2 at,uint place,int depth)\n"
+    "\n\nfloat cohsm_lit(const in cohsm_maps m,vec2 at,uint place,int depth)\n"
     "{\n"
-    "if(depth<0)return 1.0;\n"
     "uint pixel=cohsm_pixel(m,at);\n"
-    "if(pixel==COHSM_NO_PIXEL)return 1.0;\n"
-    "return depth>int(cohsm_stored_depth(m,pixel,place))?0.0:1.0;\n"
+    "bool dark=depth>=0&&pixel!=COHSM_NO_PIXEL;\n"
+    "if(dark)dark=depth>int(cohsm_stored_depth(m,pixel,place));\n"
+    "return dark?.0:1.;\n"
     "}\n"
-    "\n\n\nfloat cohsm_pcf_map(cohsm_maps m,uvec3 c,vec3 p,float bias)\n"
+    "\n\n\n\nfloat cohsm_pcf_map(const in cohsm_maps m,uvec3 c,vec3 p,float bias)\n"
     "{\n"
     "uint face;\n"
     "vec3 seen=cohsm_see(m,c,p,bias,face);\n"
-    "if(!(abs(seen.x)<1e6&&abs(seen.y)<1e6))return 0.0;\n"
+    "if(!(abs(seen.x)<1e6&&abs(seen.y)<1e6))return .0;\n"
     "uint place=cohsm_place(m,c)+face*m.map_count;\n"
     "int depth=cohsm_compared_depth(seen.z);\n"
-    "vec2 low=floor(seen.xy-0.5),f=seen.xy-0.5-low;\n"
-    "float dark=0.0;\n"
+    "vec2 low=floor(seen.xy-.5),f=seen.xy-.5-low;\n"
+    "float dark=.0;\n"
     "for(int i=0;i<4;i++){\n"
     "vec2 corner=vec2(float(i&1),float(i>>1));\n"
-    "float weight=(corner.x>0.0?f.x:1.0-f.x)*(corner.y>0.0?f.y:1.0-f.y);\n"
-    "if(weight>0.0)dark+=weight*(1.0-cohsm_lit(m,low+corner+0.5,place,depth));\n"
+    "float weight=cohsm_if(corner.x>.0,f.x,1.-f.x)*cohsm_if(corner.y>.0,f.y,1.-f.y);\n"
+    "if(weight>.0)dark+=weight*(1.-cohsm_lit(m,low+corner+.5,place,depth));\n"
     "}\n"
     "return dark;\n"
     "}\n"
-    "\nfloat cohsm_pcf(cohsm_maps m,vec3 at,vec3 p,float bias)\n"
+    "\n\nfloat cohsm_pcf(const in cohsm_maps m,vec3 at,vec3 p,float bias)\n"
     "{\n"
     "int corners=1<<int(m.dimensions);\n"
     "vec3 low=floor(at),f=at-low;\n"
-    "float dark=0.0;\n"
+    "float dark=.0;\n"
     "for(int i=0;i<corners;i++){\n"
     "ivec3 step=ivec3(i&1,(i>>1)&1,i>>2);\n"
-    "float weight=step.x!=0?f.x:1.0-f.x;\n"
+    "float weight=cohsm_if(step.x!=0,f.x,1.-f.x);\n"
     "ivec3 c=ivec3(low)+step;\n"
-    "if(m.dimensions>1u)weight*=step.y!=0?f.y:1.0-f.y;\n"
+    "if(m.dimensions>1u)weight*=cohsm_if(step.y!=0,f.y,1.-f.y);\n"
     "else c.y=0;\n"
-    "if(m.dimensions>2u)weight*=step.z!=0?f.z:1.0-f.z;\n"
+    "if(m.dimensions>2u)weight*=cohsm_if(step.z!=0,f.z,1.-f.z);\n"
     "else c.z=0;\n"
-    "if(weight>0.0)dark+=weight*cohsm_pcf_map(m,cohsm_wrap(m,c),p,bias);\n"
+    "if(weight>.0)dark+=weight*cohsm_pcf_map(m,cohsm_wrap(m,c),p,bias);\n"
     "}\n"
     "return dark;\n"
     "}\n"
-    "\n\n\nvec3 cohsm_dop_axis(int i)\n"
+    "\n\n\n\nvec3 cohsm_dop_axis(int i)\n"
     "{\n"
     "if(i<3)return vec3(i==0,i==1,i==2);\n"
     "if(i<9){\n"
-    "float s=(i&1)!=0?1.0: -1.0;\n"
-    "return i<5?vec3(1.0,s,0.0):i<7?vec3(1.0,0.0,s):vec3(0.0,1.0,s);\n"
+    "float s=(i&1)!=0?1.: -1.;\n"
+    "return cohsm_if(i<5,vec3(1.,s,.0),cohsm_if(i<7,vec3(1.,.0,s),vec3(.0,1.,s)));\n"
     "}\n"
-    "return i==9?vec3(1.0):i==10?vec3(1.0,1.0,-1.0):i==11?vec3(1.0,-1.0,1.0):vec3(-1.0,1.0,1.0);\n"
+    "return vec3(i==12? -1.:1.,i==11? -1.:1.,i==10? -1.:1.);\n"
     "}\n"
-    "\n\nvec2 cohsm_dop(cohsm_maps m,int i,vec3 axis)\n"
+    "\n\nvec2 cohsm_dop(const in cohsm_maps m,int i,vec3 axis)\n"
     "{\n"
     "uint at=45u+2u*uint(i);\n"
-    "return(uintBitsToFloat(uvec2(cohsm_word(m,at),cohsm_word(m,at+1u)))-dot(axis,m.center))/m.radius;\n"
+    "uvec2 extent=uvec2(cohsm_word(m,at),cohsm_word(m,at+1u));\n"
+    "return(uintBitsToFloat(extent)-dot(axis,m.center))/m.radius;\n"
     "}\n"
-    "\n\nint cohsm_hull(cohsm_maps m,vec3 p,vec3 light)\n"
+    "\n\n\nint cohsm_hull(const in cohsm_maps m,vec3 p,vec3 light)\n"
     "{\n"
-    "float enter=0.0,leave=1.0;\n"
+    "float enter=.0,leave=1.;\n"
     "bool inside=true,between=true;\n"
     "for(int i=0;i<13;i++){\n"
     "vec3 a=cohsm_dop_axis(i);\n"
     "vec2 extent=cohsm_dop(m,i,a);\n"
     "float to=dot(a,light),from=dot(a,p),step=to-from;\n"
     "inside=inside&&to>=extent.x&&to<=extent.y;\n"
-    "if(step==0.0){\n"
+    "if(step==.0){\n"
     "between=between&&from>=extent.x&&from<=extent.y;\n"
     "continue;\n"
     "}\n"
@@ -1713,74 +2203,72 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "enter=max(enter,min(t.x,t.y));\n"
     "leave=min(leave,max(t.x,t.y));\n"
     "}\n"
-    "return inside?2:between&&enter<=leave?1:0;\n"
+    "return cohsm_if(inside,2,between&&enter<=leave?1:0);\n"
     "}\n"
-    "\n\n\nbool cohsm_usable(vec3 light)\n"
+    "\n\n\n\nbool cohsm_usable(vec3 light)\n"
     "{\n"
     "float square=dot(light,light);\n"
-    "return square>0.0&&square<COHSM_HUGE;\n"
-    "}\n"
-    "\nfloat cohsm_jitter(cohsm_query q,uint dimension)\n"
+    "return square>.0&&square<COHSM_HUGE;\n"
+    "}\n",
+    "\n\nfloat cohsm_jitter(const in cohsm_query q,uint dimension)\n"
     "{\n"
-    "return q.filtering==COHSM_FILTER_ROULETTE?cohsm_random(q.seed,q.id,dimension):0.5;\n"
+    "return q.filtering==COHSM_FILTER_ROULETTE?cohsm_random(q.seed,q.id,dimension):.5;\n"
     "}\n"
-    "\n\nfloat cohsm_visible_unit(cohsm_maps m,cohsm_query q,vec3 p,vec3 light)\n"
+    "\n\n\nfloat cohsm_visible_unit(const in cohsm_maps m,const in cohsm_query q,vec3 p,vec3 light)\n"
     "{\n"
     "bool by_index=q.light==COHSM_LIGHT_INDEX;\n"
     "if(q.light==COHSM_LIGHT_PARAMETER)\n"
-    "light=vec3(light.x,m.dimensions>1u?light.y:0.0,m.dimensions>2u?light.z:0.0);\n"
-    "if(!by_index&& !cohsm_finite3(light))return 1.0;\n"
+    "light=vec3(light.x,cohsm_used(m,light,.0).yz);\n"
+    "if(!by_index&& !cohsm_finite3(light))return 1.;\n"
     "if(q.light==COHSM_LIGHT_POSITION){\n"
-    "int hull=cohsm_hull(m,p,light);\n",
-    "if(hull!=1)return hull==2?COHSM_REFUSED:1.0;\n"
+    "int hull=cohsm_hull(m,p,light);\n"
+    "if(hull!=1)return hull==2?COHSM_REFUSED:1.;\n"
     "light-=p;\n"
     "}\n"
-    "if(!cohsm_finite3(p))return 1.0;\n"
-    "if(q.light<COHSM_LIGHT_PARAMETER&& !cohsm_usable(light))return 1.0;\n"
-    "vec3 at=by_index?vec3(0.0):cohsm_domain_position(m,light,q.light);\n"
+    "if(!cohsm_finite3(p))return 1.;\n"
+    "if(q.light<COHSM_LIGHT_PARAMETER&& !cohsm_usable(light))return 1.;\n"
+    "vec3 at=by_index?vec3(.0):cohsm_domain_position(m,light,q.light);\n"
     "uvec3 c;\n"
     "if(by_index){\n"
-    "if(floatBitsToUint(light.x)>=m.map_count)return 1.0;\n"
+    "if(floatBitsToUint(light.x)>=m.map_count)return 1.;\n"
     "c=cohsm_cell_split(m,floatBitsToUint(light.x));\n"
     "}else{\n"
-    "vec3 moved=at+vec3(m.dimensions>0u?cohsm_jitter(q,0u):0.5,\n"
-    "m.dimensions>1u?cohsm_jitter(q,1u):0.5,\n"
-    "m.dimensions>2u?cohsm_jitter(q,2u):0.5);\n"
-    "c=cohsm_wrap(m,ivec3(floor(moved)));\n"
+    "vec3 jitter=cohsm_used(m,vec3(cohsm_jitter(q,0u),cohsm_jitter(q,1u),cohsm_jitter(q,2u)),.5);\n"
+    "c=cohsm_wrap(m,ivec3(floor(at+jitter)));\n"
     "}\n"
     "if(q.filtering==COHSM_FILTER_PCF){\n"
     "float dark=by_index?cohsm_pcf_map(m,c,p,q.bias):cohsm_pcf(m,at,p,q.bias);\n"
-    "return dark>=0.999999?0.0:1.0-dark;\n"
+    "return cohsm_if(dark>=.999999,.0,1.-dark);\n"
     "}\n"
     "uint face;\n"
     "vec3 seen=cohsm_see(m,c,p,q.bias,face);\n"
     "if(q.filtering==COHSM_FILTER_ROULETTE)\n"
-    "seen.xy+=vec2(cohsm_jitter(q,3u)-0.5,cohsm_jitter(q,4u)-0.5);\n"
+    "seen.xy+=vec2(cohsm_jitter(q,3u)-.5,cohsm_jitter(q,4u)-.5);\n"
     "int depth=cohsm_compared_depth(seen.z);\n"
     "uint pixel=depth<0?COHSM_NO_PIXEL:cohsm_pixel(m,seen.xy);\n"
-    "if(pixel==COHSM_NO_PIXEL)return 1.0;\n"
-    "return depth>int(cohsm_stored_depth(m,pixel,cohsm_place(m,c)+face*m.map_count))?0.0:1.0;\n"
+    "if(pixel==COHSM_NO_PIXEL)return 1.;\n"
+    "return depth>int(cohsm_stored_depth(m,pixel,cohsm_place(m,c)+face*m.map_count))?.0:1.;\n"
     "}\n"
-    "\n\nfloat cohsm_visible(cohsm_maps m,cohsm_query q,vec3 point,vec3 light)\n"
+    "\n\nfloat cohsm_visible(const in cohsm_maps m,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
-    "float scale=1.0/m.radius;\n"
+    "float scale=1./m.radius;\n"
     "if(q.light==COHSM_LIGHT_POSITION)light=(light-m.center)*scale;\n"
     "return cohsm_visible_unit(m,q,(point-m.center)*scale,light);\n"
     "}\n"
-    "\n\n\n\n\n\n#ifndef COHSM_INSTANCE\n"
+    "\n\n\n\n\n\n\n#ifndef COHSM_INSTANCE\n"
     "#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))\n"
     "#endif\n"
-    "\ncohsm_maps cohsm_instance_maps(uint table,uint i)\n"
+    "\n\ncohsm_maps cohsm_instance_maps(uint table,uint i)\n"
     "{\n"
     "uint base=COHSM_INSTANCE(table,i,3u).x;\n"
     "#ifdef COHSM_HEADER\n"
-    "return cohsm_unpack(base,COHSM_HEADER(i,1u),COHSM_HEADER(i,2u),COHSM_HEADER(i,3u),COHSM_HEADER(i,4u),\n"
-    "COHSM_HEADER(i,5u),COHSM_HEADER(i,6u),COHSM_HEADER(i,7u));\n"
+    "return cohsm_unpack(base,COHSM_HEADER(i,1u),COHSM_HEADER(i,2u),COHSM_HEADER(i,3u),\n"
+    "COHSM_HEADER(i,4u),COHSM_HEADER(i,5u),COHSM_HEADER(i,6u),COHSM_HEADER(i,7u));\n"
     "#else\n"
     "return cohsm_open(base);\n"
     "#endif\n"
     "}\n"
-    "\nfloat cohsm_visible_instance(uint table,uint i,cohsm_query q,vec3 point,vec3 light)\n"
+    "\n\nfloat cohsm_visible_instance(uint table,uint i,cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
     "vec4 x=uintBitsToFloat(COHSM_INSTANCE(table,i,0u)),y=uintBitsToFloat(COHSM_INSTANCE(table,i,1u));\n"
     "vec4 z=uintBitsToFloat(COHSM_INSTANCE(table,i,2u));\n"
@@ -1793,15 +2281,15 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "}\n"
     "return cohsm_visible(m,q,point,light);\n"
     "}\n"
-    "\nfloat cohsm_instance_note(uint table,uint i){return uintBitsToFloat(COHSM_INSTANCE(table,i,3u).y);}\n"
-    "\n\n\nfloat cohsm_visible_scene(uint table,uint count,uint entity,cohsm_query q,vec3 point,vec3 light)\n"
+    "\n\nfloat cohsm_instance_note(uint table,uint i){return uintBitsToFloat(COHSM_INSTANCE(table,i,3u).y);}\n"
+    "\n\n\n\nfloat cohsm_visible_scene(uint table,uint count,uint entity,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
-    "float visible=1.0;\n"
+    "float visible=1.;\n"
     "uint self=entity-1u;\n"
-    "for(uint i=0u;i<count&&visible>0.0;i++){\n"
-    "uint instance=self>=count||i>self?i:i==0u?self:i-1u;\n"
+    "for(uint i=0u;i<count&&visible>.0;i++){\n"
+    "uint instance=cohsm_if(self>=count||i>self,i,cohsm_if(i==0u,self,i-1u));\n"
     "float one=cohsm_visible_instance(table,instance,q,point,light);\n"
-    "visible=one<0.0?COHSM_REFUSED:visible*one;\n"
+    "visible=cohsm_if(one<.0,COHSM_REFUSED,visible*one);\n"
     "}\n"
     "return visible;\n"
     "}\n"
@@ -1819,11 +2307,11 @@ static const char *const glbk__glsl_lib_csm_access_glsl[] = {
 static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "\nuniform usampler2DArray glbk_csm_blocks;\n"
     "uniform usampler2DArray glbk_csm_lights;\n"
+    "uniform usampler2DArray glbk_csm_instances;\n"
+    "uniform usampler2DArray glbk_csm_questions;\n"
     "uniform usampler2D glbk_csm_place;\n"
     "uniform usampler2D glbk_csm_normal;\n"
     "uniform glbk_color_sampler glbk_csm_sum;\n"
-    "uniform usampler2DArray glbk_csm_instances;\n"
-    "uniform usampler2DArray glbk_csm_questions;\n"
     "uniform usampler2D glbk_csm_layer0;\n"
     "uniform usampler2D glbk_csm_layer1;\n"
     "uniform usampler2D glbk_csm_layer2;\n"
@@ -1843,44 +2331,51 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
-    "\n\n\n\nstruct csm_open{uint lo,hi;bool fresh;uint next;};\n"
-    "\n\n\nstruct csm_ended{uint count;uvec4 records[3];};\n"
-    "\nvoid csm_end(inout csm_ended ended,uint record)\n"
+    "\n\n\n\n\nstruct csm_open{\n"
+    "uint lo;\n"
+    "uint hi;\n"
+    "bool fresh;\n"
+    "uint next;\n"
+    "};\n"
+    "\n\n\nstruct csm_ended{\n"
+    "uint count;\n"
+    "uvec4 records[3];\n"
+    "};\n"
+    "\n\nvoid csm_end(inout csm_ended ended,uint record)\n"
     "{\n"
     "uint i=ended.count&3u;\n"
-    "uvec4 r=uvec4(i==0u?record:0u,i==1u?record:0u,i==2u?record:0u,i==3u?record:0u);\n"
+    "uvec4 r=record*uvec4(equal(uvec4(i),uvec4(0u,1u,2u,3u)));\n"
     "if(ended.count<4u)ended.records[0]+=r;\n"
     "else if(ended.count<8u)ended.records[1]+=r;\n"
     "else ended.records[2]+=r;\n"
     "ended.count++;\n"
     "}\n"
-    "\nuint csm_depth16(uint bits)\n"
+    "\n\nuint csm_depth16(uint bits)\n"
     "{\n"
     "float z=uintBitsToFloat(bits);\n"
-    "return z<=1.0?uint(clamp(z*65533.0,0.0,65533.0)):65535u;\n"
+    "return z<=1.?uint(clamp(z*65533.,.0,65533.)):65535u;\n"
     "}\n"
     "\n\nuvec2 csm_interval(ivec2 at)\n"
     "{\n"
     "uint z1=csm_depth16(texelFetch(glbk_csm_layer0,at,0).x),upper;\n"
-    "uvec4 how=glbk_csm_peel.how;\n"
-    "if(z1==65535u)return uvec2(how.w!=0u?0u:65535u,65535u);\n"
-    "if(how.y!=0u){\n"
+    "if(z1==65535u)return uvec2(glbk_csm_peel.self_only!=0u?0u:65535u,65535u);\n"
+    "if(glbk_csm_peel.far_layer!=0u){\n"
     "upper=csm_depth16(texelFetch(glbk_csm_layer2,at,0).x);\n"
     "if(upper==65535u)return uvec2(z1,65535u);\n"
     "}else{\n"
     "upper=csm_depth16(texelFetch(glbk_csm_layer1,at,0).x);\n"
-    "float thickness=glbk_csm_peel.values.z;\n"
-    "if(upper==65535u)upper=z1+1u+uint(how.z!=0u?thickness*float(z1):thickness);\n"
+    "float thickness=glbk_csm_peel.open_thickness;\n"
+    "if(glbk_csm_peel.positional!=0u)thickness*=float(z1);\n"
+    "if(upper==65535u)upper=z1+1u+uint(thickness);\n"
     "}\n"
     "return uvec2(z1,upper>z1?min(upper-1u,65534u):z1);\n"
     "}\n"
-    "\ncsm_ended csm_compress(ivec2 pixel,inout csm_open o)\n"
+    "\n\ncsm_ended csm_compress(ivec2 pixel,inout csm_open o)\n"
     "{\n"
-    "uint size=glbk_csm_peel.tiles.x,across=glbk_csm_peel.tiles.y,views=glbk_csm_peel.tiles.z;\n"
-    "uint top=glbk_csm_peel.how.x;\n"
+    "uint side=glbk_csm_peel.side,across=glbk_csm_peel.tiles_across,top=glbk_csm_peel.depth_top;\n"
     "csm_ended ended=csm_ended(0u,uvec4[3](uvec4(0u),uvec4(0u),uvec4(0u)));\n"
-    "for(;o.next<views&&ended.count<11u;o.next++){\n"
-    "uvec2 z=csm_interval(pixel+ivec2(uvec2(o.next%across,o.next/across)*size));\n"
+    "for(;o.next<glbk_csm_peel.view_count&&ended.count<11u;o.next++){\n"
+    "uvec2 z=csm_interval(pixel+ivec2(uvec2(o.next%across,o.next/across)*side));\n"
     "uint lo=(z.x*top+65534u)/65535u,hi=((z.y+1u)*top-1u)/65535u;\n"
     "uint both_lo=max(o.lo,lo),both_hi=min(o.hi,hi);\n"
     "bool fresh=false;\n"
@@ -1905,24 +2400,35 @@ static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
 
 static const char *const glbk__glsl_lib_csm_frame_glsl[] = {
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
-    "uvec4 light;\n"
-    "uvec4 sampling;\n"
-    "uvec4 range;\n"
-    "uvec4 tables;\n"
-    "vec4 query;\n"
+    "uint light_texel;\n"
+    "uint pattern_texel;\n"
+    "uint sample_count;\n"
+    "uint sampling;\n"
+    "uint seed;\n"
+    "uint roulette_seed;\n"
+    "uint frame;\n"
+    "uint first;\n"
+    "uint end;\n"
+    "uint plane_count;\n"
+    "uint width;\n"
+    "uint height;\n"
+    "float bias;\n"
+    "float offset;\n"
+    "uint adds;\n"
+    "float frame_share;\n"
     "vec4 eye;\n"
     "vec4 planes[8];\n"
     "}glbk_csm_frame;\n"
 };
 
 static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
-    "\n\n#ifdef CSM_INSTANCES\n"
+    "\n\n\n\n\n#ifdef CSM_INSTANCES\n"
     "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
     "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n"
     "#else\n"
-    "uvec4 csm_instance(uint i,uint k)\n"
+    "\nuvec4 csm_instance(uint i,uint k)\n"
     "{\n"
-    "if(glbk_csm_scene.table.z!=0u)return glbk_csm_scene.instances[11u*min(i,15u)+k];\n"
+    "if(glbk_csm_scene.in_block!=0u)return glbk_csm_scene.instances[11u*min(i,15u)+k];\n"
     "return texelFetch(glbk_csm_instances,glbk_table_at(4u*i+k),0);\n"
     "}\n"
     "#define COHSM_INSTANCE(table, i, k) csm_instance(i, k)\n"
@@ -1931,27 +2437,39 @@ static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
 
 static const char *const glbk__glsl_lib_csm_pattern_glsl[] = {
     "\n\n\n#ifdef CSM_PATTERNS\n"
-    "vec2 csm_pattern(uint at)\n"
+    "\nvec2 csm_pattern(uint at)\n"
     "{\n"
-    "uvec4 t=COHSM_LIGHT_TEXEL(glbk_csm_frame.tables.x+(at>>1));\n"
-    "return uintBitsToFloat((at&1u)!=0u?t.zw:t.xy);\n"
+    "uvec4 t=COHSM_LIGHT_TEXEL(glbk_csm_frame.pattern_texel+(at>>1));\n"
+    "return uintBitsToFloat(cohsm_if((at&1u)!=0u,t.zw,t.xy));\n"
     "}\n"
-    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sampling.x + (k))\n"
+    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sample_count + (k))\n"
     "#endif\n"
 };
 
 static const char *const glbk__glsl_lib_csm_peel_glsl[] = {
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
     "mat4 view;\n"
-    "vec4 values;\n"
-    "uvec4 tiles;\n"
-    "uvec4 how;\n"
+    "float clip_per_pixel;\n"
+    "float depth_scale;\n"
+    "float open_thickness;\n"
+    "uint depth_top;\n"
+    "uint side;\n"
+    "uint tiles_across;\n"
+    "uint view_count;\n"
+    "uint far_layer;\n"
+    "uint positional;\n"
+    "uint self_only;\n"
+    "uint pad0;\n"
+    "uint pad1;\n"
     "}glbk_csm_peel;\n"
 };
 
 static const char *const glbk__glsl_lib_csm_scene_glsl[] = {
     "\nlayout(std140)uniform glbk_csm_scene_block{\n"
-    "uvec4 table;\n"
+    "uint count;\n"
+    "uint in_block;\n"
+    "uint pad0;\n"
+    "uint pad1;\n"
     "uvec4 instances[176];\n"
     "}glbk_csm_scene;\n"
 };
@@ -1960,70 +2478,70 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
     "#error \"csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER\"\n"
     "#endif\n"
-    "\n\nbool csm_behind(glbk_point p,vec3 direction,float range)\n"
+    "\n\n\nbool csm_behind(glbk_point p,vec3 direction,float range)\n"
     "{\n"
-    "for(uint i=0u;i<glbk_csm_frame.tables.y;i++){\n"
+    "for(uint i=0u;i<glbk_csm_frame.plane_count;i++){\n"
     "vec4 plane=glbk_csm_frame.planes[i];\n"
     "float height=dot(plane.xyz,p.position)-plane.w,end=height+range*dot(plane.xyz,direction);\n"
-    "if(i+1u!=p.plane&&(height>0.0?end<0.0:end>0.0))return true;\n"
+    "if(i+1u!=p.plane&&(height>.0?end<.0:end>.0))return true;\n"
     "}\n"
     "return false;\n"
     "}\n"
-    "\n\nvec4 csm_shade(glbk_point p,uint pixel)\n"
+    "\n\n\nvec4 csm_shade(glbk_point p,uint pixel)\n"
     "{\n"
-    "uvec4 sampling=glbk_csm_frame.sampling,range=glbk_csm_frame.range;\n"
     "const uint table=0u;\n"
-    "uint count=glbk_csm_frame.light.z;\n"
     "const int ask=CSM_ASK;\n"
-    "cohsm_light light=cohsm_light_open(glbk_csm_frame.light.x);\n"
+    "uint count=glbk_csm_scene.count,samples=glbk_csm_frame.sample_count;\n"
+    "cohsm_light light=cohsm_light_open(glbk_csm_frame.light_texel);\n"
     "light.shape=uint(CSM_SHAPE);\n"
-    "cohsm_material material=cohsm_material(p.kind,p.diffuse,p.specular,p.exponent,p.metallic,p.roughness,p.lobe,\n"
-    "p.lobe_count);\n"
+    "cohsm_material material=cohsm_material(p.kind,p.diffuse,p.specular,p.exponent,p.metallic,\n"
+    "p.roughness,p.lobe,p.lobe_count);\n"
     "vec3 view=cohsm_normalize(glbk_csm_frame.eye.xyz-p.position);\n"
     "cohsm_surface surface=cohsm_surface_at(material,p.normal,p.tangent,view);\n"
-    "cohsm_estimator e=cohsm_estimator_at(surface,light,p.position,int(sampling.w),sampling.x,sampling.y,\n"
-    "sampling.z);\n"
-    "vec4 sum=vec4(0.0);\n"
+    "cohsm_estimator e=cohsm_estimator_at(surface,light,p.position,int(glbk_csm_frame.sampling),samples,\n"
+    "glbk_csm_frame.seed,glbk_csm_frame.frame);\n"
+    "vec4 sum=vec4(.0);\n"
     "if(!e.reachable)return sum;\n"
     "\nbool local=ask==COHSM_LIGHT_PARAMETER||(ask==COHSM_LIGHT_INDEX&&light.shape>COHSM_SHAPE_SUN);\n"
-    "float moved=0.0;\n"
+    "float moved=.0;\n"
     "if(local&&count>0u)\n"
-    "moved=glbk_csm_frame.query.y*2.0/float(cohsm_instance_maps(table,0u).map_size);\n"
+    "moved=glbk_csm_frame.offset*2./float(cohsm_instance_maps(table,0u).map_size);\n"
     "else if(p.entity-1u<count)\n"
     "moved=cohsm_instance_note(table,p.entity-1u);\n"
-    "for(uint k=range.x;k<range.y;k++){\n"
+    "for(uint k=glbk_csm_frame.first;k<glbk_csm_frame.end;k++){\n"
     "cohsm_emission found;\n"
     "vec3 weight=cohsm_estimate(e,cohsm_numbers(e,pixel,k),found);\n"
-    "if(!(weight.x>0.0||weight.y>0.0||weight.z>0.0)|| !(dot(found.direction,p.geometric)>0.0)||\n"
-    "csm_behind(p,found.direction,found.range))\n"
-    "continue;\n"
+    "if(!(weight.x>.0||weight.y>.0||weight.z>.0))continue;\n"
+    "if(!(dot(found.direction,p.geometric)>.0))continue;\n"
+    "if(csm_behind(p,found.direction,found.range))continue;\n"
     "vec3 from=p.position+p.geometric*(local?moved*found.range:moved);\n"
     "vec3 to=ask==COHSM_LIGHT_DIRECTION?found.direction\n"
     ":ask==COHSM_LIGHT_POSITION?p.position+found.direction*found.range\n"
-    ":ask==COHSM_LIGHT_PARAMETER?found.coords:vec3(0.0);\n"
-    "cohsm_query q=cohsm_query(ask,CSM_FILTER,glbk_csm_frame.query.x,range.w,pixel*sampling.x+k);\n"
+    ":ask==COHSM_LIGHT_PARAMETER?found.coords:vec3(.0);\n"
+    "cohsm_query q=cohsm_query(ask,CSM_FILTER,glbk_csm_frame.bias,glbk_csm_frame.roulette_seed,\n"
+    "pixel*samples+k);\n"
     "float visible=cohsm_visible_scene(table,count,p.entity,q,from,to);\n"
-    "if(visible<0.0)sum.a+=1.0;\n"
+    "if(visible<.0)sum.a+=1.;\n"
     "else sum.rgb+=weight*visible;\n"
     "}\n"
-    "return vec4(sum.rgb*(1.0/float(sampling.x)),sum.a);\n"
+    "return vec4(sum.rgb*(1./float(samples)),sum.a);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
-    "\n\n\n\nfloat csm_visible(uint entity,cohsm_query query,vec3 point,vec3 light)\n"
+    "\n\n\n\n\nfloat csm_visible(uint entity,const in cohsm_query query,vec3 point,vec3 light)\n"
     "{\n"
-    "return cohsm_visible_scene(0u,glbk_csm_scene.table.y,entity,query,point,light);\n"
+    "return cohsm_visible_scene(0u,glbk_csm_scene.count,entity,query,point,light);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_csm_compress_comp[] = {
-    "\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
-    "uint size=glbk_csm_peel.tiles.x,i=4u*(uint(at.y)*size+uint(at.x));\n"
-    "if(uint(at.x)>=size||uint(at.y)>=size)return;\n"
+    "uint side=glbk_csm_peel.side,i=4u*(uint(at.y)*side+uint(at.x));\n"
+    "if(uint(at.x)>=side||uint(at.y)>=side)return;\n"
     "uvec4 s=glbk_csm_records[i];\n"
     "csm_open o=csm_open(s.x&255u,(s.x>>8)&255u,(s.x>>16)!=0u,s.y);\n"
     "csm_ended ended=csm_compress(at,o);\n"
@@ -2053,7 +2571,7 @@ static const char *const glbk__glsl_prog_csm_compress_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_csm_peel_frag[] = {
-    "\n\n\n\n#ifndef CSM_FIRST\n"
+    "\n\n\n\n\n#ifndef CSM_FIRST\n"
     "#define CSM_FIRST 1\n"
     "#endif\n"
     "#if !defined(GL_ES) && __VERSION__ < 420\n"
@@ -2063,7 +2581,7 @@ static const char *const glbk__glsl_prog_csm_peel_frag[] = {
     "layout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "float depth=clamp(csm_depth,0.0,1.0);\n"
+    "float depth=clamp(csm_depth,.0,1.);\n"
     "#if CSM_FIRST == 0\n"
     "if(depth<=uintBitsToFloat(texelFetch(glbk_csm_layer1,ivec2(gl_FragCoord.xy),0).x))discard;\n"
     "#endif\n"
@@ -2078,38 +2596,39 @@ static const char *const glbk__glsl_prog_csm_peel_vert[] = {
     "invariant out float csm_depth;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec4 p=glbk_csm_peel.view*vec4(position,1.0);\n"
-    "float w=glbk_csm_peel.values.y>0.0?p.w:1.0;\n"
-    "csm_depth=glbk_csm_peel.values.y>0.0?w*glbk_csm_peel.values.y:p.z;\n"
-    "gl_Position=vec4(p.xy*glbk_csm_peel.values.x-w,0.0,w);\n"
+    "vec4 p=glbk_csm_peel.view*vec4(position,1.);\n"
+    "float w=glbk_csm_peel.depth_scale>.0?p.w:1.;\n"
+    "csm_depth=glbk_csm_peel.depth_scale>.0?w*glbk_csm_peel.depth_scale:p.z;\n"
+    "gl_Position=vec4(p.xy*glbk_csm_peel.clip_per_pixel-w,.0,w);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_csm_query_comp[] = {
-    "\n\n\nlayout(local_size_x=64)in;\n"
+    "\n\n\n\nlayout(local_size_x=64)in;\n"
     "\nvoid main()\n"
     "{\n"
     "uint i=gl_GlobalInvocationID.y*65536u+gl_GlobalInvocationID.x;\n"
-    "if(i>=glbk_csm_frame.range.x)return;\n"
-    "uvec4 point=glbk_csm_asked[2u*i],light=glbk_csm_asked[2u*i+1u],range=glbk_csm_frame.range;\n"
-    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.query.x,range.w,light.w);\n"
+    "if(i>=glbk_csm_frame.end)return;\n"
+    "uvec4 point=glbk_csm_asked[2u*i],light=glbk_csm_asked[2u*i+1u];\n"
+    "uint seed=glbk_csm_frame.roulette_seed;\n"
+    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.bias,seed,light.w);\n"
     "glbk_csm_answers[i]=csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_csm_query_frag[] = {
-    "\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
     "uint i=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x);\n"
     "result=uvec4(0u);\n"
-    "if(i>=glbk_csm_frame.range.x)return;\n"
+    "if(i>=glbk_csm_frame.end)return;\n"
     "uvec4 point=texelFetch(glbk_csm_questions,glbk_table_at(2u*i),0);\n"
     "uvec4 light=texelFetch(glbk_csm_questions,glbk_table_at(2u*i+1u),0);\n"
-    "uvec4 range=glbk_csm_frame.range;\n"
-    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.query.x,range.w,light.w);\n"
-    "result=uvec4(floatBitsToUint(csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz))),\n"
-    "0u,0u,0u);\n"
+    "uint seed=glbk_csm_frame.roulette_seed;\n"
+    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.bias,seed,light.w);\n"
+    "float visible=csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz));\n"
+    "result=uvec4(floatBitsToUint(visible),0u,0u,0u);\n"
     "}\n"
 };
 
@@ -2119,39 +2638,39 @@ static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
     "{\n"
     "ivec2 at=glbk_picture_at();\n"
     "vec4 sum=glbk_unpack(texelFetch(glbk_csm_sum,at,0));\n"
-    "vec3 p=vec3(0.0);\n"
+    "vec3 p=vec3(.0);\n"
     "bool seen=true;\n"
     "if(glbk_picture_asks()){\n"
     "p=uintBitsToFloat(texelFetch(glbk_csm_place,at,0).xyz);\n"
     "seen=(texelFetch(glbk_csm_normal,at,0).w&0xffu)!=0u;\n"
     "}\n"
     "glbk_picture_show(seen,p);\n"
-    "result=vec4(glbk_csm_frame.query.z>0.0?sum.rgb*glbk_csm_frame.query.z:vec3(0.0),1.0);\n"
+    "result=vec4(glbk_csm_frame.frame_share>.0?sum.rgb*glbk_csm_frame.frame_share:vec3(.0),1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_csm_shade_comp[] = {
-    "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
-    "uint i=uint(at.y)*glbk_csm_frame.tables.z+uint(at.x);\n"
+    "uint pixel=uint(at.y)*glbk_csm_frame.width+uint(at.x);\n"
     "glbk_point p;\n"
-    "if(uint(at.x)>=glbk_csm_frame.tables.z||uint(at.y)>=glbk_csm_frame.tables.w)return;\n"
-    "vec4 sum=glbk_csm_frame.query.w>0.0?imageLoad(glbk_csm_total,at):vec4(0.0);\n"
-    "if(glbk_read_point(at,p))sum+=csm_shade(p,i);\n"
+    "if(uint(at.x)>=glbk_csm_frame.width||uint(at.y)>=glbk_csm_frame.height)return;\n"
+    "vec4 sum=glbk_csm_frame.adds!=0u?imageLoad(glbk_csm_total,at):vec4(.0);\n"
+    "if(glbk_read_point(at,p))sum+=csm_shade(p,pixel);\n"
     "imageStore(glbk_csm_total,at,sum);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_csm_shade_frag[] = {
-    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "vec4 sum=glbk_csm_frame.query.w>0.0?glbk_unpack(texelFetch(glbk_csm_sum,at,0)):vec4(0.0);\n"
+    "vec4 sum=glbk_csm_frame.adds!=0u?glbk_unpack(texelFetch(glbk_csm_sum,at,0)):vec4(.0);\n"
     "glbk_point p;\n"
-    "if(glbk_read_point(at,p))sum+=csm_shade(p,uint(at.y)*glbk_csm_frame.tables.z+uint(at.x));\n"
+    "if(glbk_read_point(at,p))sum+=csm_shade(p,uint(at.y)*glbk_csm_frame.width+uint(at.x));\n"
     "result=glbk_pack(sum);\n"
     "}\n"
 };
@@ -2159,13 +2678,17 @@ static const char *const glbk__glsl_prog_csm_shade_frag[] = {
 static const glbk_file glbk__csm_files[] = {
     { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 2, "cohsm_math", "",
       "", "" },
-    { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 1, "cohsm_brdf cohsm_light", "",
+    { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 1, "cohsm_random cohsm_brdf cohsm_light", "",
       "", "" },
     { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 4, "cohsm_math", "",
       "", "" },
     { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 2, "", "",
       "", "" },
-    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 3, "cohsm_math cohsm_lookup", "",
+    { "lib/cohsm_math.glsl", glbk__csm_files_lib_cohsm_math_glsl, 2, "", "",
+      "", "" },
+    { "lib/cohsm_random.glsl", glbk__glsl_lib_cohsm_random_glsl, 1, "", "",
+      "", "" },
+    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 3, "cohsm_math cohsm_random cohsm_lookup", "",
       "", "" },
     { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 1, "table csm_bindings", "",
       "", "" },
@@ -2177,13 +2700,13 @@ static const glbk_file glbk__csm_files[] = {
       "", "glbk_csm_frame" },
     { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 1, "csm_access csm_scene", "",
       "", "" },
-    { "lib/csm_pattern.glsl", glbk__glsl_lib_csm_pattern_glsl, 1, "csm_access csm_frame", "",
+    { "lib/csm_pattern.glsl", glbk__glsl_lib_csm_pattern_glsl, 1, "csm_access cohsm_math csm_frame", "",
       "", "" },
     { "lib/csm_peel.glsl", glbk__glsl_lib_csm_peel_glsl, 1, "", "",
       "", "glbk_csm_peel" },
     { "lib/csm_scene.glsl", glbk__glsl_lib_csm_scene_glsl, 1, "", "",
       "", "glbk_csm_scene" },
-    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 1, "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame", "",
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 1, "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame csm_scene", "",
       "", "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 1, "csm_instances cohsm_visible csm_scene", "",
       "", "" },
@@ -2220,7 +2743,8 @@ GLBK__PART_CODE(csm, CSM)
 
 enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
 
-/* Magic, format and length, as docs/csm-format.md has them; in the host's byte order, which is what GL takes. */
+/* Checks magic, format and length of a block, as docs/csm-format.md has them, in the host's byte order: that
+   of GL. */
 static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
 {
     static const char function[] = "glbk_csm_maps_create";
@@ -2237,8 +2761,13 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
     return GLBK_OK;
 }
 
-enum { GLBK__CSM_NEAR = 16, GLBK__CSM_NEAR_TEXELS = 11, GLBK__CSM_HEAD = 28 /* words: texels 1 to 7 of a block */ };
+enum {
+    GLBK__CSM_NEAR = 16,            /* instances that the uniform block has room for */
+    GLBK__CSM_NEAR_TEXELS = 11,     /* of each: its record and texels 1 to 7 of its block */
+    GLBK__CSM_HEAD = 28             /* the words of texels 1 to 7 */
+};
 
+/* Appends a define with a number below 20, unless it is 0. */
 static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 {
     char digit = (char)('0' + value % 10);
@@ -2248,11 +2777,13 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
     glbk__put(sink, &digit, 1);
 }
 
-/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where
-   blocks differ; instances and headers in the uniform block where they fit. */
+/* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
+   order and orientation where all blocks have the same, and how many instances stand in the uniform block, if
+   they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
-    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of texel 1: which word, up to
+                                                                               what */
     uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
@@ -2291,7 +2822,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
         starts[i] = (uint32_t)texels;
         if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
         texels += blocks[i].bytes / 16;
-        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
+        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
     }
     if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
         return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
@@ -2299,19 +2830,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
     if (result == GLBK_OK && !out->near_count)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
-                                   &out->instances);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
+                                    &out->instances);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
-        result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+        result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
     if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;
 }
 
-/* Four texels: the way into the object's space, its block. */
+/* Writes the four texels of an instance: world to object, where its block begins, its offset. */
 static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
 {
     float inverse[16], row[4];
@@ -2326,9 +2857,9 @@ static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
     words[14] = words[15] = 0;
 }
 
-/* Instances and the headers of their blocks into the uniform block. */
-static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances, uint32_t count,
-                                 glbk_csm_scene *scene)
+/* Writes instances and the headers of their blocks into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                 uint32_t count, glbk_csm_scene *scene)
 {
     uint32_t i, block;
     for (i = 0; i < count; i++) {
@@ -2339,7 +2870,7 @@ static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_insta
     }
 }
 
-/* All of them into their table at once. */
+/* Uploads all instances to their table, at once. */
 static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *maps,
                                         const glbk_csm_instance *instances, uint32_t count)
 {
@@ -2348,11 +2879,12 @@ static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *
     glbk_result result;
     if (!words) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
-    result = glbk_table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
+    result = glbk__table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
     glbk_csm__free(&memory, words);
     return result;
 }
 
+/* Checks what glbk_csm_maps_place is given. */
 static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk_csm_maps *maps,
                                              const glbk_csm_instance *instances, uint32_t count)
 {
@@ -2376,8 +2908,8 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
-                                         uint32_t count)
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
+                                         const glbk_csm_instance *instances, uint32_t count)
 {
     glbk_csm_scene scene;
     glbk_result result;
@@ -2390,8 +2922,8 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
     else if (count) result = glbk__csm_place_many(ctx, maps, instances, count);
     if (result != GLBK_OK) return result;
     maps->count = count;
-    scene.table[1] = count;
-    scene.table[2] = maps->near_count != 0;
+    scene.count = count;
+    scene.in_block = maps->near_count != 0;
     return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
 }
 
@@ -2418,9 +2950,11 @@ GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps)
 
 /* ---- csm: programs that are kept ---- */
 
-/* The place of a key: where it is kept, else a free one, else the one that was used longest ago; NULL where all are of
-   this frame, which would compile the same programs again and again. */
-static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, uint32_t *at)
+/* Returns the place of a key in the cache: where it is kept, else a free one, else that of the program that
+   was used longest ago, which is freed. Returns NULL if all were used in this frame, since the same programs
+   would be compiled again and again. */
+static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
+                                            uint32_t *at)
 {
     uint32_t i, oldest = 0;
     for (i = 0; i < cache->count && cache->keys[i] != key; i++)
@@ -2429,15 +2963,17 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
         if (cache->used[oldest] == cache->frame) return NULL;
         i = oldest;
         glbk_program_free(ctx, &cache->list[i]);
-        cache->keys[i] = UINT32_MAX;        /* of none, should its successor not compile */
+        cache->keys[i] = UINT32_MAX;        /* no key, in case that its successor does not compile */
     }
     *at = i;
     return &cache->list[i];
 }
 
-/* defines: of this use; those of the maps follow. shades: it reads the G-buffer. */
-static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
-                                     int shades, const char *defines, const glbk_csm_maps *maps, glbk_program **out)
+/* Finds or compiles a program of a cache. defines are those of this use, which those of the maps follow;
+   shades is 1 if the program reads the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
+                                     const char *name, int shades, const char *defines,
+                                     const glbk_csm_maps *maps, glbk_program **out)
 {
     char all[160] = { 0 };
     glbk__sink sink = { NULL, 0, 0 };
@@ -2454,7 +2990,7 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     glbk__put_text(&sink, defines);
     glbk__put_text(&sink, maps->defines);
     result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
-                    : glbk_program_create(ctx, glbk_csm_part(), name, all, *out);
+                    : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;
@@ -2472,6 +3008,7 @@ static void glbk__csm_programs_free(glbk_context *ctx, glbk_csm_programs *cache)
 
 /* ---- csm: questions in bulk ---- */
 
+/* Finds or compiles the program for the questions that were uploaded and these maps. */
 static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                          glbk_program **out)
 {
@@ -2480,8 +3017,8 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
-    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag",
-                             0, defines, maps, out);
+    return glbk__csm_program(ctx, &asker->programs, question,
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", 0, defines, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -2502,7 +3039,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
         result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
         if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
     } else if (result == GLBK_OK) {
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
         texture.format = GLBK_FORMAT_R32UI;
         texture.width = 1024;
         texture.height = (capacity + 1023) / 1024;
@@ -2514,13 +3051,16 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     return result;
 }
 
-static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm_asker *asker, const cohsm_query *q)
+/* Checks what glbk_csm_ask_upload is given. */
+static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm_asker *asker,
+                                         const cohsm_query *q)
 {
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
     if (!asker->capacity) return glbk__bad(ctx, bad, function, "asker", "was not created");
-    if (!q->positions || !q->lights) return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
+    if (!q->positions || !q->lights)
+        return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
     if (!q->count || q->count > asker->capacity)
         return glbk__bad_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
@@ -2535,18 +3075,22 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
                                    ? "a multiple of 4, >= 12"
                                    : "0 or a multiple of 4, >= a light");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(q->bias)) return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
+                               "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(q->bias))
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
     return GLBK_OK;
 }
 
-/* As csm.h takes it: 0 is a pixel, negative none. */
+/* Returns a bias with its default resolved, as csm.h has it: 0 is a pixel, a negative one none. */
 static float glbk__csm_bias(float bias) { return bias > 0 ? bias : bias < 0 ? 0.0f : 1.0f; }
 
-/* Eight words for each question: point as 3 floats, instance; light as 3 floats or a cell, number for roulette. */
+/* Writes eight words for each question: the point as 3 floats and its instance; the light as 3 floats or a
+   cell, and a number for roulette. */
 static void glbk__csm_write_questions(const cohsm_query *q, uint32_t *words)
 {
-    const size_t bytes = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, step = q->light_stride ? q->light_stride : bytes;
+    const size_t bytes = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12,
+                 step = q->light_stride ? q->light_stride : bytes;
     const size_t stride = q->position_stride ? q->position_stride : 12;
     size_t i;
     memset(words, 0, 32 * q->count);
@@ -2574,13 +3118,13 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
     glbk__csm_write_questions(q, words);
     asker->question = 1 + 3 * (uint32_t)q->light_kind + (uint32_t)q->filter;
     memset(&frame, 0, sizeof frame);
-    frame.range[0] = (uint32_t)q->count;
-    frame.range[3] = q->seed;
-    frame.query[0] = glbk__csm_bias(q->bias);
+    frame.end = (uint32_t)q->count;
+    frame.roulette_seed = q->seed;
+    frame.bias = glbk__csm_bias(q->bias);
     result = glbk_buffer_update(ctx, &asker->frame, 0, sizeof frame, &frame);
     if (result == GLBK_OK)
         result = asker->asked.name ? glbk_buffer_update(ctx, &asker->asked, 0, 32 * q->count, words)
-                                   : glbk_table_update(ctx, &asker->questions, 0, 2 * q->count, words);
+                                   : glbk__table_update(ctx, &asker->questions, 0, 2 * q->count, words);
     glbk_csm__free(&memory, words);
     return result;
 }
@@ -2619,7 +3163,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     return glbk_dispatch(ctx, program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
 }
 
-GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible)
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
+                                       float *visible)
 {
     uint32_t row[4 * 1024], done, n, i;
     glbk_result result = GLBK_OK;
@@ -2653,18 +3198,24 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker)
 
 /* ---- csm: lights ---- */
 
-/* A light in a table (docs/gpu-layouts.md): ten texels, then its texels of L, running sums, triangles. */
+/* A light stands in a table as ten texels, then its texels of L, running sums and triangles
+   (docs/gpu-layouts.md). */
 enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2 };
 
 #define GLBK__PI 3.14159265358979324
 
+/* Returns 1 if a light is an environment, as it is by default. */
 static int glbk__csm_is_sky(const lsamp_light_desc *d)
 {
     return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
 }
 
-/* Who is told why a light is refused: the context of a call, or one that has nothing but a light's own log. */
-typedef struct glbk__csm_logger { const glbk_context *ctx; const char *function; } glbk__csm_logger;
+/* Who is told why a light is refused: the context of a call, or one that has nothing but a light's own
+   log. */
+typedef struct glbk__csm_logger {
+    const glbk_context *ctx;
+    const char         *function;
+} glbk__csm_logger;
 
 static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function)
 {
@@ -2674,28 +3225,30 @@ static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const cha
     return log;
 }
 
-/* Logs, and returns 0. */
+/* Logs why a field is refused, and returns 0. */
 static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
 {
     return glbk__bad(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
 }
 
-static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, float value, float low, float high,
-                              const char *wanted)
+/* Returns 1 if a number is in its range, else logs it and returns 0; wanted is the range in words. */
+static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, float value, float low,
+                              float high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
     return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) == GLBK_OK;
 }
 
-static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, const float *v, float low, float high,
-                               const char *wanted)
+/* Does the same for three numbers. */
+static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, const float *v, float low,
+                               float high, const char *wanted)
 {
     return glbk__csm_field_in(log, field, v[0], low, high, wanted) &&
            glbk__csm_field_in(log, field, v[1], low, high, wanted) &&
            glbk__csm_field_in(log, field, v[2], low, high, wanted);
 }
 
-/* Lengths from 0.97 to 1.03 count as 1. */
+/* Returns 1 if a vector is unit, else logs it and returns 0. Lengths from 0.97 to 1.03 count as 1. */
 static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
 {
     float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
@@ -2703,16 +3256,19 @@ static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *fiel
     return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
 }
 
+/* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
 static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, lsamp_light_kind kind)
 {
     if (kind == LSAMP_LIGHT_CALLBACK)
         return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
-    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind, "a LSAMP_LIGHT_...") == GLBK_OK;
+    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
+                           "a LSAMP_LIGHT_...") == GLBK_OK;
 }
 
 /* ---- csm: meshes that emit ---- */
 
+/* Returns the corners of all triangles, and below the vertex of a corner, and its place. */
 static size_t glbk__csm_corner_count(const lsamp_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -2726,11 +3282,14 @@ static uint32_t glbk__csm_corner_index(const lsamp_mesh *m, size_t i)
 static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
 {
     float p[3];
-    memcpy(p, (const char *)m->positions + (m->vertex_stride ? m->vertex_stride : 12) * glbk__csm_corner_index(m, i),
+    memcpy(p,
+           (const char *)m->positions +
+               (m->vertex_stride ? m->vertex_stride : 12) * glbk__csm_corner_index(m, i),
            sizeof p);
     return glbk_csm__v3_load(p);
 }
 
+/* Returns 1 if a mesh can emit, else logs why not and returns 0. */
 static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
 {
     size_t i, count;
@@ -2744,18 +3303,20 @@ static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m
         return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
-        return glbk__bad_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i, glbk__csm_corner_index(m, i),
-                               m->vertex_count) == GLBK_OK;
+        return glbk__bad_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
+                               glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
     }
     return 1;
 }
 
 /* ---- csm: what a light may be ---- */
 
+/* Returns 1 if the texture of a light is right for its kind, else logs why not and returns 0; the next two
+   likewise, of its shape and of all of it. */
 static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
-    const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT || d->kind == LSAMP_LIGHT_SPOT ||
-                     d->kind == LSAMP_LIGHT_MESH;
+    const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||
+                     d->kind == LSAMP_LIGHT_SPOT || d->kind == LSAMP_LIGHT_MESH;
     if (!d->texels && (d->width || d->height || d->frames > 1))
         return glbk__csm_refuse(log, "desc.texels", "is NULL, but has a size or frames");
     if (!d->texels) return 1;
@@ -2765,7 +3326,7 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     if (d->kind == LSAMP_LIGHT_LINE && d->height != 1)
         return glbk__csm_refuse(log, "desc.height", "is not 1");
     if (d->frames > (uint32_t)1 << 24) return glbk__csm_refuse(log, "desc.frames", "is more than 2^24");
-    if ((size_t)d->width * d->height <= (size_t)1 << 27) return 1;
+    if ((uint64_t)d->width * d->height <= (uint64_t)1 << 27) return 1;     /* 65536 x 65536 passes 32 bits */
     return glbk__csm_refuse(log, "desc.texels", "are more than 2^27");
 }
 
@@ -2780,7 +3341,8 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
     case LSAMP_LIGHT_POINT: return 1;
     case LSAMP_LIGHT_SPOT:
         return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
-               glbk__csm_field_in(log, "desc.cone_half_angle", d->cone_half_angle, 5e-7f, 3.14159274f, "5e-7..pi");
+               glbk__csm_field_in(log, "desc.cone_half_angle", d->cone_half_angle, 5e-7f, 3.14159274f,
+                                  "5e-7..pi");
     case LSAMP_LIGHT_LINE:
         if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, "desc.u", "is 0 0 0");
         return glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) &&
@@ -2817,7 +3379,7 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
            glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
-/* Texels of a light, 0 where it is refused. */
+/* Returns the texels of a light, or 0 if it is refused. */
 static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
     if (!glbk__csm_light_valid(log, d)) return 0;
@@ -2835,6 +3397,11 @@ GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
     return d ? glbk__csm_texel_count(&log, d) : 0;
 }
 
+/* ==== src/gl_csm/light_tables.h ==== */
+
+/* ---- csm: lights as they stand in a table ---- */
+
+/* Writes a texel of four floats. */
 static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk_csm__v3 v, float w)
 {
     float f[4];
@@ -2843,8 +3410,9 @@ static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk_csm__v3 v, float
     memcpy(words + 4 * (size_t)texel, f, sizeof f);
 }
 
-/* Running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`; then for each
-   fraction i / count of the total where a search for it begins and ends. Returns the total. */
+/* Makes running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`, and
+   writes for each fraction i / count of the total where a search for it begins and ends. Returns the sum of
+   the weights. */
 static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
 {
     double sum = 0;
@@ -2872,8 +3440,12 @@ static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
     return sum;
 }
 
-/* The two frames of a video between which desc->time lies, and the share of the second, as lightsampling.h has them. */
-typedef struct glbk__csm_film { const float *first, *second; float blend; } glbk__csm_film;
+/* The two frames of a video between which desc->time lies, as lightsampling.h has them. */
+typedef struct glbk__csm_film {
+    const float *first;
+    const float *second;
+    float        blend;             /* share of the second, 0..1 */
+} glbk__csm_film;
 
 static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
 {
@@ -2893,6 +3465,7 @@ static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
     return film;
 }
 
+/* Returns number i of the frame that is blended of the two; what is not finite or negative counts as 0. */
 static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
 {
     float a = film->first[i], b = film->blend > 0 ? film->second[i] : 0;
@@ -2901,7 +3474,8 @@ static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
     return a * (1 - film->blend) + b * film->blend;
 }
 
-/* Texels of L, the sums of each row and of the rows; returns what turns a texel into its density. */
+/* Writes the texels of L and the running sums of each row and of all rows. Returns what turns a texel into
+   its density. */
 static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
 {
     const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
@@ -2926,8 +3500,10 @@ static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words
             sum += (double)density;
         }
         glbk__csm_sums(row, w, sum);
-        /* of the sky: solid angle of the row, cos a - cos b, without loss of digits */
-        weight = glbk__csm_is_sky(d) ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h)) : 1;
+        /* The weight of a row of the sky is its solid angle, cos a - cos b, here without a loss of digits. */
+        weight = glbk__csm_is_sky(d)
+                     ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h))
+                     : 1;
         rgb[3] = (float)(sum * weight);
         memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
         total += (double)rgb[3];
@@ -2935,11 +3511,12 @@ static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words
     }
     glbk__csm_sums(rows, h, total);
     if (!(total > 0)) return glbk_csm__v3_make(0, 0, 0);
-    return glbk_csm__v3_scale(tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+    return glbk_csm__v3_scale(
+        tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
 }
 
-/* Corners, and the share of all area up to the end of each triangle. Returns the area. Triangles that are not finite
-   or have no area have no share. */
+/* Writes the corners of all triangles, and the share of all area up to the end of each. Returns the area.
+   Triangles that are not finite or have no area get no share. */
 static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
 {
     const uint32_t count = (uint32_t)(glbk__csm_corner_count(m) / 3);
@@ -2965,7 +3542,16 @@ static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
     return (float)total;
 }
 
-typedef struct glbk__csm_geometry { glbk_csm__v3 n, ex, ey; float lx, ly, area; uint32_t flags; } glbk__csm_geometry;
+/* What the table holds of a light's shape; cohsm_light.glsl says what each is. */
+typedef struct glbk__csm_geometry {
+    glbk_csm__v3 n;
+    glbk_csm__v3 ex;
+    glbk_csm__v3 ey;
+    float        lx;
+    float        ly;
+    float        area;
+    uint32_t     flags;
+} glbk__csm_geometry;
 
 static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
 {
@@ -2997,7 +3583,9 @@ static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
     return g;
 }
 
-static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d, uint32_t *words)
+/* Writes a light that is valid. */
+static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d,
+                                         uint32_t *words)
 {
     glbk__csm_geometry g;
     uint32_t w, h;
@@ -3047,6 +3635,7 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
     return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
 }
 
+/* Writes two texels for each lobe. */
 static void glbk__csm_write_lobes(const glbk_csm_lights_desc *d, uint32_t *words)
 {
     uint32_t i;
@@ -3056,6 +3645,7 @@ static void glbk__csm_write_lobes(const glbk_csm_lights_desc *d, uint32_t *words
     }
 }
 
+/* Checks what glbk_csm_lights_create is given, except the lights themselves. */
 static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_csm_lights_desc *d,
                                           const uint32_t *starts)
 {
@@ -3070,8 +3660,8 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *d, uint32_t *starts,
-                                            glbk_csm_lights *out)
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *d,
+                                            uint32_t *starts, glbk_csm_lights *out)
 {
     glbk_csm__allocator memory;
     glbk__csm_logger log;
@@ -3109,7 +3699,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
             result = glbk__csm_light_write(&log, &d->lights[i], words + 4 * (size_t)starts[i]);
         if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
     }
-    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, texels, &out->texels);
+    if (result == GLBK_OK)
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, texels, &out->texels);
     glbk_csm__free(&memory, words);
     if (result != GLBK_OK) memset(out, 0, sizeof *out);
     return result;
@@ -3125,7 +3716,8 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     glbk_result result;
 
     if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
-    if (!lights->texels.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
+    if (!lights->texels.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
     log = glbk__csm_logger_make(ctx, __func__);
     texels = glbk__csm_texel_count(&log, desc);
     if (!texels) return GLBK_ERR_DESC;
@@ -3136,7 +3728,7 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
     if (!words) return GLBK_ERR_ALLOC;
     result = glbk__csm_light_write(&log, desc, words);
-    if (result == GLBK_OK) result = glbk_table_update(ctx, &lights->texels, start, texels, words);
+    if (result == GLBK_OK) result = glbk__table_update(ctx, &lights->texels, start, texels, words);
     glbk_csm__free(&memory, words);
     return result;
 }
@@ -3152,12 +3744,13 @@ GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights)
 
 /* ---- csm: the renderer ---- */
 
-/* The program for one combination of shape, ask and filter; compiled when it is first asked for. */
+/* Returns the kind of a light with the default resolved. */
 static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 {
     return u->kind == LSAMP_LIGHT_DEFAULT ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)u->kind;
 }
 
+/* Finds or compiles the program for a combination of shape, ask, filter and defines of maps. */
 static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
                                            uint32_t filter, glbk_program **out)
 {
@@ -3175,6 +3768,7 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer 
                              r->compute ? "csm_shade.comp" : "csm_shade.frag", 1, defines, use->maps, out);
 }
 
+/* Makes the sum, twice where passes draw from one into the other. */
 static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r)
 {
     glbk_texture_desc texture;
@@ -3212,7 +3806,7 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     out->compute = ctx->compute;
     out->lobes = d->lobes ? d->lobes : 1;
     out->patterns = d->patterns != 0;
-    result = glbk_program_create(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
+    result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
     if (result != GLBK_OK) glbk_csm_renderer_free(ctx, out);
@@ -3233,12 +3827,15 @@ GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                       const glbk_csm_lights *lights, const glbk_csm_use *u)
+/* Checks a light of a frame. */
+static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function,
+                                       const glbk_csm_renderer *r, const glbk_csm_lights *lights,
+                                       const glbk_csm_use *u)
 {
     const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
     const glbk_result bad = GLBK_ERR_DESC;
-    if (!u->maps || !u->maps->blocks.name) return glbk__bad(ctx, bad, function, "use.maps", "were not created");
+    if (!u->maps || !u->maps->blocks.name)
+        return glbk__bad(ctx, bad, function, "use.maps", "were not created");
     if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
         return glbk__bad_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
     if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
@@ -3247,33 +3844,40 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
         return glbk__bad_value(ctx, bad, function, "use.start", u->start, "that of a light");
     if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples, "the patterns' length");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
+                               "the patterns' length");
     return GLBK_OK;
 }
 
-static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                         const glbk_csm_frame_desc *d)
+/* Checks the desc of a frame. */
+static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function,
+                                         const glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
 {
     glbk_result bad = GLBK_ERR_DESC;
     uint32_t i;
     if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->lights || !d->lights->texels.name) return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
+    if (!d->lights || !d->lights->texels.name)
+        return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
     if (d->use_count && !d->uses) return glbk__bad(ctx, bad, function, "desc.uses", "is NULL");
     if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES);
+        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
+                               GLBK_CSM_MAX_PLANES);
     if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling, "a LSAMP_SAMPLING_...");
+        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
+                               "a LSAMP_SAMPLING_...");
     if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
         return glbk__bad_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
     if (!glbk_csm__finite(d->bias)) return glbk__bad(ctx, bad, function, "desc.bias", "is not finite");
-    if (!(d->offset >= 0)) return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
-    if (r->frames == UINT32_MAX) return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
+    if (!(d->offset >= 0))
+        return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+    if (r->frames == UINT32_MAX)
+        return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
     for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
         bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
     return bad;
 }
 
-/* Samples from .. to of one light. */
+/* Adds samples frame->first .. end - 1 of one light to the sum. */
 static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
                                         const glbk_csm_use *use, const glbk_csm_lights *lights,
                                         const glbk_csm_frame *frame, glbk_program *program)
@@ -3301,6 +3905,7 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
     return GLBK_OK;
 }
 
+/* Checks a frame, and compiles what it needs. */
 static glbk_result glbk__csm_prepare(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
                                      const glbk_csm_frame_desc *d)
 {
@@ -3320,8 +3925,9 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
     return glbk__csm_prepare(ctx, __func__, r, d);
 }
 
-static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                           const glbk_gbuffer *g)
+/* Checks that a G-buffer has the size of the renderer. */
+static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function,
+                                           const glbk_csm_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
     if (g->width == r->width && g->height == r->height) return GLBK_OK;
@@ -3343,28 +3949,25 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     step = d->samples_per_pass ? d->samples_per_pass : 64;
     memcpy(frame.eye, d->eye, sizeof d->eye);
     memcpy(frame.planes, d->planes, sizeof d->planes);
-    frame.query[0] = glbk__csm_bias(d->bias);
-    frame.query[1] = d->offset;
-    frame.tables[0] = d->lights->patterns_at;
-    frame.tables[1] = d->plane_count;
-    frame.tables[2] = r->width;
-    frame.tables[3] = r->height;
+    frame.bias = glbk__csm_bias(d->bias);
+    frame.offset = d->offset;
+    frame.pattern_texel = d->lights->patterns_at;
+    frame.plane_count = d->plane_count;
+    frame.width = r->width;
+    frame.height = r->height;
+    frame.frame = d->frame;
+    frame.sampling = (uint32_t)d->sampling;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
-        frame.light[0] = u->start;
-        frame.light[2] = u->maps->count;
-        frame.light[3] = (uint32_t)u->ask;
-        frame.sampling[0] = u->samples;
-        frame.sampling[1] = u->seed;
-        frame.sampling[2] = d->frame;
-        frame.sampling[3] = (uint32_t)d->sampling;
-        frame.range[2] = (uint32_t)d->filter;
-        frame.range[3] = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
-        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.range[1]) {
-            frame.range[0] = from;
-            frame.range[1] = u->samples - from < step ? u->samples : from + step;
-            frame.query[3] = r->passes ? 1.0f : 0.0f;
+        frame.light_texel = u->start;
+        frame.sample_count = u->samples;
+        frame.seed = u->seed;
+        frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
+        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.end) {
+            frame.first = from;
+            frame.end = u->samples - from < step ? u->samples : from + step;
+            frame.adds = r->passes != 0;
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }
     }
@@ -3387,15 +3990,17 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     if (asks && !gbuffer)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture", "asks what is seen, but gbuffer is NULL");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
+                         "asks what is seen, but gbuffer is NULL");
     if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
-    frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
-    for (i = 0; i < 2; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, asks ? &gbuffer->words[i] : NULL);
+    for (i = 0; i < 2; i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, asks ? &gbuffer->words[i] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
     glbk_draw_screen(ctx);
     return GLBK_OK;
@@ -3424,9 +4029,14 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 
 /* ---- csm: building ---- */
 
-enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
-#define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
+enum {
+    GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */
+    GLBK__CSM_CHUNK = 65536,        /* views after which csm.h's lists begin anew */
+    GLBK__CSM_EXACT = 65536         /* of a segment's value: it is an exact depth */
+};
+#define GLBK__CSM_NONE 2.0f         /* a depth above 1: there is no hit */
 
+/* Returns the greatest value of the grid of depths. */
 static uint32_t glbk__csm_top(const glbk_csm_builder *b)
 {
     return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
@@ -3437,6 +4047,7 @@ static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
     return b->desc.layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
 }
 
+/* Makes the atlas of each layer. */
 static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_texture_desc texture;
@@ -3459,7 +4070,8 @@ static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *
     return result;
 }
 
-/* Where open segments and records go: two states to ping-pong between, or a buffer. */
+/* Makes what open segments and records go to: on the core path two textures of open segments, each drawn from
+   the other, on the compute path one buffer. */
 static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_texture_desc texture;
@@ -3483,7 +4095,7 @@ static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder 
     return result;
 }
 
-/* Every pixel begins anew: all values possible, no view yet. Only the first words of the state are read back later. */
+/* Begins the open segment of every pixel anew: it may have all values of the grid, and has no view yet. */
 static void glbk__csm_open_all(glbk_csm_builder *b)
 {
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
@@ -3494,17 +4106,19 @@ static void glbk__csm_open_all(glbk_csm_builder *b)
     }
 }
 
-/* State to the GPU, with the cursors at the batch's first view. words: 16 a pixel, of which 4 are the state. */
+/* Uploads the open segments, with the cursor of each at the batch's first view. words has 16 a pixel, of
+   which the first 4 are its open segment. */
 static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 {
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
     for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
     if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
-    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1, b->words);
+    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1,
+                               b->words);
 }
 
-/* State and records from the GPU, 16 words a pixel in either path. */
+/* Reads open segments and records back, 16 words a pixel on either path. */
 static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
 {
     uint32_t m = b->desc.map_side, k;
@@ -3515,12 +4129,15 @@ static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
     if (b->compute) return glbk_buffer_read(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (k = 0; k < 4 && result == GLBK_OK; k++) {
         result = glbk_target_read(ctx, &b->targets[b->now], k, 0, 0, m, m, planes);
-        for (i = 0; i < pixels && result == GLBK_OK; i++) memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
+        for (i = 0; i < pixels && result == GLBK_OK; i++)
+            memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
     }
     return result;
 }
 
-static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record, uint32_t end)
+/* Keeps a segment of a pixel, which ends before view `end`; returns 0 if there is no memory. */
+static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record,
+                          uint32_t end)
 {
     glbk_csm_segment *s;
     if (b->segment_count == b->segment_room) {
@@ -3541,6 +4158,7 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
     return 1;
 }
 
+/* Checks the desc of a builder. */
 static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
 {
     static const char function[] = "glbk_csm_builder_create";
@@ -3555,13 +4173,15 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
     if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
         return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
-        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
+                               "0 or more");
     if (!d->view_fn || !d->draw_fn)
         return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d, glbk_csm_builder *out)
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
+                                             glbk_csm_builder *out)
 {
     glbk_csm__allocator memory;
     size_t pixels;
@@ -3576,19 +4196,21 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     pixels = (size_t)d->map_side * d->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
     for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
-    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
+    out->batch = out->tiles * out->tiles;       /* a power of two, so that batches end where csm.h's lists
+                                                   do */
     memory = glbk_csm__memory(ctx);
     out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
-    if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
-    if (result == GLBK_OK)
         result =
-            glbk_program_create(ctx, glbk_csm_part(),
-                                out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+            glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+    if (result == GLBK_OK)
+        result = glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+    if (result == GLBK_OK)
+        result = glbk__program_create(ctx, glbk_csm_part(),
+                                      out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,
+                                      &out->compress);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
     if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
     if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
@@ -3625,22 +4247,24 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *b)
     memset(b, 0, sizeof *b);
 }
 
+/* Fills the uniform block of a batch, all but the camera. */
 static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
 {
     float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_side;
     memset(out, 0, sizeof *out);
-    out->values[0] = 2.0f / m;
-    out->values[2] = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
-    out->tiles[0] = b->desc.map_side;
-    out->tiles[1] = b->tiles;
-    out->tiles[2] = views;
-    out->how[0] = glbk__csm_top(b);
-    out->how[1] = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
-    out->how[2] = b->desc.positional != 0;
-    out->how[3] = b->desc.self_only != 0;
+    out->clip_per_pixel = 2.0f / m;
+    out->open_thickness = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->depth_top = glbk__csm_top(b);
+    out->side = b->desc.map_side;
+    out->tiles_across = b->tiles;
+    out->view_count = views;
+    out->far_layer = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+    out->positional = b->desc.positional != 0;
+    out->self_only = b->desc.self_only != 0;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from, uint32_t count)
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from,
+                                           uint32_t count)
 {
     static const float none[4] = { 1073741824.0f, 0, 0, 0 };    /* the bits of 2.0 as a number */
     glbk_csm_peel block;
@@ -3661,7 +4285,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
         for (i = 0; i < count; i++) {
             b->desc.view_fn(b->desc.user, from + i, &view);
             memcpy(block.view, view.matrix, sizeof block.view);
-            block.values[1] = view.depth_scale;
+            block.depth_scale = view.depth_scale;
             result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
             if (result != GLBK_OK) return result;
             pass.viewport[0] = (int32_t)(i % b->tiles * m);
@@ -3682,28 +4306,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *b, uint32_t view, uint32_t layer,
-                                             float *depths)
-{
-    uint32_t row[4 * 1024], m, x, y, at;
-    glbk_result result = GLBK_OK;
-
-    if (!ctx || !b || !depths) return GLBK_ERR_ARGUMENT;
-    if (view < b->drawn_from || view - b->drawn_from >= b->drawn)
-        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "view", view, "of those drawn last");
-    if (layer >= glbk__csm_layer_count(b))
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "layer", layer, 0, glbk__csm_layer_count(b) - 1.0);
-    m = b->desc.map_side;
-    at = view - b->drawn_from;
-    for (y = 0; y < m && result == GLBK_OK; y++) {
-        result =
-            glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
-        for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
-    }
-    return result;
-}
-
-/* One run of the shader, which goes on until each pixel is through or has no room for more records. */
+/* Runs the shader once; it goes on with each pixel until the batch or the room for records ends. */
 static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_pass pass;
@@ -3718,7 +4321,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
     }
     glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
-    for (i = 0; i < 3; i++)         /* of two layers the third is not read */
+    for (i = 0; i < 3; i++)         /* where there are two layers, the third is not read */
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
     b->passes++;
     if (b->compute) {
@@ -3730,7 +4333,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
     return GLBK_OK;
 }
 
-/* Takes the records that a run left. *left: pixels that are not through. */
+/* Keeps the segments that a run has ended. *left receives how many pixels are not through yet. */
 static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
 {
     uint32_t pixels = b->desc.map_side * b->desc.map_side, p, i;
@@ -3746,7 +4349,7 @@ static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b
     return result;
 }
 
-/* Lists of csm.h begin anew after 65,536 views: what is open ends there. */
+/* Ends all open segments, as lists of csm.h do after 65,536 views. */
 static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
 {
     uint32_t pixels = b->desc.map_side * b->desc.map_side, p;
@@ -3783,30 +4386,37 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
 }
 
-/* A depth of the builder's layers whose 16 bits are d <= 65533. */
-static float glbk__csm_layer_depth(uint32_t d) { return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f; }
+/* Returns a depth whose 16 bits are d <= 65533. */
+static float glbk__csm_layer_depth(uint32_t d)
+{
+    return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f;
+}
 
-/* Layers whose interval is just the values that the segment may have (lo .. hi on the grid, or one exact depth). */
+/* Writes depths of layers whose interval is just the values that a segment may have: lo .. hi of the grid, or
+   one exact depth. */
 static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
 {
     uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
     int far_layers = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
 
     *z1 = *z2 = *z3 = GLBK__CSM_NONE;
-    if (value & GLBK__CSM_EXACT) {              /* both layers in one place: an interval of that depth alone */
+    if (value & GLBK__CSM_EXACT) {              /* all layers in one place: an interval of that depth alone */
         *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
         return;
     }
     if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
     *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
-    if (hi == top) return;                      /* FAR: no end */
+    if (hi == top) return;                      /* the interval has no end */
     *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
 }
 
-/* Segments in the order of their first views. */
-static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b, size_t *ends)
+/* Returns the segments in the order of their first views, or NULL without memory. ends[v] receives where
+   those of view v end. */
+static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b,
+                                           size_t *ends)
 {
-    glbk_csm_segment *sorted = (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
+    glbk_csm_segment *sorted =
+        (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
     size_t i, sum = 0, n;
     if (!sorted) return NULL;
     memset(ends, 0, (size_t)b->next_view * sizeof *ends);
@@ -3831,7 +4441,8 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     glbk_result result = GLBK_OK;
 
     if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
-    if (!b->next_view) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+    if (!b->next_view)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);

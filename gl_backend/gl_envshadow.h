@@ -1,15 +1,17 @@
-/* gl_envshadow.h - v0.9.0 - environment-map shadows on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_envshadow.h - v0.9.0 - environment-map shadows on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Draws the shadow maps of a sky's lights through a callback of yours, all in one atlas: envsh_light() in shaders of
-   your own, or complete passes that light a G-buffer with all of them, or with clusters of lights one after the other.
+   The header draws the shadow maps of a sky's lights, all into one atlas, through a callback of yours.
+   Shaders of your own light points with all of them by one call, envsh_light(). Or complete passes light a
+   G-buffer, with all lights at once or with clusters of them one after the other.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for the complete passes.
-   - It chooses no lights: envlights.h does, or you; envshadow.h lays out their maps.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for complete passes.
+   - It chooses no lights. envlights.h does that, or you do. envshadow.h says where their maps lie and which
+     matrices they are drawn with.
 
    Quick start
 
@@ -24,12 +26,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -65,11 +67,13 @@
 
    Configuration
 
-     GL_ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+     GL_ENVSHADOW_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                                   gl_backend.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/envshadow.md.   State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. envshadow.h lies above this folder. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. envshadow.h lies above this folder. */
 #include "gl_gbuffer.h"
 #include "../envshadow.h"
 
@@ -91,38 +95,61 @@ extern "C" {
 
 /* ---- envsh: environment-map shadows, after envshadow.h ----
 
-   k shadow maps in one atlas, drawn through your callback, then one pass that lights every pixel with all of them (the
-   paper's algorithm 1), or clusters of fewer maps and several passes (algorithm 2). Lights come from envlights.h or are
-   your own; envshadow.h makes their matrices (envsh_maps_create with no_depth), and its envsh_query says how the maps
-   are asked. docs/gpu-layouts.md has the layouts. For shaders of your own, lib/envsh_light.glsl with glbk_envsh_bind:
+   The k shadow maps of a sky's lights lie in one atlas and are drawn through your callback. Then one pass
+   lights every pixel with all of them (the paper's algorithm 1), or several passes do so with clusters of
+   fewer maps (algorithm 2). The lights come from envlights.h or are your own. envshadow.h makes their
+   matrices (envsh_maps_create with no_depth) and has the struct that says how the maps are filtered
+   (envsh_query). docs/gpu-layouts.md describes all textures and blocks. Shaders of your own call these
+   functions of lib/envsh_light.glsl, after glbk_envsh_bind:
 
-       vec3 envsh_light(vec3 p, vec3 n, vec3 flat_n, uint index);         // irradiance of all lights, W/m^2
-       float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index);    // 0..1; q: envsh_bound_query()
+       vec3 envsh_light(vec3 p, vec3 n, vec3 flat_n, uint index);  // irradiance by all lights, W/m^2
+       float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index);     // 0 hidden .. 1 seen
+       envsh_query envsh_bound_query();                            // the query that was bound
+       vec3 envsh_direction(uint light);                           // unit, to the light
+       vec3 envsh_power(uint light);                               // its irradiance where it is faced, W/m^2
 
-   World space, unit normals on the side that is seen: n for shading, flat_n (n of envsh_visible) the surface's own;
-   index: another for each pixel, it turns the taps. envsh_direction(light): unit, to it; envsh_power(light): W/m^2. */
+   p is a point in world space. Normals are unit and on the side that is seen: n of envsh_light is the shading
+   normal, flat_n and n of envsh_visible are the surface's own. index turns the pattern of taps: give each
+   pixel another one. glbk_envsh_scene.light_count is the number of lights. */
 
 #define GLBK_ENVSH_TEXTURES(X)                                                                      \
-    X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas: depth, or */                          \
+    X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas: depths, or */                         \
     X(usampler2DArray, glbk_envsh_depth4, 1)    /* the bits of four maps' depths */                 \
     X(usampler2DArray, glbk_envsh_cells, 2)     /* least and greatest depth of cells, as bits */    \
-    X(usampler2DArray, glbk_envsh_views, 3)     /* lights */                                        \
-    X(glbk_color_sampler, glbk_envsh_sum, 4)
+    X(usampler2DArray, glbk_envsh_views, 3)     /* the table of lights */                           \
+    X(glbk_color_sampler, glbk_envsh_sum, 4)    /* irradiance so far */
 
 #define GLBK_ENVSH_SCENE_MEMBERS(X)                                                                 \
-    X(uvec4, tiles, 1)          /* texels a side, guard, maps a texel, cells a side */              \
-    X(uvec4, range, 1)          /* lights; levels of cells */                                       \
-    X(vec4, page, 1)            /* 2 / width, 2 / height of a page, 2 / inside of a tile */
+    X(uint, map_side, 1)            /* texels a side of a tile */                                   \
+    X(uint, guard, 1)               /* texels at each side of a tile that stay empty */             \
+    X(uint, cells_side, 1)          /* cells a side of a tile, on the finest level */               \
+    X(uint, level_count, 1)         /* levels of cells */                                           \
+    X(uint, light_count, 1)         /* lights whose maps were rendered last */                      \
+    X(float, clip_per_inside, 1)    /* 2 / texels a side of a tile without its guard */             \
+    X(float, clip_per_texel_x, 1)   /* 2 / texels of a page, along x, */                            \
+    X(float, clip_per_texel_y, 1)   /* and along y */
 
 #define GLBK_ENVSH_QUERY_MEMBERS(X)                                                                 \
-    X(vec4, values, 1)          /* radius, bias, extent_scale */                                    \
-    X(uvec4, numbers, 1)        /* taps, seed */                                                    \
-    X(uvec4, range, 1)          /* lights from, to; width; 0 = the sum begins here */               \
-    X(vec4, disc, 32)           /* two taps each */
+    X(float, radius, 1)             /* these five as in envsh_query, with its defaults */           \
+    X(float, bias, 1)                                                                               \
+    X(float, extent_scale, 1)                                                                       \
+    X(uint, taps, 1)                                                                                \
+    X(uint, seed, 1)                                                                                \
+    X(uint, first_light, 1)         /* the lights of a pass: the first, and */                      \
+    X(uint, end_light, 1)           /* the one after the last */                                    \
+    X(uint, adds, 1)                /* not 0: their light is added to the sum; 0: it begins here */ \
+    X(vec4, disc, 32)               /* the taps on the unit disc, two in each */
 
 #define GLBK_ENVSH_OBJECT_MEMBERS(X)                                                                \
-    X(mat4, world, 1)                                                                               \
-    X(uvec4, lights, 1)         /* casting: first light, step; cells: job; resolving: corner, lit */
+    X(mat4, world, 1)               /* of a caster: object to world */                              \
+    X(uint, first_light, 1)         /* the light of instance 0, and */                              \
+    X(uint, light_step, 1)          /* how much farther on that of the next instance is */          \
+    X(uint, level, 1)               /* of cells that are made: their level */                       \
+    X(uint, layer, 1)               /* and layer */                                                 \
+    X(uint, lit, 1)                 /* of a resolve: not 0 if the sum holds light */                \
+    X(uint, unused0, 1)                                                                             \
+    X(uint, unused1, 1)                                                                             \
+    X(uint, unused2, 1)
 
 #define GLBK_ENVSH_BLOCKS(X)                                \
     X(glbk_envsh_scene, 0, GLBK_ENVSH_SCENE_MEMBERS)        \
@@ -135,120 +162,178 @@ extern "C" {
 GLBK__PART(ENVSH)
 
 GLBK_DEF const glbk_part *glbk_envsh_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for programs of your own that use its library files: see
+   glbk_source.parts. */
 
-typedef struct glbk_envsh_maps_desc {
-    uint32_t    capacity;       /* lights held at once, 1..ENVSH_MAX_LIGHTS: all k, or a cluster of c */
-    uint32_t    map_side;       /* texels a side of a tile, as in envsh_maps_desc, 16..4096; 0 = 256 */
-    uint32_t    guard;          /* as there, 1..map_side / 4; 0 = 4 */
-    int         rgba;           /* not 0: four maps share a texel: a quarter of the pages, four rounds of drawing */
-    const char *vertex;         /* both NULL; or your own shaders for what casts shadows (skinning, alpha masks), */
-    const char *fragment;       /* made as lib/envsh_cast.glsl says */
-} glbk_envsh_maps_desc;         /* zero it, then set what you care about */
+typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about */
+    uint32_t    capacity;       /* how many lights are held at once: all, or a cluster; 1..ENVSH_MAX_LIGHTS */
+    uint32_t    map_side;       /* texels a side of a tile, 16..4096, as in envsh_maps_desc; 0 = 256 */
+    uint32_t    guard;          /* texels at each side of a tile that stay empty, 1..map_side / 4, the same
+                                   as there; 0 = 4 */
+    int         rgba;           /* not 0: four maps share a texel: fewer pages, four times the draws */
+    const char *vertex;         /* your own shaders for casters (skinning, alpha masks), written as */
+    const char *fragment;       /* lib/envsh_cast.glsl says; both NULL = the library's */
+} glbk_envsh_maps_desc;
 
-typedef struct glbk_envsh_maps {        /* read only; zeroed = none */
-    glbk_program cast, make_cells;
-    glbk_texture atlas, depth, cells, views;    /* depth: with rgba only */
-    glbk_target  atlas_target, cell_target;
-    glbk_buffer  scene, query, object;
-    uint32_t     map_side, guard, channels, capacity, count;
-    uint32_t     across, down, pages, cells_wide, levels;
-    uint32_t     first, step;           /* while casting: the instances' lights */
-    uint32_t     casts;                 /* while casting: calls of glbk_envsh_cast */
+typedef struct glbk_envsh_maps {        /* the shadow maps of a frame; read only; zeroed = none */
+    glbk_program cast;                  /* draws casters into the atlas */
+    glbk_program make_cells;            /* draws the cells of the atlas */
+    glbk_texture atlas;                 /* pages of tiles, a layer each */
+    glbk_texture depth;                 /* the depth buffer of a page, with rgba only */
+    glbk_texture cells;                 /* least and greatest depths */
+    glbk_texture views;                 /* the table of lights */
+    glbk_target  atlas_target;
+    glbk_target  cell_target;
+    glbk_buffer  scene;                 /* the uniform blocks */
+    glbk_buffer  query;
+    glbk_buffer  object;
+    uint32_t     map_side;              /* of the desc, with their defaults */
+    uint32_t     guard;
+    uint32_t     capacity;
+    uint32_t     channels;              /* maps that share a texel: 1, or 4 with rgba */
+    uint32_t     count;                 /* lights whose maps were rendered last; 0 after an error */
+    uint32_t     across;                /* tiles of a page: columns, */
+    uint32_t     down;                  /* and rows */
+    uint32_t     pages;
+    uint32_t     cells_side;            /* cells a side of a tile, on the finest level */
+    uint32_t     levels;                /* levels of cells */
+    uint32_t     first;                 /* while casters are drawn: the light of instance 0, */
+    uint32_t     step;                  /* how much farther on that of the next instance is, */
+    uint32_t     casts;                 /* and how often glbk_envsh_cast was called */
 } glbk_envsh_maps;
 
-GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *desc, glbk_envsh_maps *out);
-/* Tiles lie as square as may be in pages of at most ctx->max_side texels a side, pages are layers of a texture.
-   Memory on the GPU: 4 bytes a texel of map_side^2 x capacity (rgba: and 4 bytes a texel of a page), an eighth for
-   cells (a sixth where map_side / 8 is no power of two), 128 bytes a light.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range; GLBK_ERR_LIMIT where pages pass ctx->max_layers or
-            1024; those of programs and textures */
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *desc,
+                                            glbk_envsh_maps *out);
+/* Makes room for shadow maps, which glbk_envsh_maps_free takes back. The tiles lie as square as they can in
+   pages of at most ctx->max_side (and 8192) texels a side.
+   desc     must be given: its capacity has no default
+   out      zeroed on errors
+   Memory   on the GPU: 4 bytes for each of map_side^2 x capacity texels; with rgba another 4 for each texel
+            of one page; for cells 0.17 for each texel (up to 0.7 if map_side / 8 is no power of two); and 128
+            for each light
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL); GLBK_ERR_DESC (a field is out of range, or one of vertex
+            and fragment is missing); GLBK_ERR_LIMIT (there would be more than ctx->max_layers or 1024 pages);
+            those of programs, textures and targets */
 GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *maps);
+/* Frees what glbk_envsh_maps_create made, and zeroes the struct. NULL and zeroed maps are allowed. */
 
-typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances);
-/* Draws everything that casts shadows, each object by one call: glbk_envsh_cast, your vertex array (attribute 0 is the
-   position), then an instanced draw with that many instances. What it returns ends the pass where it is not GLBK_OK.
-   It is called once for each page, with rgba once for each channel of it, on ES once for each column of tiles. */
+typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_envsh_maps *maps,
+                                          uint32_t instances);
+/* Draws everything that casts shadows. For each object it calls glbk_envsh_cast, binds its vertex array
+   (attribute 0 is the position), and draws `instances` instances. Returns GLBK_OK; any other result ends the
+   call that renders the maps and is what that call returns. The function is called once for each page, with
+   rgba once for each of the four channels of a page, and on OpenGL ES that often for each column of tiles. */
 
 GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float world[16]);
-/* Inside glbk_envsh_draw_fn: the matrix of the next object; NULL = identity. */
+/* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
+   world    object to world, column by column; NULL = identity
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or the maps were not created), GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_view *views,
                                             uint32_t count, glbk_envsh_draw_fn draw_fn, void *user);
-/* The shadow maps of a frame.
-   views   of envsh_get_views, at most the capacity; where their tiles lie is not looked at. envsh_maps_desc had
-           the map_side of desc as its map_side, and the same guard
-   Errors  GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: views for tiles of another size or guard; with desc.check, which
-           reads the maps back, GLBK_ERR_ORDER: draw_fn never called glbk_envsh_cast, or did not draw as many instances
-           as it was given; what draw_fn returned */
+/* Draws the shadow maps of a frame, and what is known of their cells.
+   views    those of envsh_get_views. Where they say that their tiles lie plays no part. envsh_maps_desc had
+            the same map_side and guard as the desc of these maps
+   count    at most the capacity; 0 = no light
+   draw_fn  draws what casts shadows; user is given to it
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or there are too many views); GLBK_ERR_MISMATCH (the views
+            are for tiles of another size or guard); what draw_fn returned. With desc.check of the context,
+            which reads the maps back, GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or drew fewer
+            instances than it was given */
 
 GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_query *query,
                                      const glbk_offset *offset);
-/* For a program of yours with envsh_light among its library files and ENVSH_FILTER=query->filter and ENVSH_RGBA=0 or 1
-   among its defines, which is bound: textures and uniform blocks.
-   query    NULL = all defaults
-   offset   that envsh has in the program; NULL = none
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range */
+/* Binds textures and uniform blocks for a program of your own, which is in use (glbk_begin). The program has
+   envsh_light among its library files, and among its defines ENVSH_FILTER, the number of the query's filter,
+   and ENVSH_RGBA, 1 if the maps were made with rgba and else 0.
+   query    NULL = all defaults; its add plays no part
+   offset   the offset that the part envsh has in the program; NULL = none
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or the maps were not created); GLBK_ERR_DESC (a field of the
+            query is out of range) */
 
 /* ---- envsh: complete passes ----
 
-   Once glbk_envsh_maps_create, glbk_gbuffer_create (gl_gbuffer.h) and glbk_envsh_renderer_create. A frame:
+   First call glbk_envsh_maps_create, glbk_gbuffer_create (gl_gbuffer.h) and glbk_envsh_renderer_create once.
+   A frame:
 
-       envsh_maps_begin(layout, &lights, bounds);                         // envshadow.h: matrices of the views
-       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);                 // or _import, or _upload
-       glbk_gbuffer_object(gl, &seen, &surface);                          // of each object, and your draw
+       envsh_maps_begin(layout, &lights, bounds);              // envshadow.h: the matrices of the views
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);      // or glbk_gbuffer_import, or _upload
+       glbk_gbuffer_object(gl, &seen, &surface);               // for each object, and your draw
        glbk_envsh_illuminate(gl, &r, &seen, &maps, &frame);
        glbk_envsh_resolve(gl, &r, &seen, &pass, NULL);
 
-   glbk_envsh_maps_render and glbk_envsh_shade are the two halves of glbk_envsh_illuminate. Where ctx->compute, the
-   compute path is taken. */
+   glbk_envsh_illuminate is glbk_envsh_maps_render and glbk_envsh_shade, one after the other, as often as it
+   takes. If ctx->compute is set, light is summed up by compute shaders. */
 
-typedef struct glbk_envsh_renderer {    /* read only; zeroed = none */
-    glbk_program shade[2 * ENVSH_FILTER_COUNT], resolve;        /* shade: by filter and rgba */
-    glbk_texture sums[2];
+typedef struct glbk_envsh_renderer {    /* the light of a picture; read only; zeroed = none */
+    glbk_program shade[2 * ENVSH_FILTER_COUNT];     /* by 2 x filter + rgba, compiled at first use */
+    glbk_program resolve;
+    glbk_texture sums[2];               /* irradiance: one is read while the other is drawn */
     glbk_target  targets[2];
-    glbk_buffer  object;
-    uint32_t     width, height, now;
-    int          begun;                 /* the sum holds light */
-    int          compute;               /* one sum, changed in place */
+    glbk_buffer  object;                /* the uniform block of the resolve */
+    uint32_t     width, height;         /* pixels */
+    uint32_t     now;                   /* which of the sums holds the light */
+    int          begun;                 /* not 0: the sum holds light */
+    int          compute;               /* not 0: there is one sum, which is changed in place */
 } glbk_envsh_renderer;
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
                                                 glbk_envsh_renderer *out);
+/* Makes a renderer for pictures of one size, which glbk_envsh_renderer_free takes back.
+   width    and height: pixels, 1 to ctx->max_side
+   out      zeroed on errors
+   Memory   on the GPU: 32 bytes for each pixel, by compute 16
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL); those of programs, textures and targets */
 GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *renderer);
+/* Frees what glbk_envsh_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are
+   allowed. */
 
-GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                      glbk_envsh_maps *maps, const envsh_query *query, uint32_t lights_per_pass);
-/* Light of all maps that were rendered, to the sum of each pixel; query->add: to the sum as it is. The first use of a
-   filter compiles a program.
-   gbuffer          of the renderer's size
-   query            NULL = all defaults
-   lights_per_pass  0 = all in one pass, as the paper has it; fewer where a driver's patience is short
-   Errors           GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field of the query; GLBK_ERR_MISMATCH, another size; those of
-                    glbk_program_create at first use */
+GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,
+                                      const envsh_query *query, uint32_t lights_per_pass);
+/* Computes the irradiance that each pixel gets from the lights whose maps glbk_envsh_maps_render drew last:
+   the sum of visibility times cosine times the light's own irradiance. Takes the place of the light that the
+   renderer has, or, with query->add, is added to it. The first use of a filter compiles a program.
+   gbuffer          the points that are lit, of the renderer's size
+   query            how the maps are filtered; NULL = all defaults
+   lights_per_pass  how many lights one pass adds up; 0 = all, as in the paper. Give fewer if the driver stops
+                    passes that take long
+   Cost             grows with pixels, lights and the query's taps; taps are spared where all texels about
+                    them are on one side of the point
+   Errors           GLBK_ERR_ARGUMENT (a pointer is NULL, or something was not created); GLBK_ERR_DESC (a
+                    field of the query is out of range); GLBK_ERR_MISMATCH (the G-buffer has another size);
+                    those of glbk_program_compile at first use */
 
-typedef struct glbk_envsh_frame {       /* what is lit by, and what casts shadows */
-    const envsh_view  *views;           /* of all lights, by envsh_maps_create with no_depth and a capacity of count */
-    uint32_t           view_count;
-    glbk_envsh_draw_fn draw_fn;         /* required */
+typedef struct glbk_envsh_frame {       /* what a frame is lit by, and what casts shadows in it */
+    const envsh_view  *views;           /* of all lights: of an envsh_maps with no_depth and room for all */
+    uint32_t           view_count;      /* 0 = no light */
+    glbk_envsh_draw_fn draw_fn;         /* draws what casts shadows; required */
     void              *user;            /* given to draw_fn */
-    const envsh_query *query;           /* NULL = all defaults; its add is not looked at */
+    const envsh_query *query;           /* NULL = all defaults; its add plays no part */
 } glbk_envsh_frame;
 
 GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                            const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,
                                            const glbk_envsh_frame *frame);
-/* The paper's algorithm 2 in clusters of the maps' capacity, or 1 where that holds all lights: renders their maps and
-   adds their light. Errors: those of glbk_envsh_maps_render and glbk_envsh_shade */
+/* Computes the irradiance of each pixel from all lights of a frame: renders the maps of as many lights as the
+   maps hold, adds their light, and goes on with the next ones. That is the paper's algorithm 2, or algorithm
+   1 if the maps hold all lights. Takes the place of the light that the renderer has.
+   Errors   GLBK_ERR_ARGUMENT (a required pointer is NULL); those of glbk_envsh_maps_render and
+            glbk_envsh_shade */
 
-GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                        const glbk_pass *pass, const glbk_picture *picture);
-/* Draws irradiance x albedo / pi, linear radiance, to the pass's target; viewports: see glbk_pass. Of metal-rough
-   surfaces the albedo is that of what is no metal.
-   picture  or NULL, see glbk_picture
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_MISMATCH; those of glbk_begin */
+GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer,
+                                        const glbk_gbuffer *gbuffer, const glbk_pass *pass,
+                                        const glbk_picture *picture);
+/* Draws irradiance x albedo / pi, which is linear radiance, to the pass's target. The albedo is the
+   G-buffer's diffuse colour, of metal-rough surfaces times 1 - metallic.
+   pass     where the picture is drawn and how it is blended; its viewport says where in the target
+   picture  whether empty pixels and depths are drawn, see glbk_picture; NULL = every pixel, without depths
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL), GLBK_ERR_MISMATCH (the G-buffer has another size); those of
+            glbk_begin */
 GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *renderer, float *rgba);
-/* The irradiance: 4 floats a pixel, the last one 0. Waits for the GPU. */
+/* Reads the irradiance, W/m^2, back to the CPU, and waits for the GPU meanwhile.
+   rgba     gets 4 floats for each pixel, row 0 of the G-buffer first; the last of four is 0
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or the renderer was not created); GLBK_ERR_LOST */
 
 /* ==== src/gl_envshadow/begin.h ==== */
 
@@ -260,7 +345,7 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
 
 #endif /* GL_ENVSHADOW_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_ENVSHADOW_IMPLEMENTATION) && !defined(GL_ENVSHADOW_IMPLEMENTED)
 #define GL_ENVSHADOW_IMPLEMENTED
@@ -270,7 +355,6 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -292,7 +376,7 @@ static inline void glbk_envsh__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_envsh__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -310,7 +394,7 @@ static inline glbk_envsh__allocator glbk_envsh__allocator_make(void *(*alloc_fn)
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_envsh__alloc(const glbk_envsh__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -328,7 +412,6 @@ static inline void glbk_envsh__free(const glbk_envsh__allocator *a, void *memory
 }
 
 /* ==== src/shared/gl_memory.h ==== */
-
 
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
@@ -348,23 +431,23 @@ static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
     "#ifndef ENVSH_TEXEL\n"
     "#define ENVSH_TEXEL(i) texelFetch(glbk_envsh_views, glbk_table_at(i), 0)\n"
     "#endif\n"
+    "#define ENVSH_CHANNELS (ENVSH_RGBA == 1 ? 4u : 1u)\n"
     "#define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)\n"
     "#define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)\n"
-    "\nivec2 envsh_slot(uint place){return ivec2(uvec2(place&2047u,(place>>11)&2047u));}\n"
-    "\nfloat envsh_stored(uint light,uint place,ivec2 at)\n"
+    "\n\nivec2 envsh_slot(uint place){return ivec2(uvec2(place&2047u,(place>>11)&2047u));}\n"
+    "\n\nfloat envsh_stored(uint light,uint place,ivec2 at)\n"
     "{\n"
-    "ivec3 texel=ivec3(envsh_slot(place)*int(glbk_envsh_scene.tiles.x)+at,int(place>>22));\n"
+    "ivec3 texel=ivec3(envsh_slot(place)*int(glbk_envsh_scene.map_side)+at,int(place>>22));\n"
     "#if ENVSH_RGBA\n"
     "return uintBitsToFloat(texelFetch(glbk_envsh_depth4,texel,0)[light&3u]);\n"
     "#else\n"
     "return texelFetch(glbk_envsh_depth,texel,0).x;\n"
     "#endif\n"
     "}\n"
-    "\nvec2 envsh_cell(uint light,uint place,ivec2 at,int level)\n"
+    "\n\nvec2 envsh_cell(uint light,uint place,ivec2 at,int level)\n"
     "{\n"
-    "uint channels=ENVSH_RGBA==1?4u:1u;\n"
-    "int layer=int((place>>22)*channels+(light&(channels-1u)));\n"
-    "ivec2 corner=envsh_slot(place)*(int(glbk_envsh_scene.tiles.w)>>level);\n"
+    "int layer=int((place>>22)*ENVSH_CHANNELS+(light&(ENVSH_CHANNELS-1u)));\n"
+    "ivec2 corner=envsh_slot(place)*(int(glbk_envsh_scene.cells_side)>>level);\n"
     "return uintBitsToFloat(texelFetch(glbk_envsh_cells,ivec3(corner+at,layer),level).xy);\n"
     "}\n"
 };
@@ -384,24 +467,30 @@ static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
     "\n\n\n\n\n#ifndef ENVSH_RGBA\n"
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n"
     "#endif\n"
-    "\nstruct envsh_vertex{vec4 position,inside;float depth;};\n"
-    "\n\n\nenvsh_vertex envsh_cast(int instance,vec3 world)\n"
+    "\nstruct envsh_vertex{\n"
+    "vec4 position;\n"
+    "vec4 inside;\n"
+    "float depth;\n"
+    "};\n"
+    "\n\n\n\n\nenvsh_vertex envsh_cast(int instance,vec3 world)\n"
     "{\n"
-    "uint at=8u*(glbk_envsh_object.lights.x+glbk_envsh_object.lights.y*uint(instance));\n"
-    "vec4 p=vec4(world,1.0);\n"
-    "uvec4 tiles=glbk_envsh_scene.tiles;\n"
+    "uint at=8u*(glbk_envsh_object.first_light+glbk_envsh_object.light_step*uint(instance));\n"
+    "vec4 p=vec4(world,1.);\n"
+    "uint side=glbk_envsh_scene.map_side,guard=glbk_envsh_scene.guard;\n"
     "vec2 texel=vec2(dot(uintBitsToFloat(texelFetch(glbk_envsh_views,glbk_table_at(at),0)),p),\n"
     "dot(uintBitsToFloat(texelFetch(glbk_envsh_views,glbk_table_at(at+1u),0)),p));\n"
     "uint place=texelFetch(glbk_envsh_views,glbk_table_at(at+6u),0).w;\n"
-    "vec2 corner=vec2(uvec2(place&2047u,(place>>11)&2047u)*tiles.x);\n"
+    "vec2 corner=vec2(uvec2(place&2047u,(place>>11)&2047u)*side);\n"
     "envsh_vertex v;\n"
     "v.depth=dot(uintBitsToFloat(texelFetch(glbk_envsh_views,glbk_table_at(at+2u),0)),p);\n"
-    "v.inside=vec4(texel-float(tiles.y),float(tiles.x-tiles.y)-texel);\n"
+    "v.inside=vec4(texel-float(guard),float(side-guard)-texel);\n"
     "#ifdef GL_ES\n"
-    "vec2 inner=v.inside.xy*glbk_envsh_scene.page.z-1.0;\n"
-    "v.position=vec4(inner.x,(corner.y+texel.y)*glbk_envsh_scene.page.y-1.0,inner.y,1.0);\n"
+    "vec2 inner=v.inside.xy*glbk_envsh_scene.clip_per_inside-1.;\n"
+    "float y=(corner.y+texel.y)*glbk_envsh_scene.clip_per_texel_y-1.;\n"
+    "v.position=vec4(inner.x,y,inner.y,1.);\n"
     "#else\n"
-    "v.position=vec4((corner+texel)*glbk_envsh_scene.page.xy-1.0,2.0*v.depth-1.0,1.0);\n"
+    "vec2 clip_per_texel=vec2(glbk_envsh_scene.clip_per_texel_x,glbk_envsh_scene.clip_per_texel_y);\n"
+    "v.position=vec4((corner+texel)*clip_per_texel-1.,2.*v.depth-1.,1.);\n"
     "#endif\n"
     "return v;\n"
     "}\n"
@@ -409,23 +498,24 @@ static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
     "#define ENVSH_CLIP(d)\n"
     "#define ENVSH_WRITE_DEPTH(depth) gl_FragDepth = clamp(depth, 0.0, 1.0);\n"
     "#else\n"
-    "#define ENVSH_CLIP_PART(i, d) gl_ClipDistance[i] = d;\n"
-    "#define ENVSH_CLIP(d) ENVSH_CLIP_PART(0, d.x) ENVSH_CLIP_PART(1, d.y) ENVSH_CLIP_PART(2, d.z) ENVSH_CLIP_PART(3, d.w)\n"
+    "#define ENVSH_CLIP_PAIR(i, d) gl_ClipDistance[i] = d.x; gl_ClipDistance[i + 1] = d.y;\n"
+    "#define ENVSH_CLIP(d) ENVSH_CLIP_PAIR(0, d.xy) ENVSH_CLIP_PAIR(2, d.zw)\n"
     "#define ENVSH_WRITE_DEPTH(depth)\n"
     "#endif\n"
     "#define ENVSH_SET(v) gl_Position = v.position; envsh_depth = v.depth; ENVSH_CLIP(v.inside)\n"
     "#define ENVSH_CAST(world) { envsh_vertex envsh_v = envsh_cast(gl_InstanceID, world); ENVSH_SET(envsh_v) }\n"
     "\n#if ENVSH_RGBA\n"
-    "#define ENVSH_STORE(depth) { envsh_bits = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0))); ENVSH_WRITE_DEPTH(depth) }\n"
+    "#define ENVSH_BITS(depth) uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0)))\n"
+    "#define ENVSH_STORE(depth) { envsh_bits = ENVSH_BITS(depth); ENVSH_WRITE_DEPTH(depth) }\n"
     "#else\n"
     "#define ENVSH_STORE(depth) { ENVSH_WRITE_DEPTH(depth) }\n"
     "#endif\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_chunk_glsl[] = {
-    "\n\n\n\n#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n"
+    "\n\n\n\n\n\n#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n"
     "shared uvec4 envsh_chunk[512];\n"
-    "\nvoid envsh_load_chunk(uint from,uint to)\n"
+    "\n\nvoid envsh_load_chunk(uint from,uint to)\n"
     "{\n"
     "for(uint i=8u*from+gl_LocalInvocationIndex;i<8u*min(from+64u,to);i+=64u)\n"
     "ENVSH_TEXEL(i)=texelFetch(glbk_envsh_views,glbk_table_at(i),0);\n"
@@ -433,88 +523,119 @@ static const char *const glbk__glsl_lib_envsh_chunk_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_envsh_disc_glsl[] = {
-    "\n\n#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)\n"
+    "\n\n#define ENVSH_DISC_PAIR(i) glbk_envsh_query.disc[(i) >> 1]\n"
+    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? ENVSH_DISC_PAIR(i).zw : ENVSH_DISC_PAIR(i).xy)\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
-    "\n\n\n\nstruct envsh_group{vec3 low,high,n_low,n_high,flat_low,flat_high;};\n"
-    "\n\nbool envsh_all_under(vec3 low,vec3 high,vec3 d){return dot(max(low*d,high*d),vec3(1.0))< -1e-5;}\n"
+    "\n\n\n\nstruct envsh_group{\n"
+    "vec3 low,high;\n"
+    "vec3 n_low,n_high;\n"
+    "vec3 flat_low,flat_high;\n"
+    "};\n"
+    "\n\nbool envsh_all_under(vec3 low,vec3 high,vec3 d){return dot(max(low*d,high*d),vec3(1.))< -1e-5;}\n"
     "\n\nvec2 envsh_group_reach(envsh_query q,envsh_view v,float z)\n"
     "{\n"
     "#if ENVSH_FILTER == 1\n"
-    "return vec2(0.01);\n"
+    "return vec2(.01);\n"
     "#elif ENVSH_FILTER == 2\n"
     "return vec2(q.radius+1.01);\n"
     "#elif ENVSH_FILTER == 3\n"
-    "return vec2(q.radius+0.01);\n"
+    "return vec2(q.radius+.01);\n"
     "#else\n"
     "vec2 a,b;\n"
     "envsh_kernel(q,v,z,a,b);\n"
-    "return abs(a)+abs(b)+0.71;\n"
+    "return abs(a)+abs(b)+.71;\n"
     "#endif\n"
     "}\n"
-    "\n\n\nint envsh_group_visible(envsh_query q,envsh_group g,uint light)\n"
+    "\n\n\n\nint envsh_group_visible(envsh_query q,envsh_group g,uint light)\n"
     "{\n"
-    "vec3 d=envsh_direction(light),center=0.5*(g.low+g.high),extent=0.5*(g.high-g.low);\n"
+    "vec3 d=envsh_direction(light),center=.5*(g.low+g.high),extent=.5*(g.high-g.low);\n"
     "if(envsh_all_under(g.n_low,g.n_high,d)||envsh_all_under(g.flat_low,g.flat_high,d))return 0;\n"
     "envsh_view v=envsh_read_view(light);\n"
     "extent+=1.01*q.bias*max(v.texel.x,v.texel.y);\n"
     "if(!all(lessThan(extent,vec3(1e15))))return-1;\n"
-    "vec4 middle=vec4(center,1.0),wide=vec4(extent,0.0)+1e-6*vec4(abs(center)+extent,1.0);\n"
+    "vec4 middle=vec4(center,1.),wide=vec4(extent,.0)+1e-6*vec4(abs(center)+extent,1.);\n"
     "vec2 at=vec2(dot(v.row_x,middle),dot(v.row_y,middle));\n"
     "vec2 across=vec2(dot(abs(v.row_x),wide),dot(abs(v.row_y),wide));\n"
     "float z=dot(v.row_z,middle),deep=dot(abs(v.row_z),wide);\n"
-    "vec3 n=0.5*(g.flat_low+g.flat_high),n_extent=0.5*(g.flat_high-g.flat_low);\n"
+    "vec3 n=.5*(g.flat_low+g.flat_high),n_extent=.5*(g.flat_high-g.flat_low);\n"
     "vec2 flat_n=abs(vec2(dot(n,v.right),dot(n,v.up)));\n"
     "flat_n+=vec2(dot(n_extent,abs(v.right)),dot(n_extent,abs(v.up)));\n"
-    "float cosine=max(dot(n,d)-dot(n_extent,abs(d)),0.1);\n"
+    "float cosine=max(dot(n,d)-dot(n_extent,abs(d)),.1);\n"
     "vec2 reach=envsh_group_reach(q,v,z+deep);\n"
-    "float slope=1.001*dot(flat_n*v.texel,reach+1.0)/(cosine*v.depth_range);\n"
+    "float slope=1.001*dot(flat_n*v.texel,reach+1.)/(cosine*v.depth_range);\n"
     "return envsh_decide_box(q,v,at,across+reach,z-deep-min(slope,1.001*envsh_plane_limit(q,v)),\n"
     "z+deep+slope);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
-    "\n\nenvsh_query envsh_bound_query()\n"
+    "\n\n\n\n\nenvsh_query envsh_bound_query()\n"
     "{\n"
-    "vec4 values=glbk_envsh_query.values;\n"
-    "return envsh_query(values.x,values.y,values.z,glbk_envsh_query.numbers.x,glbk_envsh_query.numbers.y,\n"
-    "int(glbk_envsh_scene.tiles.x),int(glbk_envsh_scene.range.y));\n"
+    "envsh_query q;\n"
+    "q.radius=glbk_envsh_query.radius;\n"
+    "q.bias=glbk_envsh_query.bias;\n"
+    "q.extent_scale=glbk_envsh_query.extent_scale;\n"
+    "q.taps=glbk_envsh_query.taps;\n"
+    "q.seed=glbk_envsh_query.seed;\n"
+    "q.side=int(glbk_envsh_scene.map_side);\n"
+    "q.levels=int(glbk_envsh_scene.level_count);\n"
+    "return q;\n"
     "}\n"
-    "\n\nvec3 envsh_light(vec3 p,vec3 n,vec3 flat_n,uint index)\n"
+    "\n\n\n\nvec3 envsh_light(vec3 p,vec3 n,vec3 flat_n,uint index)\n"
     "{\n"
-    "return envsh_irradiance(envsh_bound_query(),0u,glbk_envsh_scene.range.x,p,n,flat_n,index);\n"
+    "return envsh_irradiance(envsh_bound_query(),0u,glbk_envsh_scene.light_count,p,n,flat_n,index);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_object_glsl[] = {
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
     "mat4 world;\n"
-    "uvec4 lights;\n"
+    "uint first_light;\n"
+    "uint light_step;\n"
+    "uint level;\n"
+    "uint layer;\n"
+    "uint lit;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
+    "uint unused2;\n"
     "}glbk_envsh_object;\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_query_glsl[] = {
     "\nlayout(std140)uniform glbk_envsh_query_block{\n"
-    "vec4 values;\n"
-    "uvec4 numbers;\n"
-    "uvec4 range;\n"
+    "float radius;\n"
+    "float bias;\n"
+    "float extent_scale;\n"
+    "uint taps;\n"
+    "uint seed;\n"
+    "uint first_light;\n"
+    "uint end_light;\n"
+    "uint adds;\n"
     "vec4 disc[32];\n"
     "}glbk_envsh_query;\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_scene_glsl[] = {
     "\nlayout(std140)uniform glbk_envsh_scene_block{\n"
-    "uvec4 tiles;\n"
-    "uvec4 range;\n"
-    "vec4 page;\n"
+    "uint map_side;\n"
+    "uint guard;\n"
+    "uint cells_side;\n"
+    "uint level_count;\n"
+    "uint light_count;\n"
+    "float clip_per_inside;\n"
+    "float clip_per_texel_x;\n"
+    "float clip_per_texel_y;\n"
     "}glbk_envsh_scene;\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
-    "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED && defined ENVSH_CELL && defined ENVSH_DISC)\n"
-    "#error \"envsh_visible: ENVSH_FILTER, ENVSH_TEXEL, ENVSH_STORED, ENVSH_CELL, ENVSH_DISC\"\n"
+    "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
+    "#error \"envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED\"\n"
+    "#endif\n"
+    "#if !(defined ENVSH_CELL && defined ENVSH_DISC)\n"
+    "#error \"envsh_visible: define ENVSH_CELL and ENVSH_DISC\"\n"
     "#endif\n"
     "#if ENVSH_FILTER == 0\n"
     "#undef ENVSH_FILTER\n"
@@ -523,24 +644,29 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "\nstruct envsh_query{\n"
     "float radius,bias,extent_scale;\n"
     "uint taps,seed;\n"
-    "int size,levels;\n"
+    "int side;\n"
+    "int levels;\n"
     "};\n"
     "\nstruct envsh_view{\n"
-    "vec4 row_x,row_y,row_z;\n"
+    "vec4 row_x,row_y;\n"
+    "vec4 row_z;\n"
     "vec3 right,up;\n"
     "vec2 texel;\n"
     "float depth_range;\n"
     "vec4 spread;\n"
-    "uint light,place;\n"
+    "uint light;\n"
+    "uint place;\n"
     "};\n"
     "\nstruct envsh_receiver{\n"
-    "vec2 at,slope;\n"
-    "float z,limit;\n"
+    "vec2 at;\n"
+    "vec2 slope;\n"
+    "float z;\n"
+    "float limit;\n"
     "};\n"
-    "\nvec4 envsh_texel(uint light,uint i){return uintBitsToFloat(ENVSH_TEXEL(8u*light+i));}\n"
-    "\nvec3 envsh_direction(uint light){return envsh_texel(light,5u).xyz;}\n"
-    "vec3 envsh_power(uint light){return envsh_texel(light,6u).xyz;}\n"
-    "\nenvsh_view envsh_read_view(uint light)\n"
+    "\n\nvec4 envsh_texel(uint light,uint i){return uintBitsToFloat(ENVSH_TEXEL(8u*light+i));}\n"
+    "\n\nvec3 envsh_direction(uint light){return envsh_texel(light,5u).xyz;}\n"
+    "\n\nvec3 envsh_power(uint light){return envsh_texel(light,6u).xyz;}\n"
+    "\n\nenvsh_view envsh_read_view(uint light)\n"
     "{\n"
     "envsh_view v;\n"
     "vec4 right=envsh_texel(light,3u),up=envsh_texel(light,4u);\n"
@@ -556,38 +682,39 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "v.light=light;\n"
     "return v;\n"
     "}\n"
-    "\nuint envsh_hash32(uint x)\n"
+    "\n\nuint envsh_hash32(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
     "uint word=((state>>((state>>28)+4u))^state)*277803737u;\n"
     "return(word>>22)^word;\n"
     "}\n"
-    "\nuint envsh_hash_combine(uint a,uint b){return envsh_hash32(a+0x9e3779b9u*envsh_hash32(b));}\n"
-    "\n\nvec2 envsh_turn(float x)\n"
+    "\n\nuint envsh_hash_combine(uint a,uint b){return envsh_hash32(a+0x9e3779b9u*envsh_hash32(b));}\n"
+    "\n\n\nvec2 envsh_turn(float x)\n"
     "{\n"
-    "int k=int(x*0.636619772+0.5);\n"
-    "float r=((x-float(k)*1.5703125)-float(k)*4.837512969970703125e-4)-float(k)*7.5497899548918822e-8;\n"
-    "float z=r*r,s=r+r*z*(-0.1666665494+z*(0.008332178146+z* -0.0001951729898));\n"
-    "float c=(1.0-0.5*z)+z*z*(0.04166664687+z*(-0.001388736752+z*2.443845159e-5));\n"
+    "int k=int(x*.636619772+.5);\n"
+    "float r=((x-float(k)*1.5703125)-float(k)*4.837512969970703125e-4)-\n"
+    "float(k)*7.5497899548918822e-8;\n"
+    "float z=r*r,s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
     "vec2 cs=(k&1)!=0?vec2(s,c):vec2(c,s);\n"
     "return vec2(((k+1)&2)!=0? -cs.x:cs.x,(k&2)!=0? -cs.y:cs.y);\n"
     "}\n"
-    "\nivec2 envsh_place(vec2 at){return ivec2(floor(clamp(at,vec2(-64.0),vec2(8192.0))));}\n"
-    "\nbool envsh_outside(envsh_query q,ivec2 at)\n"
+    "\n\nivec2 envsh_place(vec2 at){return ivec2(floor(clamp(at,vec2(-64.),vec2(8192.))));}\n"
+    "\n\nbool envsh_outside(envsh_query q,ivec2 at)\n"
     "{\n"
-    "return any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ivec2(q.size)));\n"
+    "return any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ivec2(q.side)));\n"
     "}\n"
-    "\n\nbool envsh_lit(envsh_query q,envsh_view v,envsh_receiver r,ivec2 at,out float stored)\n"
+    "\n\n\nbool envsh_lit(envsh_query q,envsh_view v,envsh_receiver r,ivec2 at,out float stored)\n"
     "{\n"
-    "stored=1.0;\n"
+    "stored=1.;\n"
     "if(envsh_outside(q,at))return true;\n"
     "stored=ENVSH_STORED(v,at);\n"
-    "float z=r.z+max(dot(r.slope,vec2(at)+0.5-r.at),-r.limit);\n"
-    "return stored>=1.0||z<=stored;\n"
+    "float z=r.z+max(dot(r.slope,vec2(at)+.5-r.at),-r.limit);\n"
+    "return stored>=1.||z<=stored;\n"
     "}\n"
-    "\n\nint envsh_decide_box(envsh_query q,envsh_view v,vec2 at,vec2 reach,float nearest,float farthest)\n"
+    "\n\n\nint envsh_decide_box(envsh_query q,envsh_view v,vec2 at,vec2 reach,float nearest,float farthest)\n"
     "{\n"
-    "ivec2 low=envsh_place(at-reach),high=envsh_place(at+reach),last=ivec2(q.size-1);\n"
+    "ivec2 low=envsh_place(at-reach),high=envsh_place(at+reach),last=ivec2(q.side-1);\n"
     "if(any(lessThan(high,ivec2(0)))||any(greaterThan(low,last)))return 1;\n"
     "bool outside=envsh_outside(q,low)||envsh_outside(q,high);\n"
     "low=max(low,ivec2(0));\n"
@@ -599,66 +726,67 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "vec2 a=ENVSH_CELL(v,low,level),b=ENVSH_CELL(v,ivec2(high.x,low.y),level);\n"
     "vec2 c=ENVSH_CELL(v,ivec2(low.x,high.y),level),d=ENVSH_CELL(v,high,level);\n"
     "float least=min(min(a.x,b.x),min(c.x,d.x)),most=max(max(a.y,b.y),max(c.y,d.y));\n"
-    "if(least>=1.0||farthest<=least)return 1;\n"
-    "return!outside&&most<1.0&&nearest>most?0: -1;\n"
+    "if(least>=1.||farthest<=least)return 1;\n"
+    "return!outside&&most<1.&&nearest>most?0: -1;\n"
     "}\n"
     "\n\nint envsh_decide(envsh_query q,envsh_view v,envsh_receiver r,vec2 reach)\n"
     "{\n"
-    "float slope=dot(abs(r.slope),reach+1.0);\n"
+    "float slope=dot(abs(r.slope),reach+1.);\n"
     "return envsh_decide_box(q,v,r.at,reach,r.z-min(slope,r.limit),r.z+slope);\n"
     "}\n"
-    "\n\nfloat envsh_smooth(envsh_query q,envsh_view v,envsh_receiver r)\n"
+    "\n\n\nfloat envsh_smooth(envsh_query q,envsh_view v,envsh_receiver r)\n"
     "{\n"
     "int reach=int(q.radius)+1;\n"
     "ivec2 center=envsh_place(r.at);\n"
-    "float sum=0.0,weights=0.0,stored;\n"
+    "float sum=.0,weights=.0,stored;\n"
     "for(int y= -reach;y<=reach;y++)\n"
     "for(int x= -reach;x<=reach;x++){\n"
     "ivec2 at=center+ivec2(x,y);\n"
-    "vec2 w=q.radius+1.0-abs(vec2(at)+0.5-r.at);\n"
-    "if(!(w.x>0.0)|| !(w.y>0.0))continue;\n"
+    "vec2 w=q.radius+1.-abs(vec2(at)+.5-r.at);\n"
+    "if(!(w.x>.0)|| !(w.y>.0))continue;\n"
     "weights+=w.x*w.y;\n"
     "if(envsh_lit(q,v,r,at,stored))sum+=w.x*w.y;\n"
     "}\n"
-    "return weights>0.0?sum/weights:1.0;\n"
+    "return weights>.0?sum/weights:1.;\n"
     "}\n"
     "\n\nivec2 envsh_tap(envsh_receiver r,uint i,vec2 a,vec2 b,vec2 cs)\n"
     "{\n"
     "vec2 d=ENVSH_DISC(i);\n"
     "return envsh_place(r.at+(d.x*cs.x-d.y*cs.y)*a+(d.x*cs.y+d.y*cs.x)*b);\n"
-    "}\n"
-    "\nfloat envsh_taps(envsh_query q,envsh_view v,envsh_receiver r,vec2 a,vec2 b,vec2 cs)\n"
-    "{\n",
-    "float lit=0.0,stored;\n"
-    "for(uint i=0u;i<q.taps;i++)lit+=envsh_lit(q,v,r,envsh_tap(r,i,a,b,cs),stored)?1.0:0.0;\n"
+    "}\n",
+    "\n\nfloat envsh_taps(envsh_query q,envsh_view v,envsh_receiver r,vec2 a,vec2 b,vec2 cs)\n"
+    "{\n"
+    "float lit=.0,stored;\n"
+    "for(uint i=0u;i<q.taps;i++)\n"
+    "lit+=envsh_lit(q,v,r,envsh_tap(r,i,a,b,cs),stored)?1.:.0;\n"
     "return lit/float(q.taps);\n"
     "}\n"
-    "\n\nvoid envsh_limit(inout vec2 a,inout vec2 b,float most)\n"
+    "\n\n\nvoid envsh_limit(inout vec2 a,inout vec2 b,float most)\n"
     "{\n"
-    "float la=length(a),lb=length(b),least=min(0.7,most),f;\n"
-    "f=la>most?most/la:1.0;\n"
+    "float la=length(a),lb=length(b),least=min(.7,most),f;\n"
+    "f=la>most?most/la:1.;\n"
     "a*=f;\n"
     "la*=f;\n"
-    "f=lb>most?most/lb:1.0;\n"
+    "f=lb>most?most/lb:1.;\n"
     "b*=f;\n"
     "lb*=f;\n"
     "if(la<least){\n"
-    "a=vec2(least,0.0);\n"
-    "b=vec2(0.0,least);\n"
+    "a=vec2(least,.0);\n"
+    "b=vec2(.0,least);\n"
     "}else if(lb<least){\n"
     "b=vec2(-a.y,a.x)*(least/la);\n"
     "}\n"
     "}\n"
     "\n\n\nvoid envsh_kernel(envsh_query q,envsh_view v,float away,out vec2 a,out vec2 b)\n"
     "{\n"
-    "away=min(max(away,0.0)*q.extent_scale,1e9);\n"
+    "away=min(max(away,.0)*q.extent_scale,1e9);\n"
     "a=clamp(v.spread.xy*away,-1e15,1e15);\n"
     "b=clamp(v.spread.zw*away,-1e15,1e15);\n"
     "envsh_limit(a,b,q.radius);\n"
     "}\n"
-    "\n\nfloat envsh_penumbra(envsh_query q,envsh_view v,envsh_receiver r,vec2 cs)\n"
+    "\n\n\nfloat envsh_penumbra(envsh_query q,envsh_view v,envsh_receiver r,vec2 cs)\n"
     "{\n"
-    "float blockers=0.0,found=0.0,stored;\n"
+    "float blockers=.0,found=.0,stored;\n"
     "vec2 a,b;\n"
     "envsh_kernel(q,v,r.z,a,b);\n"
     "int known=envsh_decide(q,v,r,abs(a)+abs(b));\n"
@@ -666,56 +794,59 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "for(uint i=0u;i<q.taps;i++)\n"
     "if(!envsh_lit(q,v,r,envsh_tap(r,i,a,b,cs),stored)){\n"
     "blockers+=stored;\n"
-    "found+=1.0;\n"
+    "found+=1.;\n"
     "}\n"
-    "if(found==0.0)return 1.0;\n"
+    "if(found==.0)return 1.;\n"
     "envsh_kernel(q,v,r.z-blockers/found,a,b);\n"
     "return envsh_taps(q,v,r,a,b,cs);\n"
     "}\n"
     "\n\nfloat envsh_plane_limit(envsh_query q,envsh_view v)\n"
     "{\n"
-    "float texels=ENVSH_FILTER==4?4.0:ENVSH_FILTER==1?3.0:q.radius+(ENVSH_FILTER==2?4.0:3.0);\n"
+    "float texels=4.;\n"
+    "if(ENVSH_FILTER==1)texels=3.;\n"
+    "if(ENVSH_FILTER==2)texels=q.radius+4.;\n"
+    "if(ENVSH_FILTER==3)texels=q.radius+3.;\n"
     "return texels*max(v.texel.x,v.texel.y)/v.depth_range;\n"
     "}\n"
-    "\n\nenvsh_receiver envsh_receive(envsh_query q,envsh_view v,vec3 p,vec3 n,float cosine)\n"
+    "\n\n\nenvsh_receiver envsh_receive(envsh_query q,envsh_view v,vec3 p,vec3 n,float cosine)\n"
     "{\n"
     "envsh_receiver r;\n"
     "vec2 flat_n=vec2(dot(n,v.right),dot(n,v.up));\n"
     "float texel=max(v.texel.x,v.texel.y);\n"
-    "p+=n*(q.bias*texel*(0.25+0.75*length(flat_n)));\n"
-    "r.at=vec2(dot(v.row_x,vec4(p,1.0)),dot(v.row_y,vec4(p,1.0)));\n"
-    "r.z=dot(v.row_z,vec4(p,1.0));\n"
-    "r.slope=flat_n*v.texel/(max(cosine,0.1)*v.depth_range);\n"
+    "p+=n*(q.bias*texel*(.25+.75*length(flat_n)));\n"
+    "r.at=vec2(dot(v.row_x,vec4(p,1.)),dot(v.row_y,vec4(p,1.)));\n"
+    "r.z=dot(v.row_z,vec4(p,1.));\n"
+    "r.slope=flat_n*v.texel/(max(cosine,.1)*v.depth_range);\n"
     "r.limit=envsh_plane_limit(q,v);\n"
     "return r;\n"
     "}\n"
-    "\n\nfloat envsh_visible(envsh_query q,uint light,vec3 p,vec3 n,uint index)\n"
+    "\n\n\nfloat envsh_visible(envsh_query q,uint light,vec3 p,vec3 n,uint index)\n"
     "{\n"
     "float cosine=dot(n,envsh_direction(light)),stored;\n"
-    "if(!(cosine>0.0))return 0.0;\n"
+    "if(!(cosine>.0))return .0;\n"
     "envsh_view v=envsh_read_view(light);\n"
     "envsh_receiver r=envsh_receive(q,v,p,n,cosine);\n"
     "#if ENVSH_FILTER == 1\n"
-    "return envsh_lit(q,v,r,envsh_place(r.at),stored)?1.0:0.0;\n"
+    "return envsh_lit(q,v,r,envsh_place(r.at),stored)?1.:.0;\n"
     "#elif ENVSH_FILTER == 2\n"
-    "int known=envsh_decide(q,v,r,vec2(q.radius+1.0));\n"
+    "int known=envsh_decide(q,v,r,vec2(q.radius+1.));\n"
     "return known>=0?float(known):envsh_smooth(q,v,r);\n"
     "#else\n"
-    "vec2 cs=envsh_turn(6.28318531*(float(envsh_hash_combine(q.seed,index)>>8)*(1.0/16777216.0)));\n"
+    "vec2 cs=envsh_turn(6.28318531*(float(envsh_hash_combine(q.seed,index)>>8)*(1./16777216.)));\n"
     "#if ENVSH_FILTER == 3\n"
     "int known=envsh_decide(q,v,r,vec2(q.radius));\n"
-    "return known>=0?float(known):envsh_taps(q,v,r,vec2(q.radius,0.0),vec2(0.0,q.radius),cs);\n"
+    "return known>=0?float(known):envsh_taps(q,v,r,vec2(q.radius,.0),vec2(.0,q.radius),cs);\n"
     "#else\n"
     "return envsh_penumbra(q,v,r,cs);\n"
     "#endif\n"
     "#endif\n"
     "}\n"
-    "\n\nvec3 envsh_irradiance(envsh_query q,uint from,uint to,vec3 p,vec3 n,vec3 flat_n,uint index)\n"
+    "\n\n\nvec3 envsh_irradiance(envsh_query q,uint from,uint to,vec3 p,vec3 n,vec3 flat_n,uint index)\n"
     "{\n"
-    "vec3 sum=vec3(0.0);\n"
+    "vec3 sum=vec3(.0);\n"
     "for(uint light=from;light<to;light++){\n"
     "float cosine=dot(n,envsh_direction(light));\n"
-    "if(cosine>0.0)sum+=envsh_visible(q,light,p,flat_n,index)*cosine*envsh_power(light);\n"
+    "if(cosine>.0)sum+=envsh_visible(q,light,p,flat_n,index)*cosine*envsh_power(light);\n"
     "}\n"
     "return sum;\n"
     "}\n"
@@ -737,7 +868,7 @@ static const char *const glbk__glsl_prog_envsh_cast_vert[] = {
     "out float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
-    "ENVSH_CAST((glbk_envsh_object.world*vec4(position,1.0)).xyz)\n"
+    "ENVSH_CAST((glbk_envsh_object.world*vec4(position,1.)).xyz)\n"
     "}\n"
 };
 
@@ -746,19 +877,20 @@ static const char *const glbk__glsl_prog_envsh_cells_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "uvec4 job=glbk_envsh_object.lights;\n"
-    "vec2 bounds=vec2(1.0,0.0);\n"
-    "if(job.x==0u){\n"
-    "int cells=int(glbk_envsh_scene.tiles.w),last=int(glbk_envsh_scene.tiles.x)-1;\n"
+    "uint layer=glbk_envsh_object.layer;\n"
+    "vec2 bounds=vec2(1.,.0);\n"
+    "if(glbk_envsh_object.level==0u){\n"
+    "int cells=int(glbk_envsh_scene.cells_side),last=int(glbk_envsh_scene.map_side)-1;\n"
     "ivec2 tile=at/cells,from=(at-tile*cells)*8;\n"
-    "uint place=uint(tile.x)|(uint(tile.y)<<11)|((job.y/job.z)<<22);\n"
+    "uint place=uint(tile.x)|(uint(tile.y)<<11)|((layer/ENVSH_CHANNELS)<<22);\n"
     "for(int i=0;i<64;i++){\n"
-    "float z=envsh_stored(job.y%job.z,place,min(from+ivec2(i&7,i>>3),ivec2(last)));\n"
+    "ivec2 texel=min(from+ivec2(i&7,i>>3),ivec2(last));\n"
+    "float z=envsh_stored(layer%ENVSH_CHANNELS,place,texel);\n"
     "bounds=vec2(min(bounds.x,z),max(bounds.y,z));\n"
     "}\n"
     "}else{\n"
     "for(int i=0;i<4;i++){\n"
-    "ivec3 below=ivec3(2*at+ivec2(i&1,i>>1),int(job.y));\n"
+    "ivec3 below=ivec3(2*at+ivec2(i&1,i>>1),int(layer));\n"
     "vec2 b=uintBitsToFloat(texelFetch(glbk_envsh_cells,below,0).xy);\n"
     "bounds=vec2(min(bounds.x,b.x),max(bounds.y,b.y));\n"
     "}\n"
@@ -775,22 +907,22 @@ static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
     "glbk_point p;\n"
     "bool seen=glbk_read_point(at,p);\n"
     "glbk_picture_show(seen,p.position);\n"
-    "vec3 albedo=seen?p.diffuse*(1.0-p.metallic):vec3(0.0);\n"
-    "vec3 sum=glbk_envsh_object.lights.w!=0u?glbk_unpack(texelFetch(glbk_envsh_sum,at,0)).xyz:vec3(0.0);\n"
-    "result=vec4(sum*albedo*0.318309886,1.0);\n"
+    "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0),sum=vec3(.0);\n"
+    "if(glbk_envsh_object.lit!=0u)sum=glbk_unpack(texelFetch(glbk_envsh_sum,at,0)).xyz;\n"
+    "result=vec4(sum*albedo*.318309886,1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
-    "\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nshared uint envsh_all_lit[2],envsh_asked[2];\n"
     "\nstruct envsh_pixel{bool seen;vec3 p,n,flat_n;};\n"
-    "\n\nenvsh_group envsh_bounds(envsh_pixel pixel)\n"
+    "\n\n\nenvsh_group envsh_bounds(envsh_pixel pixel)\n"
     "{\n"
     "uint thread=gl_LocalInvocationIndex;\n"
-    "vec3 values[6]=vec3[6](pixel.p,pixel.n,pixel.flat_n,-pixel.p,-pixel.n,-pixel.flat_n);\n"
+    "vec3 least[6]=vec3[6](pixel.p,pixel.n,pixel.flat_n,-pixel.p,-pixel.n,-pixel.flat_n);\n"
     "for(uint i=0u;i<6u;i++)\n"
-    "envsh_chunk[64u*i+thread]=floatBitsToUint(vec4(pixel.seen?values[i]:vec3(3e38),0.0));\n"
+    "envsh_chunk[64u*i+thread]=floatBitsToUint(vec4(pixel.seen?least[i]:vec3(3e38),.0));\n"
     "for(uint left=32u;left>0u;left>>=1){\n"
     "barrier();\n"
     "for(uint i=thread;thread<left&&i<384u;i+=64u){\n"
@@ -799,10 +931,10 @@ static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
     "}\n"
     "}\n"
     "barrier();\n"
-    "for(uint i=0u;i<6u;i++)values[i]=uintBitsToFloat(envsh_chunk[64u*i].xyz);\n"
-    "return envsh_group(values[0],-values[3],values[1],-values[4],values[2],-values[5]);\n"
+    "for(uint i=0u;i<6u;i++)least[i]=uintBitsToFloat(envsh_chunk[64u*i].xyz);\n"
+    "return envsh_group(least[0],-least[3],least[1],-least[4],least[2],-least[5]);\n"
     "}\n"
-    "\nvoid envsh_sort_lights(envsh_query q,envsh_group g,uint from,uint to)\n"
+    "\n\n\nvoid envsh_sort_lights(envsh_query q,envsh_group g,uint from,uint to)\n"
     "{\n"
     "uint thread=gl_LocalInvocationIndex,bit=1u<<(thread&31u);\n"
     "barrier();\n"
@@ -816,7 +948,7 @@ static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
     "}\n"
     "barrier();\n"
     "}\n"
-    "\n\nuint envsh_take(inout uvec2 left)\n"
+    "\n\nuint envsh_take_first(inout uvec2 left)\n"
     "{\n"
     "uint half_of=left.x!=0u?0u:1u,bit=uint(findLSB(left[half_of]));\n"
     "left[half_of]&=left[half_of]-1u;\n"
@@ -825,48 +957,48 @@ static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy),size=textureSize(glbk_gbuffer_place,0);\n"
-    "uvec4 range=glbk_envsh_query.range;\n"
-    "uint index=uint(at.y)*range.z+uint(at.x);\n"
+    "uint first=glbk_envsh_query.first_light,index=uint(at.y)*uint(size.x)+uint(at.x);\n"
     "bool inside=all(lessThan(at,size));\n"
     "envsh_query q=envsh_bound_query();\n"
     "envsh_pixel pixel;\n"
     "glbk_point point;\n"
     "pixel.seen=glbk_read_point(min(at,size-1),point)&&inside;\n"
     "pixel.p=point.position;\n"
-    "pixel.n=pixel.seen?point.normal:vec3(0.0);\n"
-    "pixel.flat_n=pixel.seen?point.geometric:vec3(0.0);\n"
+    "pixel.n=pixel.seen?point.normal:vec3(.0);\n"
+    "pixel.flat_n=pixel.seen?point.geometric:vec3(.0);\n"
     "envsh_group g=envsh_bounds(pixel);\n"
-    "uint to=g.low.x<3e38?range.y:range.x;\n"
-    "vec3 sum=inside&&range.w!=0u?imageLoad(glbk_envsh_total,at).xyz:vec3(0.0);\n"
-    "for(uint from=range.x;from<to;from+=64u){\n"
-    "envsh_sort_lights(q,g,from,to);\n"
+    "uint end=g.low.x<3e38?glbk_envsh_query.end_light:first;\n"
+    "vec3 sum=inside&&glbk_envsh_query.adds!=0u?imageLoad(glbk_envsh_total,at).xyz:vec3(.0);\n"
+    "for(uint from=first;from<end;from+=64u){\n"
+    "envsh_sort_lights(q,g,from,end);\n"
     "for(uvec2 left=uvec2(envsh_all_lit[0],envsh_all_lit[1]);left!=uvec2(0u);){\n"
-    "uint light=from+envsh_take(left);\n"
+    "uint light=from+envsh_take_first(left);\n"
     "vec3 d=envsh_direction(light);\n"
-    "if(dot(pixel.flat_n,d)>0.0)sum+=max(dot(pixel.n,d),0.0)*envsh_power(light);\n"
+    "if(dot(pixel.flat_n,d)>.0)sum+=max(dot(pixel.n,d),.0)*envsh_power(light);\n"
     "}\n"
     "for(uvec2 left=uvec2(envsh_asked[0],envsh_asked[1]);left!=uvec2(0u);){\n"
-    "uint light=from+envsh_take(left);\n"
+    "uint light=from+envsh_take_first(left);\n"
     "sum+=envsh_irradiance(q,light,light+1u,pixel.p,pixel.n,pixel.flat_n,index);\n"
     "}\n"
     "}\n"
-    "if(inside)imageStore(glbk_envsh_total,at,vec4(sum,0.0));\n"
+    "if(inside)imageStore(glbk_envsh_total,at,vec4(sum,.0));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
-    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "uvec4 range=glbk_envsh_query.range;\n"
-    "vec3 sum=range.w!=0u?glbk_unpack(texelFetch(glbk_envsh_sum,at,0)).xyz:vec3(0.0);\n"
+    "vec3 sum=vec3(.0);\n"
     "glbk_point p;\n"
+    "if(glbk_envsh_query.adds!=0u)sum=glbk_unpack(texelFetch(glbk_envsh_sum,at,0)).xyz;\n"
     "if(glbk_read_point(at,p)){\n"
-    "uint index=uint(at.y)*range.z+uint(at.x);\n"
-    "sum+=envsh_irradiance(envsh_bound_query(),range.x,range.y,p.position,p.normal,p.geometric,index);\n"
+    "uint index=uint(at.y)*uint(textureSize(glbk_gbuffer_place,0).x)+uint(at.x);\n"
+    "sum+=envsh_irradiance(envsh_bound_query(),glbk_envsh_query.first_light,glbk_envsh_query.end_light,\n"
+    "p.position,p.normal,p.geometric,index);\n"
     "}\n"
-    "result=glbk_pack(vec4(sum,0.0));\n"
+    "result=glbk_pack(vec4(sum,.0));\n"
     "}\n"
 };
 
@@ -918,9 +1050,19 @@ GLBK__PART_CODE(envsh, ENVSH)
 
 /* ---- envsh: shadow maps ---- */
 
-enum { GLBK__ENVSH_RECORD = 8, GLBK__ENVSH_CELL = 8, GLBK__ENVSH_MAX_SIDE = 8192 };
+enum {
+    GLBK__ENVSH_RECORD = 8,                 /* texels of a light in the table */
+    GLBK__ENVSH_CELL = 8,                   /* texels of the atlas a side of a cell */
+    GLBK__ENVSH_MAX_SIDE = 8192,            /* the most texels a side of a page */
+    GLBK__ENVSH_CLIP_DISTANCE0 = 0x3000,    /* GL's names: CLIP_DISTANCE0, */
+    GLBK__ENVSH_DEPTH_CLAMP = 0x864F,       /* DEPTH_CLAMP, */
+    GLBK__ENVSH_BASE_LEVEL = 0x813C,        /* TEXTURE_BASE_LEVEL, */
+    GLBK__ENVSH_MAX_LEVEL = 0x813D          /* TEXTURE_MAX_LEVEL */
+};
 
-/* As square as may be, then pages. */
+/* Decides where the tiles lie: as square as they can within the greatest page, then on more pages. No page
+   means that not even one tile fits. Cells become as many a side as a power of two needs to cover the
+   tile. */
 static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
 {
     uint32_t side = ctx->max_side < GLBK__ENVSH_MAX_SIDE ? ctx->max_side : (uint32_t)GLBK__ENVSH_MAX_SIDE;
@@ -930,10 +1072,11 @@ static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
     m->down = (slots + m->across - 1) / m->across;
     m->down = m->down < most ? m->down : most;
     m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
-    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_side; m->levels++)
-        m->cells_wide *= 2;
+    for (m->cells_side = 1, m->levels = 1; m->cells_side * GLBK__ENVSH_CELL < m->map_side; m->levels++)
+        m->cells_side *= 2;
 }
 
+/* Makes textures and framebuffers of maps whose tiles have their places. */
 static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_maps *m)
 {
     glbk_texture_desc texture;
@@ -957,8 +1100,8 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     }
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->atlas_target);
     texture.format = GLBK_FORMAT_RG32UI;
-    texture.width = m->across * m->cells_wide;
-    texture.height = m->down * m->cells_wide;
+    texture.width = m->across * m->cells_side;
+    texture.height = m->down * m->cells_side;
     texture.layers = m->pages * m->channels;
     texture.levels = m->levels;
     if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &m->cells);
@@ -966,12 +1109,14 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     target.color[0] = &m->cells;
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->cell_target);
     if (result == GLBK_OK)
-        result =
-            glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity,
+                                   &m->views);
     return result;
 }
 
-static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *m)
+/* Compiles the programs that draw casters, the user's own shaders if there are some, and cells. */
+static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                               glbk_envsh_maps *m)
 {
     const char *defines = m->channels == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
     glbk_result result;
@@ -985,21 +1130,23 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
         source.defines = defines;
         result = glbk_program_compile(ctx, &source, &m->cast);
     } else {
-        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
     }
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
     return result;
 }
 
-GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *out)
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                            glbk_envsh_maps *out)
 {
     glbk_result result;
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
+                               ENVSH_MAX_LIGHTS);
     if ((d->vertex != NULL) != (d->fragment != NULL))
         return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
     out->capacity = d->capacity;
@@ -1009,7 +1156,8 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_
     if (out->map_side < 16 || out->map_side > 4096)
         result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
     else if (out->guard > out->map_side / 4)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
+        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1,
+                                 out->map_side / 4);
     else {
         glbk__envsh_lay_out(ctx, out);
         result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
@@ -1040,8 +1188,8 @@ GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Whether the first view was made for tiles of this size: clip space is 2 / map_side of texels. A view of zeros says
-   nothing. */
+/* Returns whether the first view was made for tiles of this size: its clip space is its texels times 2 /
+   map_side. A view of zeros fits any. */
 static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *view)
 {
     const float *lookup = view->lookup;
@@ -1051,7 +1199,7 @@ static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *vie
     return fabsf(view->clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <= 1e-3f * fabsf(lookup[best]);
 }
 
-/* A light's eight texels. */
+/* Writes the eight texels of a light, which docs/gpu-layouts.md lists. */
 static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, uint32_t light, uint32_t *words)
 {
     uint32_t slot = light / m->channels, place;
@@ -1070,29 +1218,31 @@ static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, ui
     memcpy(words, f, sizeof f);
 }
 
+/* Sends the lights' table and the block of the scene to the GPU. */
 static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
                                       uint32_t count)
 {
     glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
-    uint32_t *words = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD), i;
+    uint32_t *words, i;
     glbk_envsh_scene scene;
     glbk_result result = GLBK_OK;
 
+    words = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD);
     if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) glbk__envsh_record(m, &views[i], i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
-    if (count) result = glbk_table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
+    for (i = 0; i < count; i++)
+        glbk__envsh_record(m, &views[i], i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
+    if (count) result = glbk__table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
     glbk_envsh__free(&memory, words);
     if (result != GLBK_OK) return result;
     memset(&scene, 0, sizeof scene);
-    scene.tiles[0] = m->map_side;
-    scene.tiles[1] = m->guard;
-    scene.tiles[2] = m->channels;
-    scene.tiles[3] = m->cells_wide;
-    scene.range[0] = m->count = count;
-    scene.range[1] = m->levels;
-    scene.page[0] = 2.0f / (float)(m->across * m->map_side);
-    scene.page[1] = 2.0f / (float)(m->down * m->map_side);
-    scene.page[2] = 2.0f / (float)(m->map_side - 2 * m->guard);
+    scene.map_side = m->map_side;
+    scene.guard = m->guard;
+    scene.cells_side = m->cells_side;
+    scene.level_count = m->levels;
+    scene.light_count = m->count = count;
+    scene.clip_per_inside = 2.0f / (float)(m->map_side - 2 * m->guard);
+    scene.clip_per_texel_x = 2.0f / (float)(m->across * m->map_side);
+    scene.clip_per_texel_y = 2.0f / (float)(m->down * m->map_side);
     return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
 }
 
@@ -1105,23 +1255,26 @@ GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, cons
     if (world) memcpy(object.world, world, sizeof object.world);
     else
         for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
-    object.lights[0] = m->first;
-    object.lights[1] = m->step;
+    object.first_light = m->first;
+    object.light_step = m->step;
     m->casts++;
     return glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
 }
 
-/* Clip distances 0 to 3, and depth clamped: on OpenGL, while casting. */
+/* Turns clip distances 0 to 3 and the clamp of depths on or off. OpenGL needs them while casters are drawn;
+   ES has neither. */
 static void glbk__envsh_clip(const glbk_context *ctx, int on)
 {
     uint32_t i;
-    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, 0x3000 + i, on);
-    if (!ctx->es) glbk__set_cap(ctx, 0x864F, on);
+    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, GLBK__ENVSH_CLIP_DISTANCE0 + i, on);
+    if (!ctx->es) glbk__set_cap(ctx, GLBK__ENVSH_DEPTH_CLAMP, on);
 }
 
-/* One call of draw: lights first, first + step, ... of a page, a channel and, on ES, a column of tiles. */
-static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page, uint32_t channel,
-                                          uint32_t column, glbk_envsh_draw_fn draw_fn, void *user)
+/* Has the user draw all casters once, into the tiles of lights first, first + step, ...: those of a page and
+   a channel and, on ES, of a column of tiles. */
+static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page,
+                                          uint32_t channel, uint32_t column, glbk_envsh_draw_fn draw_fn,
+                                          void *user)
 {
     static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
     uint32_t tiles = m->across * m->down, first = (page * tiles + column) * m->channels + channel, i;
@@ -1136,7 +1289,8 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = glbk_begin(ctx, &pass, &m->cast);
     if (result != GLBK_OK) return result;
     i = m->channels == 4;
-    glbk__attach(ctx, i ? GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT, &m->atlas, 0, page);
+    glbk__attach(ctx, i ? (uint32_t)GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT,
+                 &m->atlas, 0, page);
     if (!column) glbk_clear_depth(ctx, 1);
     if (i && !column && !channel) ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, far_bits);
     if (first >= end) return GLBK_OK;
@@ -1153,11 +1307,13 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
     if (!ctx->lost) glbk__envsh_clip(ctx, 0);
     if (ctx->check && result == GLBK_OK && !m->casts)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "never called glbk_envsh_cast");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                         "never called glbk_envsh_cast");
     return result;
 }
 
-/* The levels of cells of one layer. Each reads the one below, which is made the texture's only one meanwhile. */
+/* Draws all levels of cells of a layer. Each reads the level below, which is the texture's only one
+   meanwhile, since a level must not be read while it is drawn. */
 static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
 {
     glbk_envsh_object object;
@@ -1168,35 +1324,36 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
     memset(&object, 0, sizeof object);
     memset(&pass, 0, sizeof pass);
     pass.target = &m->cell_target;
-    object.lights[1] = layer;
-    object.lights[2] = m->channels;
+    object.layer = layer;
     for (level = 0; level < m->levels && result == GLBK_OK; level++) {
-        const int32_t below = level ? (int32_t)level - 1 : 0;     /* never the level that is drawn to */
-        object.lights[0] = level;
+        const int32_t below = level ? (int32_t)level - 1 : 0;
+        object.level = level;
         pass.viewport[2] = (int32_t)(m->cells.width >> level);
         pass.viewport[3] = (int32_t)(m->cells.height >> level);
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
         if (result != GLBK_OK) break;
         glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
-        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
+        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
+                          &m->atlas);
         glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
-        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);      /* reads none */
+        ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_BASE_LEVEL, below);
+        ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_MAX_LEVEL, below);
+        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);  /* it reads none */
         glbk_draw_screen(ctx);
     }
     if (ctx->lost) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
-    ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
-    ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
+    ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_BASE_LEVEL, 0);
+    ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_MAX_LEVEL, (int32_t)m->levels - 1);
     return result;
 }
 
-/* Whether draw_fn drew all instances, after glbk__envsh_cell_layer, which has left the uppermost level of the layer in
-   cell_target: a cell a tile. All views hold all casters, so where those of the first instance have something in them,
-   not all others can be empty. */
+/* Finds out whether draw_fn drew all instances, with desc.check of the context. glbk__envsh_cell_layer has
+   been called for this layer just before, so cell_target is attached to its uppermost level, which has one
+   cell for each tile. All views look at all casters. So if the first instance left something in its tiles,
+   the others cannot all be empty. */
 static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
 {
     const uint32_t tiles = m->across * m->down, base = layer / m->channels * tiles;
@@ -1214,7 +1371,8 @@ static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_map
         if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
     glbk_envsh__free(&memory, cells);
     if (drawn && !others && result == GLBK_OK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "drew one instance, not all");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                         "drew one instance, not all");
     return result;
 }
 
@@ -1225,7 +1383,8 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     glbk_result result;
 
     if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn", "is NULL or was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
+                         "is NULL or was not created");
     if (count > m->capacity)
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
@@ -1253,23 +1412,26 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
 
 /* ---- envsh: queries ---- */
 
-/* The ranges and defaults of envsh_query. */
+/* Returns what a setting means: 0 if it is negative, the default if it is 0. */
 static float glbk__envsh_or_default(float value, float standard)
 {
     return value < 0 ? 0.0f : value == 0 ? standard : value;
 }
 
-static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *function, const envsh_query *from,
-                                        envsh_query *q)
+/* Writes a query with its defaults, or says which field is out of range, as envshadow.h's checks do. */
+static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *function,
+                                        const envsh_query *from, envsh_query *q)
 {
-    static const float most[] = { 0, 0, 8, 32, 64 };
+    static const float most[] = { 0, 0, 8, 32, 64 };     /* the greatest radius of each filter */
     memset(q, 0, sizeof *q);
     if (from) *q = *from;
     if ((unsigned)q->filter >= ENVSH_FILTER_COUNT)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0, ENVSH_FILTER_COUNT - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
+                               ENVSH_FILTER_COUNT - 1);
     if (q->filter == ENVSH_FILTER_DEFAULT) q->filter = ENVSH_FILTER_PENUMBRA;
     if (!(q->bias <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias, "at most 1e6 texels");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
+                               "at most 1e6 texels");
     q->bias = glbk__envsh_or_default(q->bias, 1);
     if (!q->taps) q->taps = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) {
@@ -1277,7 +1439,8 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
         q->radius = q->extent_scale = 0;
         return GLBK_OK;
     }
-    if (!(q->radius <= most[q->filter]) || (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
+    if (!(q->radius <= most[q->filter]) ||
+        (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
                                q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
     q->radius = glbk__envsh_or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
@@ -1291,18 +1454,19 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* Vogel's spiral, turned by the golden angle from tap to tap. */
+/* Fills the block of a query. The taps lie on Vogel's spiral, each turned by the golden angle from the one
+   before. */
 static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
 {
     const double cosine = -0.73736887807831990, sine = 0.67549029426152364;
     double x = 1, y = 0, t;
     uint32_t i;
     memset(out, 0, sizeof *out);
-    out->values[0] = q->radius;
-    out->values[1] = q->bias;
-    out->values[2] = q->extent_scale;
-    out->numbers[0] = q->taps;
-    out->numbers[1] = q->seed;
+    out->radius = q->radius;
+    out->bias = q->bias;
+    out->extent_scale = q->extent_scale;
+    out->taps = q->taps;
+    out->seed = q->seed;
     for (i = 0; i < q->taps && i < ENVSH_MAX_TAPS; i++) {
         float radius = sqrtf(((float)i + 0.5f) / (float)q->taps);
         out->disc[2 * i] = radius * (float)x;
@@ -1313,11 +1477,12 @@ static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
     }
 }
 
+/* Binds all that shaders read of maps. */
 static void glbk__envsh_bind_all(glbk_context *ctx, const glbk_envsh_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
-    glbk_bind_texture(ctx, at.unit + (m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth),
-                      &m->atlas);
+    const uint32_t atlas = m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth;
+    glbk_bind_texture(ctx, at.unit + atlas, &m->atlas);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_cells, &m->cells);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_views, &m->views);
     glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_envsh_scene, &m->scene);
@@ -1335,7 +1500,8 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
     result = glbk__envsh_query_of(ctx, __func__, query, &q);
     if (result != GLBK_OK) return result;
     glbk__envsh_fill_query(&q, &values);
-    result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_envsh_query, &m->query, &values);
+    result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_envsh_query, &m->query,
+                             &values);
     if (result == GLBK_OK) glbk__envsh_bind_all(ctx, m, offset);
     return result;
 }
@@ -1387,29 +1553,31 @@ GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r
     memset(r, 0, sizeof *r);
 }
 
-/* Whether a G-buffer is there, and of the renderer's size. */
-static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function, const glbk_envsh_renderer *r,
-                                    const glbk_gbuffer *g)
+/* Checks that a renderer and a G-buffer were created, and for pictures of one size. */
+static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function,
+                                    const glbk_envsh_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer", "is NULL or was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
+                         "is NULL or was not created");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
-static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter, uint32_t rgba,
-                                             glbk_program **out)
+/* Finds the program of a filter, which is compiled when it is first asked for. */
+static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter,
+                                             uint32_t rgba, glbk_program **out)
 {
     char defines[] = "ENVSH_FILTER=0 ENVSH_RGBA=0";
     *out = &r->shade[2 * filter + rgba];
     if ((*out)->name) return GLBK_OK;
     defines[13] = (char)('0' + filter);
     defines[26] = (char)('0' + rgba);
-    return glbk__gbuffer_program(ctx, glbk_envsh_part(), r->compute ? "envsh_shade.comp" : "envsh_shade.frag", defines,
-                                 *out);
+    return glbk__gbuffer_program(ctx, glbk_envsh_part(), r->compute ? "envsh_shade.comp" : "envsh_shade.frag",
+                                 defines, *out);
 }
 
-/* The lights of m->query's range. */
+/* Adds the light of the lights that m->query names. */
 static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
                                           const glbk_envsh_maps *m, glbk_program *program)
 {
@@ -1434,7 +1602,7 @@ static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer
     return result;
 }
 
-/* The light of all maps by a query without defaults. */
+/* Adds the light of all maps, by a query that has its defaults, in as many passes as it takes. */
 static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
                                          glbk_envsh_maps *m, const envsh_query *q, uint32_t lights_per_pass)
 {
@@ -1447,11 +1615,10 @@ static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer 
     if (!q->add) r->begun = 0;
     if (!lights_per_pass) lights_per_pass = ENVSH_MAX_LIGHTS;
     glbk__envsh_fill_query(q, &values);
-    for (; from < m->count && result == GLBK_OK; from = values.range[1]) {
-        values.range[0] = from;
-        values.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
-        values.range[2] = r->width;
-        values.range[3] = r->begun != 0;
+    for (; from < m->count && result == GLBK_OK; from = values.end_light) {
+        values.first_light = from;
+        values.end_light = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
+        values.adds = r->begun != 0;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query, &values);
         if (result == GLBK_OK) result = glbk__envsh_shade_pass(ctx, r, g, m, program);
     }
@@ -1499,7 +1666,7 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     if (result != GLBK_OK) return result;
     if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&object, 0, sizeof object);
-    object.lights[3] = r->begun != 0;
+    object.lit = r->begun != 0;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
     if (result != GLBK_OK) return result;

@@ -1,19 +1,20 @@
-/* gl_gbuffer.h - v0.9.0 - one G-buffer for all techniques on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_gbuffer.h - v0.9.0 - one G-buffer for all techniques, OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Holds what a camera sees: places, normals, materials, entities, for each pixel. gl_csm.h, gl_shadowfield.h,
-   gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is drawn from your vertex arrays,
-   whatever the locations of their attributes; or uploaded; or made by one pass from textures that your
-   renderer has anyway (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss,
-   entities. Shaders of your own read it by glbk_read_point() of lib/gbuffer.glsl.
+   A G-buffer holds what a camera sees in each pixel: the place, the normals, the material and the entity.
+   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled by one of three
+   ways: it is drawn from your vertex arrays, whatever the locations of their attributes; it is uploaded from
+   the CPU; or one pass makes it from textures that your renderer has anyway (glbk_gbuffer_import): depth or
+   places, normals in four packings, colours, gloss, entities. Shaders of your own read it by
+   glbk_read_point() of lib/gbuffer.glsl.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here. Kinds of materials are those of lightsampling.h, whose
-     implementation it does not need.
-   - One sample and one surface a pixel: no transparency, no multisampling.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here. Materials are those of lightsampling.h,
+     whose implementation is not needed.
+   - It holds one sample and one surface a pixel: there is no transparency and no multisampling.
 
    Quick start
 
@@ -39,6 +40,7 @@
            glbk_import mine;
            glbk_texture depth, normals;
            glbk_result result;
+           int i;
 
            memset(&desc, 0, sizeof desc);
            memset(&sizes, 0, sizeof sizes);
@@ -59,8 +61,8 @@
            mine.depth = &depth;                             // with the matrix by which it was drawn
            mine.normals = &normals;
            mine.normal_packing = GLBK_NORMAL_PACKING_UNIT;  // RGBA8: 0..1 for -1..1
-           mine.world_to_clip[0] = mine.world_to_clip[5] = mine.world_to_clip[10] = mine.world_to_clip[15] = 1;
-           mine.material.diffuse[0] = mine.material.diffuse[1] = mine.material.diffuse[2] = 0.5f;
+           for (i = 0; i < 4; i++) mine.world_to_clip[5 * i] = 1;
+           for (i = 0; i < 3; i++) mine.material.diffuse[i] = 0.5f;
            if (result == GLBK_OK) result = glbk_gbuffer_import(&gl, &seen, &mine);
            printf("%s\n", glbk_result_text(result));
            glbk_gbuffer_free(&gl, &seen);
@@ -72,10 +74,10 @@
 
      GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
 
-   Layouts: docs/gpu-layouts.md.   How to bring your own: docs/gbuffer.md.   State: docs/gl-state.md.
+   Layouts: docs/gpu-layouts.md. How to bring your own: docs/gbuffer.md. State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. lightsampling.h lies above this
-   folder. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   lightsampling.h lies above this folder. */
 #include "gl_backend.h"
 #include "../lightsampling.h"
 
@@ -97,149 +99,145 @@ extern "C" {
 
 /* ---- gbuffer: what a camera sees, for all techniques ----
 
-   Once glbk_gbuffer_create. A frame, by one of three ways; then the passes of the techniques, which are given the
-   G-buffer:
+   A program calls glbk_gbuffer_create once. In each frame it fills the G-buffer by one of three ways, and
+   then gives it to the passes of the techniques:
 
-       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);           // draw: for each object glbk_gbuffer_object, and
-       glbk_gbuffer_object(gl, &seen, &surface);                    // your vertex array and your draw
-       glbk_gbuffer_import(gl, &seen, &mine);                       // or: textures of your own, by one pass
-       glbk_gbuffer_upload(gl, &seen, row, rows, pixels);           // or: from the CPU
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);           // draw it: then for each object
+       glbk_gbuffer_object(gl, &seen, &surface);                    // this, your vertex array and your draw
+       glbk_gbuffer_import(gl, &seen, &mine);                       // or: one pass reads textures of your own
+       glbk_gbuffer_upload(gl, &seen, row, row_count, pixels);      // or: pixels come from the CPU
 
-   For shaders of your own, lib/gbuffer.glsl with glbk_gbuffer_bind:
+   Shaders of your own read it by lib/gbuffer.glsl, after glbk_gbuffer_bind:
 
-       bool glbk_read_point(ivec2 at, out glbk_point p);            // false: nothing is seen there
+       bool glbk_read_point(ivec2 at, out glbk_point p);            // false: nothing is seen in this pixel
 
-   docs/gpu-layouts.md has the four textures. */
-
-#define GLBK_GBUFFER_TEXTURES(X)                                                                    \
-    X(usampler2D, glbk_gbuffer_place, 8)        /* what is read; these are in nobody else's way */  \
-    X(usampler2D, glbk_gbuffer_normal, 9)                                                           \
-    X(usampler2D, glbk_gbuffer_color, 10)                                                           \
-    X(usampler2D, glbk_gbuffer_gloss, 11)                                                           \
-    X(sampler2D, glbk_gbuffer_color_map, 0)     /* what is drawn or imported */                     \
-    X(sampler2D, glbk_gbuffer_gloss_map, 1)                                                         \
-    X(sampler2D, glbk_gbuffer_normal_map, 2)                                                        \
-    X(sampler2D, glbk_gbuffer_place_in, 2)      /* what is imported */                              \
-    X(sampler2D, glbk_gbuffer_depth_in, 3)                                                          \
-    X(sampler2D, glbk_gbuffer_normal_in, 4)                                                         \
-    X(sampler2D, glbk_gbuffer_flat_in, 5)                                                           \
-    X(sampler2D, glbk_gbuffer_open_in, 6)                                                           \
-    X(usampler2D, glbk_gbuffer_entity_in, 7)
-
-#define GLBK_GBUFFER_DRAWN_MEMBERS(X)                                                               \
-    X(mat4, world, 1)                                                                               \
-    X(mat4, clip, 1)                                                                                \
-    X(uvec4, numbers, 1)        /* kind, entity, plane, which maps */                               \
-    X(uvec4, lobes, 1)                                                                              \
-    X(vec4, diffuse, 1)                                                                             \
-    X(vec4, gloss, 1)                                                                               \
-    X(vec4, eye, 1)                                                                                 \
-    X(vec4, values, 1)          /* texels of less alpha are holes; occlusion */
-
-#define GLBK_GBUFFER_IMPORTED_MEMBERS(X)                                                            \
-    X(mat4, from_clip, 1)                                                                           \
-    X(mat4, to_clip, 1)                                                                             \
-    X(mat4, to_world, 1)                                                                            \
-    X(uvec4, numbers, 1)        /* kind, entity, plane */                                           \
-    X(uvec4, lobes, 1)                                                                              \
-    X(uvec4, how, 1)            /* which textures; packing; width, height */                        \
-    X(vec4, diffuse, 1)                                                                             \
-    X(vec4, gloss, 1)                                                                               \
-    X(vec4, eye, 1)                                                                                 \
-    X(vec4, depths, 1)          /* from depths to clip z: scale, offset; occlusion */
-
-#define GLBK_GBUFFER_BLOCKS(X)                                  \
-    X(glbk_gbuffer_drawn, 0, GLBK_GBUFFER_DRAWN_MEMBERS)        \
-    X(glbk_gbuffer_imported, 0, GLBK_GBUFFER_IMPORTED_MEMBERS)
-
-#define GLBK_GBUFFER_STORAGE(X)
-#define GLBK_GBUFFER_IMAGES(X)
-
-GLBK__PART(GBUFFER)
+   docs/gpu-layouts.md describes the four textures, which take 64 bytes a pixel. */
 
 GLBK_DEF const glbk_part *glbk_gbuffer_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
+   files. */
 
-typedef struct glbk_attributes {    /* locations of a mesh's attributes, 0..15; below 0: it has no such attribute.
-                                       All four 0 = 0, 1, 2, 3 */
-    int32_t position, normal;       /* without normals: those of the triangles */
-    int32_t uv, tangent;            /* tangent: w is the handedness, as in glTF */
+/* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. */
+typedef struct glbk_attributes {
+    int32_t position;
+    int32_t normal;                 /* below 0: the mesh has no normals, and those of its triangles are
+                                       used */
+    int32_t uv;                     /* texture coordinates; below 0: the mesh has none, and maps are read at
+                                       0, 0 */
+    int32_t tangent;                /* w is the handedness, as in glTF; below 0: the mesh has none, and normal
+                                       maps are ignored */
 } glbk_attributes;
 
 typedef struct glbk_gbuffer_desc {
-    uint32_t            width, height;      /* pixels, 1 .. what the context allows */
-    glbk_attributes     attributes;         /* of what is drawn into it */
-    const glbk_texture *depth;              /* yours, of the same size and a depth format, which must outlive it; NULL =
-                                               one of its own, DEPTH32F */
-} glbk_gbuffer_desc;                        /* zero it, then set what you care about */
+    uint32_t            width;      /* pixels, 1 .. ctx->max_side */
+    uint32_t            height;
+    glbk_attributes     attributes; /* of all meshes that are drawn into it */
+    const glbk_texture *depth;      /* a depth texture of yours, of the same width and height, to draw with;
+                                       it must outlive the G-buffer. NULL: the G-buffer makes one of its own,
+                                       DEPTH32F */
+} glbk_gbuffer_desc;                /* zero it, then set what you care about */
 
 typedef struct glbk_gbuffer {       /* read only; zeroed = none */
-    uint32_t        width, height;
-    glbk_texture    words[4];       /* place and entity; normal and numbers; colour and geometric normal; gloss */
-    glbk_texture    depth;          /* that was drawn with, or yours; see has_depth */
-    glbk_target     target, colors; /* with and without the depth */
-    glbk_attributes attributes;     /* defaults resolved */
-    int             own_depth;      /* private */
-    int             has_depth;      /* depth holds that of this frame: 0..1, the smaller the nearer */
-    int             has_clip;       /* clip and eye are those of this frame */
-    float           clip[16];       /* world to clip space, in OpenGL's convention */
-    float           eye[3];
-    glbk_program    draw, take;     /* private, as what follows: compiled when they are first used */
-    glbk_buffer     drawn, imported;
+    uint32_t        width;
+    uint32_t        height;
+    glbk_texture    words[4];       /* they hold place and entity; normal, kind, plane and occlusion; diffuse
+                                       colour and geometric normal; gloss */
+    glbk_texture    depth;          /* its own one or yours; has_depth says what it holds */
+    glbk_target     target;         /* the four textures with the depth */
+    glbk_target     colors;         /* the four textures alone */
+    glbk_attributes attributes;     /* those of the desc, defaults resolved */
+    int             own_depth;      /* private: depth is freed with the G-buffer */
+    int             has_depth;      /* not 0: depth holds that of this frame, 0..1, the smaller the nearer */
+    int             has_clip;       /* not 0: clip and eye are those of this frame */
+    float           clip[16];       /* world to clip space, whose depth is -1..1 */
+    float           eye[3];         /* world */
+    glbk_program    draw_program;   /* private, like all that follows; compiled when it is first used */
+    glbk_program    import_program;
+    glbk_buffer     drawn;
+    glbk_buffer     imported;
 } glbk_gbuffer;
 
 GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *desc, glbk_gbuffer *out);
-/* Nothing is seen in it. Memory on the GPU: 64 bytes a pixel, and 4 for the depth.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a size of 0, a location above 15 or twice, no position; GLBK_ERR_MISMATCH:
-            a depth of another size; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC; those of textures and targets */
+/* Makes a G-buffer in which nothing is seen.
+   Memory   on the GPU 64 bytes a pixel, and 4 for a depth texture of its own
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: width or height is 0, a location is above 15 or used twice,
+            there is no position; GLBK_ERR_MISMATCH: desc->depth has another size; GLBK_ERR_LIMIT;
+            GLBK_ERR_ALLOC; those of glbk_texture_create and glbk_target_create */
+
 GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *gbuffer);
+/* Deletes the G-buffer's objects of GL, not your depth texture, and zeroes the struct. Accepts NULL. */
 
 /* ---- gbuffer: drawing ---- */
 
-typedef struct glbk_surface {       /* an object; all zero: black, Lambert, on no entity */
-    float          world[16];       /* object to world; all zero = identity */
-    lsamp_material material;        /* diffuse, specular, ... are factors of the maps'; lobes is not looked at: */
-    uint32_t       first_lobe;      /* Lafortune: the first of material.lobe_count in the table that the technique was
-                                       given (glbk_csm_lights_desc.lobes) */
-    uint32_t       entity;          /* counted from 1, in the order in which the technique has them; 0 = none */
-    uint32_t       plane;           /* receiver plane (csm) that it lies on, counted from 1, at most 255; 0 = none */
-    float          occlusion;       /* of bounced light: 0 open .. 1 none of it comes */
-    float          alpha;           /* opacity, a factor of the colour map's; 0 = 1 */
-    float          alpha_cutoff;    /* what is less opaque is a hole; 0 = none */
-    const glbk_texture *color_map;  /* or NULL, like the others: factors of diffuse, and alpha */
-    const glbk_texture *gloss_map;  /* factors of specular; metal-rough: roughness in g, metallic in b, as in glTF */
-    const glbk_texture *normal_map; /* tangent space; needs tangents */
+typedef struct glbk_surface {       /* one object; all zero: black, Lambert, on no entity */
+    float          world[16];       /* object to world, column-major; all zero = identity */
+    lsamp_material material;        /* its numbers are multiplied by the maps; the pointer lobes is not read,
+                                       see first_lobe */
+    uint32_t       first_lobe;      /* Lafortune: number of the first of material.lobe_count lobes in the
+                                       table that the technique has (glbk_csm_lights_desc.lobes) */
+    uint32_t       entity;          /* number of the technique's entity, counted from 1 in its order; 0 =
+                                       none */
+    uint32_t       plane;           /* number of csm's receiver plane that the object lies on, 1..255; 0 =
+                                       none */
+    float          occlusion;       /* share of bounced light that does not reach the object, 0..1 */
+    float          alpha;           /* opacity, which the colour map's alpha multiplies; 0 = 1 */
+    float          alpha_cutoff;    /* pixels of less opacity are not drawn; 0 = all are */
+    const glbk_texture *color_map;  /* rgb multiplies diffuse, a multiplies alpha. NULL = no map, like the
+                                       next two */
+    const glbk_texture *gloss_map;  /* Phong: rgb multiplies specular; metal-rough: g multiplies roughness and
+                                       b metallic, as in glTF */
+    const glbk_texture *normal_map; /* normals in tangent space, 0..1 for -1..1; needs tangents */
 } glbk_surface;
 
-GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer, const float world_to_clip[16],
-                                        const float eye[3]);
-/* Clears the G-buffer and its depth, your own one too, and binds it with its program, which is compiled at first use.
-   world_to_clip   OpenGL's clip space, -1..1: a pass sets it so (glbk_begin)
-   eye             world; all surfaces are turned to it
-   Errors          GLBK_ERR_ARGUMENT; those of glbk_program_create at first use */
-GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *gbuffer, const glbk_surface *surface);
-/* After glbk_gbuffer_begin, once or often: then bind your vertex array and draw. Attributes of desc.attributes that the
-   array has not enabled must have been set to zero.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range; GLBK_ERR_ORDER, before glbk_gbuffer_begin */
+GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                        const float world_to_clip[16], const float eye[3]);
+/* Clears the G-buffer and its depth, even where that texture is yours, and binds both with the program that
+   draws objects, which is compiled by the first call.
+   world_to_clip   column-major; clip space is OpenGL's, with depths -1..1, whatever your glClipControl says:
+                   the pass sets it (glbk_begin)
+   eye             x, y, z in world space; normals of surfaces are turned towards it
+   Errors          GLBK_ERR_ARGUMENT; those of glbk_program_compile in the first call */
+
+GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                         const glbk_surface *surface);
+/* Makes the draws that follow those of this object, until the next call: bind your vertex array and draw.
+   Call it after glbk_gbuffer_begin. An attribute of desc.attributes that the vertex array has not enabled
+   must have been set to zero.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a field of surface is out of range; GLBK_ERR_ORDER:
+            glbk_gbuffer_begin has not been called */
 
 /* ---- gbuffer: from the CPU ---- */
 
 typedef struct glbk_pixel {
     float          position[3];     /* world */
-    float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen here */
-    float          geometric[3];    /* unit, the surface's own; 0 0 0 = normal */
-    float          tangent[3];      /* unit, for Lafortune's lobes; 0 0 0 = any */
-    lsamp_material material;        /* lobes is not looked at: */
-    uint32_t       first_lobe;      /* this, and the rest, as in glbk_surface */
-    uint32_t       entity, plane;
+    float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen
+                                       here */
+    float          geometric[3];    /* unit, the surface's own normal on the same side; 0 0 0 = normal */
+    float          tangent[3];      /* unit, world: the x axis of Lafortune's lobes; 0 0 0 = any */
+    lsamp_material material;        /* as in glbk_surface, like all that follows */
+    uint32_t       first_lobe;
+    uint32_t       entity;
+    uint32_t       plane;
     float          occlusion;
 } glbk_pixel;
 
-GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffer, uint32_t row, uint32_t rows,
-                                         const glbk_pixel *pixels);
-/* Whole rows. Row 0 comes back first where a technique reads its light; for a picture on the screen it is the lowest.
-   There is no depth of it: has_depth and has_clip are 0 afterwards.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffer, uint32_t row,
+                                         uint32_t row_count, const glbk_pixel *pixels);
+/* Writes whole rows of pixels, row .. row + row_count - 1, from memory. Row 0 is the lowest of a picture on
+   the screen, and the first that the _read functions of the techniques return. The G-buffer has no depth and
+   no matrix afterwards: has_depth and has_clip are 0.
+   pixels   gbuffer->width x row_count, row by row; they are not checked. A plane counts modulo 256, occlusion
+            is clamped to 0..1
+   Memory   64 bytes a pixel while it runs
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, row_count is 0 or the rows reach beyond height;
+            GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *gbuffer, uint32_t row,
+                                       uint32_t row_count, glbk_pixel *pixels);
+/* Reads whole rows back, to look at what a G-buffer holds, and waits for the GPU. Normals of surfaces and
+   tangents are off by up to 5e-5, occlusion by 1 / 131070.
+   pixels   receives gbuffer->width x row_count pixels, in the order of glbk_gbuffer_upload
+   Memory, errors   as for glbk_gbuffer_upload */
 
 /* ---- gbuffer: from textures of your own ---- */
 
@@ -254,63 +252,176 @@ typedef enum glbk_normal_packing {
 
 typedef enum glbk_clip_depth {
     GLBK_CLIP_DEPTH_DEFAULT,                /* = GLBK_CLIP_DEPTH_MINUS_ONE_TO_ONE */
-    GLBK_CLIP_DEPTH_MINUS_ONE_TO_ONE,       /* OpenGL; its depth buffers hold 0 near .. 1 far */
-    GLBK_CLIP_DEPTH_ZERO_TO_ONE,            /* glClipControl's other one */
-    GLBK_CLIP_DEPTH_REVERSED,               /* 1 near .. 0 far, in depth buffers too */
+    GLBK_CLIP_DEPTH_MINUS_ONE_TO_ONE,       /* OpenGL's; its depth buffers hold 0 near .. 1 far */
+    GLBK_CLIP_DEPTH_ZERO_TO_ONE,            /* glClipControl with GL_ZERO_TO_ONE, 0 near .. 1 far */
+    GLBK_CLIP_DEPTH_REVERSED,               /* the same, 1 near .. 0 far, in depth buffers too */
     GLBK_CLIP_DEPTH_COUNT
 } glbk_clip_depth;
 
-/* Textures are 2D, of the G-buffer's size, not multisampled. Of a texture that this library has not made, set name,
-   width and height of a zeroed glbk_texture; it must be complete (without mipmaps: GL_NEAREST or GL_LINEAR), a depth
-   texture without a comparison mode. NULL = not given. */
+/* Textures are 2D, of the G-buffer's width and height, and not multisampled. For a texture that this library
+   has not made, zero a glbk_texture and set name, width and height; it must be complete (without mipmaps its
+   filter is GL_NEAREST or GL_LINEAR), and a depth texture has no comparison mode. NULL = not given. */
 typedef struct glbk_import {
-    const glbk_texture *depth;              /* what a depth buffer holds; or */
-    const glbk_texture *positions;          /* floats. 0 in the fourth channel: nothing is seen. Both: places of these,
-                                               what is seen and the depth by the other */
-    float               world_to_clip[16];  /* by which it was drawn; needed with depth alone. All zero = not known:
-                                               then there is no depth but by a depth texture */
+    const glbk_texture *depth;              /* holds what a depth buffer holds. depth or positions is
+                                               required; with both, places come from positions, depths and
+                                               what is seen from depth */
+    const glbk_texture *positions;          /* floats x, y, z; a 0 in the fourth channel: nothing is seen */
+    float               world_to_clip[16];  /* the matrix by which depth was drawn; required where depth comes
+                                               without positions. All zero = not known, and then only a depth
+                                               texture gives depths */
     glbk_clip_depth     clip_depth;         /* of world_to_clip and depth */
-    float               to_world[16];       /* of positions and normals: rotation, translation; view to world where they
-                                               are in view space. All zero = identity */
+    float               to_world[16];       /* the space of positions and normals to world, a rotation and
+                                               translation: the view's where they are in view space. All zero
+                                               = identity */
     float               eye[3];             /* world */
-    const glbk_texture *normals;            /* required. Lengths beyond 0.5..1.5: nothing is seen */
-    const glbk_texture *geometric;          /* normals of the surfaces; NULL = from the places of neighbouring pixels */
-    glbk_normal_packing normal_packing;     /* of both */
-    lsamp_material      material;           /* as in glbk_surface, as is first_lobe */
+    const glbk_texture *normals;            /* required; of lengths 0.5..1.5, else nothing is seen */
+    const glbk_texture *geometric;          /* normals of the surfaces; NULL: they are found from the places
+                                               of neighbouring pixels */
+    glbk_normal_packing normal_packing;     /* of normals and geometric */
+    lsamp_material      material;           /* as in glbk_surface, like first_lobe */
     uint32_t            first_lobe;
-    const glbk_texture *color_map;          /* factors of diffuse. Linear: an sRGB texture, or one that holds it so */
-    const glbk_texture *gloss_map;          /* as in glbk_surface: pixel for pixel here */
-    const glbk_texture *open_map;           /* red: 1 open .. 0 occluded, as glTF has it; else occlusion holds */
-    const glbk_texture *entities;           /* unsigned integers, red: from 1, 0 none; else entity holds */
-    uint32_t            entity, plane;
+    const glbk_texture *color_map;          /* linear colours that multiply diffuse: an sRGB texture is
+                                               fine */
+    const glbk_texture *gloss_map;          /* as in glbk_surface, but a texel for each pixel */
+    const glbk_texture *open_map;           /* red: 1 open .. 0 occluded, as in glTF; it replaces occlusion */
+    const glbk_texture *entities;           /* unsigned integers, red: an entity from 1 on, or 0; it replaces
+                                               entity */
+    uint32_t            entity;             /* as in glbk_surface, like plane and occlusion */
+    uint32_t            plane;
     float               occlusion;
 } glbk_import;                              /* zero it, then set what you care about */
 
 GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *gbuffer, const glbk_import *import);
-/* One pass over all pixels: it reads 2 to 8 texels of yours, 4 to 8 more where it finds normals of surfaces by
-   neighbours, and writes 64 bytes. Compiles its program at first use. The G-buffer's own depth is written where it is
-   known; yours, by desc.depth, is left as it is, and may be import->depth.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: what is required is missing, a texture of another size, a matrix that has
-            no inverse; those of glbk_program_create at first use */
+/* Fills the G-buffer from textures of yours, by one pass over all pixels; the first call compiles its
+   program. A depth texture of its own is written where depths are known; one of yours (desc.depth) is left as
+   it is, and may be import->depth.
+   Cost     a pixel: 2 to 8 texels are read, 4 to 8 more where normals of surfaces come from neighbours, and
+            64 bytes written
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a required field is missing, a texture has another size, a
+            matrix has no inverse, a number is out of range; those of glbk_program_compile in the first call
+            */
+
+/* ---- gbuffer: in shaders of your own ---- */
 
 GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *gbuffer,
-                                      const glbk_offset *offset);
-/* For a program of yours with gbuffer among its library files, which is bound (glbk_begin): the four textures.
-   offset   that gbuffer has in the program; NULL = none
+                                       const glbk_offset *offset);
+/* Binds the four textures for a program of yours that uses lib/gbuffer.glsl and is bound (glbk_begin).
+   offset   what glbk_source.offsets gives this part in the program; NULL = none
    Errors   GLBK_ERR_ARGUMENT */
 
-GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *gbuffer, uint32_t row, uint32_t rows,
-                                       glbk_pixel *pixels);
-/* The way back, to look at what a G-buffer holds: rows as glbk_gbuffer_upload takes them. Normals of surfaces and
-   tangents are off by up to 5e-5, occlusion by 1 / 131070. Waits for the GPU.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+/* ---- pictures: what the techniques draw at last ---- */
+
+/* The techniques' glbk_..._resolve draw a picture one texel a pixel, its lower left corner at the viewport's.
+   A smaller viewport cuts it off; a larger one, or a larger target without a viewport, is GLBK_ERR_DESC:
+   nothing is scaled. To show a picture in another size, resolve to a target of its own size and draw that. */
+
+typedef struct glbk_picture {       /* what glbk_..._resolve draws, beside what the pass says. NULL or all
+                                       zero: every pixel, without depths */
+    int          keep_empty;        /* not 0: where nothing is seen, nothing is drawn: what lies there
+                                       stays */
+    const float *world_to_clip;     /* 16 floats, OpenGL's clip space -1..1: depths are drawn too, those of
+                                       what is seen, 1 where nothing is; pass.depth tests and writes them.
+                                       They are recomputed from places, so they may differ in the last bits
+                                       from those of a draw of the same surface. NULL: one depth, 0.5, for
+                                       all */
+} glbk_picture;
+/* With desc.check, glbk_..._resolve without pass.target is GLBK_ERR_ORDER while the framebuffer that is bound
+   is a technique's, see glbk_check. */
 
 /* ---- for the techniques' headers: not for you, may change without notice ---- */
 
-GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
-                                           const char *defines, glbk_program *out);
-/* glbk_program_create for a program of one pass over the screen or of compute that uses lib/gbuffer.glsl beside files
-   of its own part. */
+/* Does what glbk__program_create does, for a program of one pass over the screen or of compute that uses
+   lib/gbuffer.glsl beside files of its own part. */
+GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const char *defines, glbk_program *out);
+
+/* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
+   width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). */
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+                                          const glbk_picture *picture, uint32_t width, uint32_t height,
+                                          glbk_program *program);
+
+/* ==== src/gl_gbuffer/bindings.h ==== */
+
+/* ---- gbuffer: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+
+/* The four textures of the G-buffer, which are read; no technique uses these slots for anything else. */
+#define GLBK_GBUFFER_READ_TEXTURES(X)           \
+    X(usampler2D, glbk_gbuffer_place, 8)        \
+    X(usampler2D, glbk_gbuffer_normal, 9)       \
+    X(usampler2D, glbk_gbuffer_color, 10)       \
+    X(usampler2D, glbk_gbuffer_gloss, 11)
+
+/* Maps of what is drawn (the first three) or imported (the first two). */
+#define GLBK_GBUFFER_MAP_TEXTURES(X)            \
+    X(sampler2D, glbk_gbuffer_color_map, 0)     \
+    X(sampler2D, glbk_gbuffer_gloss_map, 1)     \
+    X(sampler2D, glbk_gbuffer_normal_map, 2)
+
+/* Textures that are imported besides. */
+#define GLBK_GBUFFER_IMPORT_TEXTURES(X)         \
+    X(sampler2D, glbk_gbuffer_place_in, 2)      \
+    X(sampler2D, glbk_gbuffer_depth_in, 3)      \
+    X(sampler2D, glbk_gbuffer_normal_in, 4)     \
+    X(sampler2D, glbk_gbuffer_flat_in, 5)       \
+    X(sampler2D, glbk_gbuffer_open_in, 6)       \
+    X(usampler2D, glbk_gbuffer_entity_in, 7)
+
+#define GLBK_GBUFFER_TEXTURES(X)                \
+    GLBK_GBUFFER_READ_TEXTURES(X)               \
+    GLBK_GBUFFER_MAP_TEXTURES(X)                \
+    GLBK_GBUFFER_IMPORT_TEXTURES(X)
+
+/* The material of an object, or of all that is imported. */
+#define GLBK_GBUFFER_MATERIAL_MEMBERS(X)                                                    \
+    X(vec4, diffuse, 1)             /* rgb: albedo or base colour; a: opacity, of objects */ \
+    X(vec4, gloss, 1)               /* Phong: specular colour, exponent; metal-rough: metallic, roughness */ \
+    X(uint, kind, 1)                /* lsamp_material_kind, never the default */            \
+    X(uint, entity, 1)                                                                      \
+    X(uint, plane, 1)                                                                       \
+    X(float, occlusion, 1)                                                                  \
+    X(uint, first_lobe, 1)                                                                  \
+    X(uint, lobe_count, 1)
+
+/* One object that is drawn. */
+#define GLBK_GBUFFER_DRAWN_MEMBERS(X)                                                       \
+    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, clip, 1)                /* world to clip space */                               \
+    X(vec4, eye, 1)                 /* world; w is not used */                              \
+    GLBK_GBUFFER_MATERIAL_MEMBERS(X)                                                        \
+    X(uint, maps, 1)                /* bits: 1 a colour map, 2 a gloss map, 4 a normal map */ \
+    X(float, alpha_cutoff, 1)
+
+/* One import. */
+#define GLBK_GBUFFER_IMPORTED_MEMBERS(X)                                                    \
+    X(mat4, from_clip, 1)           /* clip space to world */                               \
+    X(mat4, to_clip, 1)             /* world to clip space */                               \
+    X(mat4, to_world, 1)            /* the space of positions and normals to world */       \
+    X(vec4, eye, 1)                 /* world; w is not used */                              \
+    GLBK_GBUFFER_MATERIAL_MEMBERS(X)                                                        \
+    X(uint, given, 1)               /* bits of gbuffer_import.frag: the textures that there are */ \
+    X(uint, normal_packing, 1)      /* glbk_normal_packing */                               \
+    X(uint, width, 1) X(uint, height, 1)                                                    \
+    X(float, depth_scale, 1)        /* clip z of a depth d is depth_scale d + depth_offset */ \
+    X(float, depth_offset, 1)
+
+/* What a resolve draws to, and a glbk_picture. */
+#define GLBK_SHOWN_MEMBERS(X)                                                                           \
+    X(mat4, to_clip, 1)             /* world to clip space, with has_depth */                           \
+    X(uint, left, 1)                /* pixels of the target, an int by its bits */                      \
+    X(uint, bottom, 1)                                                                                  \
+    X(uint, keep_empty, 1)                                                                              \
+    X(uint, has_depth, 1)
+
+#define GLBK_GBUFFER_BLOCKS(X)                                  \
+    X(glbk_gbuffer_drawn, 0, GLBK_GBUFFER_DRAWN_MEMBERS)        \
+    X(glbk_gbuffer_imported, 0, GLBK_GBUFFER_IMPORTED_MEMBERS)  \
+    X(glbk_shown, 7, GLBK_SHOWN_MEMBERS)
+
+#define GLBK_GBUFFER_STORAGE(X)
+#define GLBK_GBUFFER_IMAGES(X)
+
+GLBK__PART(GBUFFER)
 
 /* ==== src/gl_gbuffer/begin.h ==== */
 
@@ -322,7 +433,7 @@ GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *p
 
 #endif /* GL_GBUFFER_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_GBUFFER_IMPLEMENTATION) && !defined(GL_GBUFFER_IMPLEMENTED)
 #define GL_GBUFFER_IMPLEMENTED
@@ -332,7 +443,6 @@ GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *p
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -354,7 +464,7 @@ static inline void glbk_gbuf__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_gbuf__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -372,7 +482,7 @@ static inline glbk_gbuf__allocator glbk_gbuf__allocator_make(void *(*alloc_fn)(s
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_gbuf__alloc(const glbk_gbuf__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -391,7 +501,6 @@ static inline void glbk_gbuf__free(const glbk_gbuf__allocator *a, void *memory)
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk_gbuf__allocator glbk_gbuf__memory(const glbk_context *ctx)
@@ -404,25 +513,7 @@ static inline glbk_gbuf__allocator glbk_gbuf__memory(const glbk_context *ctx)
 
 
 static const char *const glbk__glsl_lib_gbuffer_glsl[] = {
-    "\n\n#define GLBK_LAMBERT 1u\n"
-    "#define GLBK_PHONG 2u\n"
-    "#define GLBK_LAFORTUNE 3u\n"
-    "#define GLBK_METAL_ROUGH 4u\n"
-    "\nstruct glbk_point{\n"
-    "vec3 position,normal;\n"
-    "vec3 geometric;\n"
-    "vec3 tangent;\n"
-    "uint kind;\n"
-    "vec3 diffuse;\n"
-    "vec3 specular;\n"
-    "float exponent;\n"
-    "float metallic,roughness;\n"
-    "uint lobe,lobe_count;\n"
-    "float occlusion;\n"
-    "uint entity;\n"
-    "uint plane;\n"
-    "};\n"
-    "\n\nbool glbk_read_point(ivec2 at,out glbk_point p)\n"
+    "\n\n\n\n\n\nbool glbk_read_point(ivec2 at,out glbk_point p)\n"
     "{\n"
     "uvec4 place=texelFetch(glbk_gbuffer_place,at,0),normal=texelFetch(glbk_gbuffer_normal,at,0);\n"
     "uvec4 color=texelFetch(glbk_gbuffer_color,at,0),gloss=texelFetch(glbk_gbuffer_gloss,at,0);\n"
@@ -433,16 +524,16 @@ static const char *const glbk__glsl_lib_gbuffer_glsl[] = {
     "p.entity=place.w;\n"
     "p.normal=uintBitsToFloat(normal.xyz);\n"
     "p.plane=(normal.w>>8)&0xffu;\n"
-    "p.occlusion=float(normal.w>>16)/65535.0;\n"
+    "p.occlusion=float(normal.w>>16)/65535.;\n"
     "p.diffuse=uintBitsToFloat(color.xyz);\n"
     "p.geometric=glbk_unpack_unit(color.w);\n"
-    "p.specular=phong?values.xyz:vec3(0.0);\n"
-    "p.exponent=phong?values.w:0.0;\n"
-    "p.metallic=metal?values.x:0.0;\n"
-    "p.roughness=metal?values.y:0.0;\n"
+    "p.specular=phong?values.xyz:vec3(.0);\n"
+    "p.exponent=phong?values.w:.0;\n"
+    "p.metallic=metal?values.x:.0;\n"
+    "p.roughness=metal?values.y:.0;\n"
     "p.lobe=lobes?gloss.x:0u;\n"
     "p.lobe_count=lobes?gloss.y:0u;\n"
-    "p.tangent=lobes?glbk_unpack_unit(gloss.z):vec3(0.0);\n"
+    "p.tangent=lobes?glbk_unpack_unit(gloss.z):vec3(.0);\n"
     "return p.kind!=0u;\n"
     "}\n"
 };
@@ -467,12 +558,17 @@ static const char *const glbk__glsl_lib_gbuffer_drawn_glsl[] = {
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
     "mat4 world;\n"
     "mat4 clip;\n"
-    "uvec4 numbers;\n"
-    "uvec4 lobes;\n"
+    "vec4 eye;\n"
     "vec4 diffuse;\n"
     "vec4 gloss;\n"
-    "vec4 eye;\n"
-    "vec4 values;\n"
+    "uint kind;\n"
+    "uint entity;\n"
+    "uint plane;\n"
+    "float occlusion;\n"
+    "uint first_lobe;\n"
+    "uint lobe_count;\n"
+    "uint maps;\n"
+    "float alpha_cutoff;\n"
     "}glbk_gbuffer_drawn;\n"
 };
 
@@ -481,91 +577,162 @@ static const char *const glbk__glsl_lib_gbuffer_imported_glsl[] = {
     "mat4 from_clip;\n"
     "mat4 to_clip;\n"
     "mat4 to_world;\n"
-    "uvec4 numbers;\n"
-    "uvec4 lobes;\n"
-    "uvec4 how;\n"
+    "vec4 eye;\n"
     "vec4 diffuse;\n"
     "vec4 gloss;\n"
-    "vec4 eye;\n"
-    "vec4 depths;\n"
+    "uint kind;\n"
+    "uint entity;\n"
+    "uint plane;\n"
+    "float occlusion;\n"
+    "uint first_lobe;\n"
+    "uint lobe_count;\n"
+    "uint given;\n"
+    "uint normal_packing;\n"
+    "uint width;\n"
+    "uint height;\n"
+    "float depth_scale;\n"
+    "float depth_offset;\n"
     "}glbk_gbuffer_imported;\n"
 };
 
 static const char *const glbk__glsl_lib_gbuffer_pack_glsl[] = {
-    "\nvec3 glbk_unit(vec3 v)\n"
+    "\n#define GLBK_LAMBERT 1u\n"
+    "#define GLBK_PHONG 2u\n"
+    "#define GLBK_LAFORTUNE 3u\n"
+    "#define GLBK_METAL_ROUGH 4u\n"
+    "\nstruct glbk_point{\n"
+    "vec3 position;\n"
+    "vec3 normal;\n"
+    "vec3 geometric;\n"
+    "vec3 tangent;\n"
+    "uint kind;\n"
+    "vec3 diffuse;\n"
+    "vec3 specular;\n"
+    "float exponent;\n"
+    "float metallic;\n"
+    "float roughness;\n"
+    "uint lobe;\n"
+    "uint lobe_count;\n"
+    "float occlusion;\n"
+    "uint entity;\n"
+    "uint plane;\n"
+    "};\n"
+    "\n\nvec3 glbk_unit(vec3 v)\n"
     "{\n"
     "float d=dot(v,v);\n"
-    "return d>0.0?v*inversesqrt(d):vec3(0.0);\n"
+    "return d>.0?v*inversesqrt(d):vec3(.0);\n"
     "}\n"
-    "\nvec3 glbk_unit_of_square(vec2 p)\n"
+    "\n\nvec3 glbk_unit_of_square(vec2 p)\n"
     "{\n"
-    "float z=1.0-abs(p.x)-abs(p.y),t=max(-z,0.0);\n"
-    "return glbk_unit(vec3(p.x+(p.x>=0.0? -t:t),p.y+(p.y>=0.0? -t:t),z));\n"
+    "float z=1.-abs(p.x)-abs(p.y),t=max(-z,.0);\n"
+    "return glbk_unit(vec3(p.x+(p.x>=.0? -t:t),p.y+(p.y>=.0? -t:t),z));\n"
     "}\n"
-    "\nuint glbk_pack_unit(vec3 n)\n"
+    "\n\nuint glbk_pack_unit(vec3 n)\n"
     "{\n"
     "float sum=abs(n.x)+abs(n.y)+abs(n.z);\n"
-    "if(!(sum>0.0))return 0xffffffffu;\n"
+    "if(!(sum>.0))return 0xffffffffu;\n"
     "n/=sum;\n"
-    "vec2 p=n.z>=0.0?n.xy:(1.0-abs(n.yx))*vec2(n.x>=0.0?1.0: -1.0,n.y>=0.0?1.0: -1.0);\n"
-    "uvec2 q=uvec2(floor(clamp(p*0.5+0.5,0.0,1.0)*65534.0+0.5));\n"
+    "vec2 p=n.z>=.0?n.xy:(1.-abs(n.yx))*vec2(n.x>=.0?1.: -1.,n.y>=.0?1.: -1.);\n"
+    "uvec2 q=uvec2(floor(clamp(p*.5+.5,.0,1.)*65534.+.5));\n"
     "return q.x|(q.y<<16);\n"
     "}\n"
-    "\nvec3 glbk_unpack_unit(uint bits)\n"
+    "\n\nvec3 glbk_unpack_unit(uint bits)\n"
     "{\n"
-    "if(bits==0xffffffffu)return vec3(0.0);\n"
-    "return glbk_unit_of_square(vec2(float(bits&0xffffu),float(bits>>16))*(2.0/65534.0)-1.0);\n"
+    "if(bits==0xffffffffu)return vec3(.0);\n"
+    "return glbk_unit_of_square(vec2(float(bits&0xffffu),float(bits>>16))*(2./65534.)-1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_gbuffer_write_glsl[] = {
-    "\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
+    "\n\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
     "layout(location=1)out uvec4 glbk_out_normal;\n"
     "layout(location=2)out uvec4 glbk_out_color;\n"
     "layout(location=3)out uvec4 glbk_out_gloss;\n"
-    "\n\nvoid glbk_write_surface(vec3 place,vec3 n,vec3 flat_n,vec3 tangent,uvec4 numbers,uvec4 lobes,vec3 diffuse,\n"
-    "vec4 gloss,vec3 map,float occlusion)\n"
+    "\n\n\nvoid glbk_set_gloss(inout glbk_point p,vec4 numbers,vec3 map)\n"
     "{\n"
-    "if(numbers.x==2u)gloss.xyz*=map;\n"
-    "if(numbers.x==4u)gloss.xy*=map.zy;\n"
-    "uint shade=uint(clamp(occlusion,0.0,1.0)*65535.0+0.5);\n"
-    "glbk_out_place=uvec4(floatBitsToUint(place),numbers.y);\n"
-    "glbk_out_normal=uvec4(floatBitsToUint(n),numbers.x|(numbers.z<<8)|(shade<<16));\n"
-    "glbk_out_color=uvec4(floatBitsToUint(diffuse),glbk_pack_unit(flat_n));\n"
-    "glbk_out_gloss=numbers.x==3u?uvec4(lobes.xy,glbk_pack_unit(tangent),0u):floatBitsToUint(gloss);\n"
+    "p.specular=numbers.xyz*map;\n"
+    "p.exponent=numbers.w;\n"
+    "p.metallic=numbers.x*map.z;\n"
+    "p.roughness=numbers.y*map.y;\n"
     "}\n"
+    "\nvoid glbk_write_point(glbk_point p)\n"
+    "{\n"
+    "uint shade=uint(clamp(p.occlusion,.0,1.)*65535.+.5);\n"
+    "glbk_out_place=uvec4(floatBitsToUint(p.position),p.entity);\n"
+    "glbk_out_normal=uvec4(floatBitsToUint(p.normal),p.kind|(p.plane<<8)|(shade<<16));\n"
+    "glbk_out_color=uvec4(floatBitsToUint(p.diffuse),glbk_pack_unit(p.geometric));\n"
+    "glbk_out_gloss=uvec4(0u);\n"
+    "if(p.kind==GLBK_PHONG)glbk_out_gloss=floatBitsToUint(vec4(p.specular,p.exponent));\n"
+    "if(p.kind==GLBK_METAL_ROUGH)glbk_out_gloss.xy=floatBitsToUint(vec2(p.metallic,p.roughness));\n"
+    "if(p.kind==GLBK_LAFORTUNE)glbk_out_gloss=uvec4(p.lobe,p.lobe_count,glbk_pack_unit(p.tangent),0u);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_picture_glsl[] = {
+    "\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
+    "\n\nbool glbk_picture_asks(){return(glbk_shown.keep_empty|glbk_shown.has_depth)!=0u;}\n"
+    "\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
+    "{\n"
+    "if(glbk_shown.keep_empty!=0u&& !seen)discard;\n"
+    "vec4 clip=glbk_shown.to_clip*vec4(p,1.);\n"
+    "float deep=seen&&clip.w>.0?clamp(clip.z/clip.w*.5+.5,.0,1.):1.;\n"
+    "gl_FragDepth=glbk_shown.has_depth!=0u?deep:gl_FragCoord.z;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_shown_glsl[] = {
+    "\nlayout(std140)uniform glbk_shown_block{\n"
+    "mat4 to_clip;\n"
+    "uint left;\n"
+    "uint bottom;\n"
+    "uint keep_empty;\n"
+    "uint has_depth;\n"
+    "}glbk_shown;\n"
 };
 
 static const char *const glbk__glsl_prog_gbuffer_draw_frag[] = {
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
     "in vec2 glbk_uv;\n"
     "in vec4 glbk_along;\n"
-    "\nvoid main()\n"
+    "\nconst uint has_color_map=1u,has_gloss_map=2u,has_normal_map=4u;\n"
+    "\nbool has(uint map){return(glbk_gbuffer_drawn.maps&map)!=0u;}\n"
+    "\n\nvoid main()\n"
     "{\n"
-    "uvec4 numbers=glbk_gbuffer_drawn.numbers;\n"
-    "vec3 view=glbk_gbuffer_drawn.eye.xyz-glbk_place;\n"
-    "vec3 flat_n=glbk_unit(cross(dFdx(glbk_place),dFdy(glbk_place)));\n"
-    "if(dot(flat_n,flat_n)==0.0)flat_n=glbk_unit(glbk_facing);\n"
-    "if(dot(flat_n,view)<0.0)flat_n= -flat_n;\n"
-    "vec3 n=dot(glbk_facing,glbk_facing)>0.0?glbk_unit(glbk_facing):flat_n;\n"
-    "if(dot(n,flat_n)<0.0)n= -n;\n"
-    "vec3 t=glbk_unit(glbk_along.xyz-n*dot(glbk_along.xyz,n)),map=vec3(1.0);\n"
-    "vec4 color=glbk_gbuffer_drawn.diffuse;\n"
-    "if((numbers.w&4u)!=0u){\n"
-    "vec3 bump=texture(glbk_gbuffer_normal_map,glbk_uv).xyz*2.0-1.0;\n"
-    "bump.y*=glbk_along.w<0.0? -1.0:1.0;\n"
-    "if(dot(t,t)>0.0)n=glbk_unit(t*bump.x+cross(n,t)*bump.y+n*bump.z);\n"
+    "glbk_point p;\n"
+    "p.position=glbk_place;\n"
+    "p.geometric=glbk_unit(cross(dFdx(glbk_place),dFdy(glbk_place)));\n"
+    "if(dot(p.geometric,p.geometric)==.0)\n"
+    "p.geometric=glbk_unit(glbk_facing);\n"
+    "if(dot(p.geometric,glbk_gbuffer_drawn.eye.xyz-glbk_place)<.0)p.geometric= -p.geometric;\n"
+    "vec3 n=dot(glbk_facing,glbk_facing)>.0?glbk_unit(glbk_facing):p.geometric;\n"
+    "if(dot(n,p.geometric)<.0)n= -n;\n"
+    "p.tangent=glbk_unit(glbk_along.xyz-n*dot(glbk_along.xyz,n));\n"
+    "if(has(has_normal_map)){\n"
+    "vec3 bump=texture(glbk_gbuffer_normal_map,glbk_uv).xyz*2.-1.;\n"
+    "bump.y*=glbk_along.w<.0? -1.:1.;\n"
+    "if(dot(p.tangent,p.tangent)>.0)\n"
+    "n=glbk_unit(p.tangent*bump.x+cross(n,p.tangent)*bump.y+n*bump.z);\n"
     "}\n"
-    "if((numbers.w&1u)!=0u)color*=texture(glbk_gbuffer_color_map,glbk_uv);\n"
-    "if((numbers.w&2u)!=0u)map=texture(glbk_gbuffer_gloss_map,glbk_uv).xyz;\n"
-    "if(color.a<glbk_gbuffer_drawn.values.x)discard;\n"
-    "glbk_write_surface(glbk_place,n,flat_n,t,numbers,glbk_gbuffer_drawn.lobes,color.xyz,\n"
-    "glbk_gbuffer_drawn.gloss,map,glbk_gbuffer_drawn.values.y);\n"
+    "p.normal=n;\n"
+    "vec4 color=glbk_gbuffer_drawn.diffuse;\n"
+    "vec3 map=vec3(1.);\n"
+    "if(has(has_color_map))color*=texture(glbk_gbuffer_color_map,glbk_uv);\n"
+    "if(has(has_gloss_map))map=texture(glbk_gbuffer_gloss_map,glbk_uv).xyz;\n"
+    "if(color.a<glbk_gbuffer_drawn.alpha_cutoff)discard;\n"
+    "p.diffuse=color.xyz;\n"
+    "glbk_set_gloss(p,glbk_gbuffer_drawn.gloss,map);\n"
+    "p.kind=glbk_gbuffer_drawn.kind;\n"
+    "p.entity=glbk_gbuffer_drawn.entity;\n"
+    "p.plane=glbk_gbuffer_drawn.plane;\n"
+    "p.occlusion=glbk_gbuffer_drawn.occlusion;\n"
+    "p.lobe=glbk_gbuffer_drawn.first_lobe;\n"
+    "p.lobe_count=glbk_gbuffer_drawn.lobe_count;\n"
+    "glbk_write_point(p);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_gbuffer_draw_vert[] = {
-    "\n\n#ifndef GBUFFER_POSITION\n"
+    "\n\n\n#ifndef GBUFFER_POSITION\n"
     "#define GBUFFER_POSITION 0\n"
     "#define GBUFFER_NORMAL 1\n"
     "#define GBUFFER_UV 2\n"
@@ -575,17 +742,17 @@ static const char *const glbk__glsl_prog_gbuffer_draw_vert[] = {
     "#if GBUFFER_NORMAL >= 0\n"
     "layout(location=GBUFFER_NORMAL)in vec3 normal;\n"
     "#else\n"
-    "const vec3 normal=vec3(0.0);\n"
+    "const vec3 normal=vec3(.0);\n"
     "#endif\n"
     "#if GBUFFER_UV >= 0\n"
     "layout(location=GBUFFER_UV)in vec2 uv;\n"
     "#else\n"
-    "const vec2 uv=vec2(0.0);\n"
+    "const vec2 uv=vec2(.0);\n"
     "#endif\n"
     "#if GBUFFER_TANGENT >= 0\n"
     "layout(location=GBUFFER_TANGENT)in vec4 tangent;\n"
     "#else\n"
-    "const vec4 tangent=vec4(0.0);\n"
+    "const vec4 tangent=vec4(.0);\n"
     "#endif\n"
     "invariant gl_Position;\n"
     "out vec3 glbk_place,glbk_facing;\n"
@@ -594,11 +761,11 @@ static const char *const glbk__glsl_prog_gbuffer_draw_vert[] = {
     "\nvoid main()\n"
     "{\n"
     "mat3 m=mat3(glbk_gbuffer_drawn.world);\n"
-    "glbk_place=(glbk_gbuffer_drawn.world*vec4(position,1.0)).xyz;\n"
+    "glbk_place=(glbk_gbuffer_drawn.world*vec4(position,1.)).xyz;\n"
     "glbk_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
     "glbk_along=vec4(m*tangent.xyz,tangent.w);\n"
     "glbk_uv=uv;\n"
-    "gl_Position=glbk_gbuffer_drawn.clip*vec4(glbk_place,1.0);\n"
+    "gl_Position=glbk_gbuffer_drawn.clip*vec4(glbk_place,1.);\n"
     "}\n"
 };
 
@@ -606,79 +773,93 @@ static const char *const glbk__glsl_prog_gbuffer_import_frag[] = {
     "\n\n\n\n#ifndef GBUFFER_DEPTH\n"
     "#define GBUFFER_DEPTH 0\n"
     "#endif\n"
-    "\nconst uint has_places=1u,has_depth=2u,has_flat=4u,has_colors=8u,has_gloss=16u,has_occlusion=32u,\n"
-    "has_entities=64u,reversed=128u;\n"
-    "\nbool has(uint what){return(glbk_gbuffer_imported.how.x&what)!=0u;}\n"
+    "\n\nconst uint has_places=1u,has_depth=2u,has_flat=4u,has_colors=8u;\n"
+    "const uint has_gloss=16u,has_occlusion=32u,has_entities=64u,reversed=128u;\n"
+    "\nbool has(uint what){return(glbk_gbuffer_imported.given&what)!=0u;}\n"
     "float depth_at(ivec2 at){return texelFetch(glbk_gbuffer_depth_in,at,0).x;}\n"
-    "\n\nvec4 place_at(ivec2 at)\n"
+    "\n\n\nvec4 place_at(ivec2 at)\n"
     "{\n"
-    "if(at.x<0||at.y<0||at.x>=int(glbk_gbuffer_imported.how.z)||at.y>=int(glbk_gbuffer_imported.how.w))\n"
-    "return vec4(0.0);\n"
-    "float depth=has(has_depth)?depth_at(at):0.5;\n"
-    "bool seen=has(reversed)?depth>0.0:depth<1.0;\n"
-    "if(!seen)return vec4(0.0);\n"
+    "ivec2 sides=ivec2(glbk_gbuffer_imported.width,glbk_gbuffer_imported.height);\n"
+    "if(at.x<0||at.y<0||at.x>=sides.x||at.y>=sides.y)return vec4(.0);\n"
+    "float depth=has(has_depth)?depth_at(at):.5;\n"
+    "bool seen=has(reversed)?depth>.0:depth<1.;\n"
+    "if(!seen)return vec4(.0);\n"
     "if(has(has_places)){\n"
     "vec4 p=texelFetch(glbk_gbuffer_place_in,at,0);\n"
-    "return p.w==0.0?vec4(0.0):vec4((glbk_gbuffer_imported.to_world*vec4(p.xyz,1.0)).xyz,1.0);\n"
+    "return p.w==.0?vec4(.0):vec4((glbk_gbuffer_imported.to_world*vec4(p.xyz,1.)).xyz,1.);\n"
     "}\n"
-    "vec2 size=vec2(glbk_gbuffer_imported.how.zw),xy=(vec2(at)+0.5)/size*2.0-1.0;\n"
-    "vec4 scale=glbk_gbuffer_imported.depths;\n"
-    "vec4 p=glbk_gbuffer_imported.from_clip*vec4(xy,depth*scale.x+scale.y,1.0);\n"
-    "return vec4(p.xyz/p.w,1.0);\n"
+    "vec2 xy=(vec2(at)+.5)/vec2(sides)*2.-1.;\n"
+    "float z=depth*glbk_gbuffer_imported.depth_scale+glbk_gbuffer_imported.depth_offset;\n"
+    "vec4 p=glbk_gbuffer_imported.from_clip*vec4(xy,z,1.);\n"
+    "return vec4(p.xyz/p.w,1.);\n"
     "}\n"
+    "\n\nconst uint packed_unit=2u,packed_octahedral=3u,packed_octahedral_unit=4u;\n"
     "\n\nvec3 normal_of(vec3 v)\n"
     "{\n"
-    "uint packing=glbk_gbuffer_imported.how.y;\n"
-    "if(packing==2u||packing==4u)v=v*2.0-1.0;\n"
-    "if(packing>=3u)v=glbk_unit_of_square(v.xy);\n"
+    "uint packing=glbk_gbuffer_imported.normal_packing;\n"
+    "if(packing==packed_unit||packing==packed_octahedral_unit)v=v*2.-1.;\n"
+    "if(packing>=packed_octahedral)v=glbk_unit_of_square(v.xy);\n"
     "float d=dot(v,v);\n"
-    "if(!(d>0.25&&d<2.25))return vec3(0.0);\n"
+    "if(!(d>.25&&d<2.25))return vec3(.0);\n"
     "return glbk_unit(mat3(glbk_gbuffer_imported.to_world)*v);\n"
     "}\n"
-    "\n\nvec3 step_along(ivec2 at,ivec2 by,vec3 p,vec3 n)\n"
+    "\n\n\n\nvec3 step_along(ivec2 at,ivec2 by,vec3 p,vec3 n)\n"
     "{\n"
     "vec4 a=place_at(at+by),b=place_at(at-by);\n"
     "vec3 da=a.xyz-p,db=p-b.xyz;\n"
     "float off_a=dot(da,n)*dot(da,n)*dot(db,db),off_b=dot(db,n)*dot(db,n)*dot(da,da);\n"
-    "bool first=a.w!=0.0&&(b.w==0.0||off_a<=off_b);\n"
-    "return first?da:b.w!=0.0?db:vec3(0.0);\n"
+    "bool first=a.w!=.0&&(b.w==.0||off_a<=off_b);\n"
+    "return first?da:b.w!=.0?db:vec3(.0);\n"
     "}\n"
+    "\n\nvec3 flat_normal(ivec2 at,vec3 place,vec3 n)\n"
+    "{\n"
+    "if(has(has_flat))return normal_of(texelFetch(glbk_gbuffer_flat_in,at,0).xyz);\n"
+    "return glbk_unit(cross(step_along(at,ivec2(1,0),place,n),step_along(at,ivec2(0,1),place,n)));\n"
+    "}\n"
+    "\n#if GBUFFER_DEPTH\n"
+    "\nfloat drawn_depth(ivec2 at,vec3 place)\n"
+    "{\n"
+    "if(has(has_depth))return has(reversed)?1.-depth_at(at):depth_at(at);\n"
+    "vec4 clip=glbk_gbuffer_imported.to_clip*vec4(place,1.);\n"
+    "return clip.w>.0?clamp(clip.z/clip.w*.5+.5,.0,1.):.0;\n"
+    "}\n"
+    "#endif\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "uvec4 numbers=glbk_gbuffer_imported.numbers;\n"
-    "vec4 p=place_at(at);\n"
+    "vec4 place=place_at(at);\n"
     "vec3 n=normal_of(texelFetch(glbk_gbuffer_normal_in,at,0).xyz);\n"
-    "if(p.w==0.0||dot(n,n)==0.0)discard;\n"
-    "vec3 view=glbk_gbuffer_imported.eye.xyz-p.xyz;\n"
-    "vec3 flat_n=has(has_flat)?normal_of(texelFetch(glbk_gbuffer_flat_in,at,0).xyz)\n"
-    ":glbk_unit(cross(step_along(at,ivec2(1,0),p.xyz,n),\n"
-    "step_along(at,ivec2(0,1),p.xyz,n)));\n"
-    "if(dot(flat_n,view)<0.0)flat_n= -flat_n;\n"
-    "if(dot(n,flat_n)<0.0)n= -n;\n"
-    "if(!has(has_flat)&&dot(n,flat_n)<0.25){\n"
-    "flat_n=dot(n,view)<0.0? -n:n;\n"
+    "if(place.w==.0||dot(n,n)==.0)discard;\n"
+    "vec3 view=glbk_gbuffer_imported.eye.xyz-place.xyz;\n"
+    "vec3 flat_n=flat_normal(at,place.xyz,n);\n"
+    "if(dot(flat_n,view)<.0)flat_n= -flat_n;\n"
+    "if(dot(n,flat_n)<.0)n= -n;\n"
+    "if(!has(has_flat)&&dot(n,flat_n)<.25){\n"
+    "flat_n=dot(n,view)<.0? -n:n;\n"
     "n=flat_n;\n"
     "}\n"
-    "vec3 color=glbk_gbuffer_imported.diffuse.xyz,map=vec3(1.0);\n"
-    "float occlusion=glbk_gbuffer_imported.depths.z;\n"
-    "if(has(has_colors))color*=texelFetch(glbk_gbuffer_color_map,at,0).xyz;\n"
+    "vec3 map=vec3(1.);\n"
+    "glbk_point p;\n"
+    "p.position=place.xyz;\n"
+    "p.normal=n;\n"
+    "p.geometric=flat_n;\n"
+    "p.tangent=vec3(.0);\n"
+    "p.kind=glbk_gbuffer_imported.kind;\n"
+    "p.plane=glbk_gbuffer_imported.plane;\n"
+    "p.lobe=glbk_gbuffer_imported.first_lobe;\n"
+    "p.lobe_count=glbk_gbuffer_imported.lobe_count;\n"
+    "p.diffuse=glbk_gbuffer_imported.diffuse.xyz;\n"
+    "p.occlusion=glbk_gbuffer_imported.occlusion;\n"
+    "p.entity=glbk_gbuffer_imported.entity;\n"
+    "if(has(has_colors))p.diffuse*=texelFetch(glbk_gbuffer_color_map,at,0).xyz;\n"
     "if(has(has_gloss))map=texelFetch(glbk_gbuffer_gloss_map,at,0).xyz;\n"
-    "if(has(has_occlusion))occlusion=1.0-texelFetch(glbk_gbuffer_open_in,at,0).x;\n"
-    "if(has(has_entities))numbers.y=texelFetch(glbk_gbuffer_entity_in,at,0).x;\n"
+    "if(has(has_occlusion))p.occlusion=1.-texelFetch(glbk_gbuffer_open_in,at,0).x;\n"
+    "if(has(has_entities))p.entity=texelFetch(glbk_gbuffer_entity_in,at,0).x;\n"
+    "glbk_set_gloss(p,glbk_gbuffer_imported.gloss,map);\n"
     "#if GBUFFER_DEPTH\n"
-    "float depth=0.0;\n"
-    "if(has(has_depth)){\n"
-    "depth=depth_at(at);\n"
-    "if(has(reversed))depth=1.0-depth;\n"
-    "}else{\n"
-    "vec4 clip=glbk_gbuffer_imported.to_clip*vec4(p.xyz,1.0);\n"
-    "if(clip.w>0.0)depth=clamp(clip.z/clip.w*0.5+0.5,0.0,1.0);\n"
-    "}\n"
-    "gl_FragDepth=depth;\n"
+    "gl_FragDepth=drawn_depth(at,place.xyz);\n"
     "#endif\n"
-    "glbk_write_surface(p.xyz,n,flat_n,vec3(0.0),numbers,glbk_gbuffer_imported.lobes,color,\n"
-    "glbk_gbuffer_imported.gloss,map,occlusion);\n"
+    "glbk_write_point(p);\n"
     "}\n"
 };
 
@@ -693,8 +874,12 @@ static const glbk_file glbk__gbuffer_files[] = {
       "", "glbk_gbuffer_imported" },
     { "lib/gbuffer_pack.glsl", glbk__glsl_lib_gbuffer_pack_glsl, 1, "", "",
       "", "" },
-    { "lib/gbuffer_write.glsl", glbk__glsl_lib_gbuffer_write_glsl, 1, "gbuffer_pack gbuffer_drawn", "",
+    { "lib/gbuffer_write.glsl", glbk__glsl_lib_gbuffer_write_glsl, 1, "gbuffer_pack", "",
       "", "" },
+    { "lib/picture.glsl", glbk__glsl_lib_picture_glsl, 1, "shown", "",
+      "", "" },
+    { "lib/shown.glsl", glbk__glsl_lib_shown_glsl, 1, "", "",
+      "", "glbk_shown" },
     { "prog/gbuffer_draw.frag", glbk__glsl_prog_gbuffer_draw_frag, 1, "gbuffer_bindings gbuffer_drawn gbuffer_write gbuffer_drawn", "gbuffer_draw.vert",
       "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1", "" },
     { "prog/gbuffer_draw.vert", glbk__glsl_prog_gbuffer_draw_vert, 1, "gbuffer_drawn gbuffer_drawn", "",
@@ -710,39 +895,46 @@ static const glbk_file glbk__gbuffer_files[] = {
 
 GLBK__PART_CODE(gbuffer, GBUFFER)
 
-/* The part as the techniques' own programs use it: the files that read. A linker leaves out those that draw and
-   import. */
-#define GLBK__GBUFFER_FILE(name, texts, uses) { name, texts, sizeof texts / sizeof texts[0], uses, "", "", "" }
+/* The part as the techniques' own programs use it has only the files that read and those of pictures,
+   so that a linker leaves out those that draw and import. */
+#define GLBK__GBUFFER_FILE(name, texts, uses) \
+    { name, texts, sizeof texts / sizeof texts[0], uses, "", "", "" }
 static const glbk_file glbk__gbuffer_reads[] = {
     GLBK__GBUFFER_FILE("lib/gbuffer.glsl", glbk__glsl_lib_gbuffer_glsl, "gbuffer_bindings gbuffer_pack"),
     GLBK__GBUFFER_FILE("lib/gbuffer_bindings.glsl", glbk__glsl_lib_gbuffer_bindings_glsl, ""),
-    GLBK__GBUFFER_FILE("lib/gbuffer_pack.glsl", glbk__glsl_lib_gbuffer_pack_glsl, "")
+    GLBK__GBUFFER_FILE("lib/gbuffer_pack.glsl", glbk__glsl_lib_gbuffer_pack_glsl, ""),
+    GLBK__GBUFFER_FILE("lib/picture.glsl", glbk__glsl_lib_picture_glsl, "shown"),
+    GLBK__GBUFFER_FILE("lib/shown.glsl", glbk__glsl_lib_shown_glsl, "")
 };
 static const glbk_part glbk__gbuffer_reader = {
-    "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0], glbk__gbuffer_units,
-    glbk__gbuffer_bindings
+    "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0],
+    glbk__gbuffer_units, glbk__gbuffer_bindings
 };
 
 /* ==== src/gl_gbuffer/making.h ==== */
 
 /* ---- gbuffer: creating, uploading, reading ---- */
 
-static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field, const char *text)
+/* Logs that a field of a desc is bad, and returns the error. */
+static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field,
+                                     const char *text)
 {
     return glbk__bad(ctx, GLBK_ERR_DESC, function, field, text);
 }
 
-/* 1 where a number is within its range; else it is logged. */
-static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, const char *field, double value,
-                                double low, double high)
+/* Returns 1 if a number is within its range, else logs it and returns 0. */
+static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, const char *field,
+                                double value, double low, double high)
 {
     if (value >= low && value <= high) return 1;
     (void)glbk__bad_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
     return 0;
 }
 
-static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *function, const lsamp_material *m,
-                                        uint32_t plane, float occlusion)
+/* Returns 1 if the numbers of a material and its place are in range, else logs which one is not and returns
+   0. */
+static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *function,
+                                        const lsamp_material *m, uint32_t plane, float occlusion)
 {
     return glbk__gbuffer_within(ctx, function, "material.kind", m->kind, 0, LSAMP_MATERIAL_COUNT - 1) &&
            glbk__gbuffer_within(ctx, function, "material.lobe_count", m->lobe_count, 0, LSAMP_MAX_LOBES) &&
@@ -750,12 +942,14 @@ static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *fun
            glbk__gbuffer_within(ctx, function, "occlusion", (double)occlusion, 0, 1);
 }
 
+/* Returns the kind of a material with the default resolved, as the G-buffer stores it. */
 static uint32_t glbk__gbuffer_kind(const lsamp_material *m)
 {
     return m->kind == LSAMP_MATERIAL_DEFAULT ? (uint32_t)LSAMP_MATERIAL_LAMBERT : (uint32_t)m->kind;
 }
 
-/* The four words that a material keeps besides its diffuse colour and its lobes. */
+/* Writes the numbers of a material other than its diffuse colour and its lobes, as the texture of gloss has
+   them. */
 static void glbk__gbuffer_gloss(const lsamp_material *m, float gloss[4])
 {
     memset(gloss, 0, 4 * sizeof *gloss);
@@ -768,6 +962,7 @@ static void glbk__gbuffer_gloss(const lsamp_material *m, float gloss[4])
     }
 }
 
+/* Returns 1 if all `count` numbers are 0. */
 static int glbk__gbuffer_is_zero(const float *v, int count)
 {
     int i;
@@ -775,33 +970,40 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
+/* Copies a matrix; one of zeros becomes the identity. */
 static void glbk__gbuffer_matrix(const float *from, float to[16])
 {
     memcpy(to, from, 16 * sizeof *to);
     if (glbk__gbuffer_is_zero(from, 16)) to[0] = to[5] = to[10] = to[15] = 1;
 }
 
-/* Locations with their default, each within 0..15 and there once. */
-static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from, glbk_attributes *to)
+/* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
+static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
+                                            glbk_attributes *to)
 {
     int32_t at[4];
     int i, k;
     *to = *from;
-    if (!from->position && !from->normal && !from->uv && !from->tangent) to->normal = 1, to->uv = 2, to->tangent = 3;
+    if (!from->position && !from->normal && !from->uv && !from->tangent)
+        to->normal = 1, to->uv = 2, to->tangent = 3;
     at[0] = to->position;
     at[1] = to->normal;
     at[2] = to->uv;
     at[3] = to->tangent;
-    if (at[0] < 0) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
+    if (at[0] < 0)
+        return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
     for (i = 0; i < 4; i++) {
-        if (at[i] > 15) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
+        if (at[i] > 15)
+            return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
         for (k = 0; k < i; k++)
             if (at[i] >= 0 && at[i] == at[k])
-                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one location twice");
+                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes",
+                                         "has one location twice");
     }
     return GLBK_OK;
 }
 
+/* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
 static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_texture_desc texture;
@@ -826,11 +1028,12 @@ static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc
     target.depth = &out->depth;
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_drawn), NULL, &out->drawn);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
     return result;
 }
 
-/* Words of 0: nothing is seen. */
+/* Fills the four textures with zeros, by which nothing is seen anywhere. */
 static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
 {
     glbk_gbuf__allocator memory = glbk_gbuf__memory(ctx);
@@ -871,8 +1074,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
 {
     int i;
     if (!g) return;
-    glbk_program_free(ctx, &g->draw);
-    glbk_program_free(ctx, &g->take);
+    glbk_program_free(ctx, &g->draw_program);
+    glbk_program_free(ctx, &g->import_program);
     glbk_target_free(ctx, &g->target);
     glbk_target_free(ctx, &g->colors);
     for (i = 0; i < 4; i++) glbk_texture_free(ctx, &g->words[i]);
@@ -882,7 +1085,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
     memset(g, 0, sizeof *g);
 }
 
-/* A unit vector in 32 bits, octahedral, as glbk_unpack_unit of lib/gbuffer_pack.glsl reads it; ~0 for zero. */
+/* Packs a unit vector into 32 bits as glbk_pack_unit of lib/gbuffer_pack.glsl does, octahedrally; a vector of
+   no length becomes 0xffffffff. */
 static uint32_t glbk__gbuffer_pack_unit(const float *v)
 {
     float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
@@ -900,9 +1104,11 @@ static uint32_t glbk__gbuffer_pack_unit(const float *v)
     return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
 }
 
+/* Unpacks what glbk__gbuffer_pack_unit packed. */
 static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
-    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1, y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
+    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
+          y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
     float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 1 - ax - ay, t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
@@ -915,7 +1121,8 @@ static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
     v[2] = z / size;
 }
 
-/* Four words of each of the four textures. A normal that is 0 or not finite leaves the pixel empty. */
+/* Writes the four words of each texture for one pixel. Where its normal is 0 or not finite, nothing is
+   seen. */
 static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
 {
     const lsamp_material *m = &p->material;
@@ -940,6 +1147,7 @@ static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
     words[3][2] = glbk__gbuffer_pack_unit(p->tangent);
 }
 
+/* Reads back what glbk__gbuffer_words wrote. */
 static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
 {
     lsamp_material *m = &p->material;
@@ -969,58 +1177,67 @@ static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
     }
 }
 
-static int glbk__gbuffer_has_rows(const glbk_gbuffer *g, uint32_t row, uint32_t rows)
+/* The words of some rows on their way: texture k has those of pixel i from words + 4 (k count + i) on. */
+typedef struct glbk__gbuffer_rows {
+    glbk_gbuf__allocator memory;
+    size_t    count;                /* pixels */
+    uint32_t *words;
+} glbk__gbuffer_rows;
+
+/* Checks the arguments of an upload or a reading and gets memory for its words, which glbk_gbuf__free
+   frees. */
+static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *function,
+                                           const glbk_gbuffer *g, uint32_t row, uint32_t row_count,
+                                           const glbk_pixel *pixels, glbk__gbuffer_rows *out)
 {
-    return g && g->colors.name && rows && row < g->height && rows <= g->height - row;
+    const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
+    if (!ctx || !pixels || !within)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
+                         "is NULL or out of range");
+    out->memory = glbk_gbuf__memory(ctx);
+    out->count = (size_t)g->width * row_count;
+    out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
+    return out->words ? GLBK_OK : GLBK_ERR_ALLOC;
 }
 
-GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t rows,
+GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                          const glbk_pixel *pixels)
 {
-    glbk_gbuf__allocator memory;
-    size_t count, i;
-    uint32_t *words, pixel[4][4];
-    glbk_result result = GLBK_OK;
-    int k;
+    glbk__gbuffer_rows rows;
+    uint32_t pixel[4][4], k;
+    glbk_result result = glbk__gbuffer_take_rows(ctx, __func__, g, row, row_count, pixels, &rows);
+    size_t i;
 
-    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
-    memory = glbk_gbuf__memory(ctx);
-    count = (size_t)g->width * rows;
-    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
-    if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) {
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < rows.count; i++) {
         glbk__gbuffer_words(&pixels[i], pixel);
-        for (k = 0; k < 4; k++) memcpy(words + 4 * ((size_t)k * count + i), pixel[k], sizeof pixel[k]);
+        for (k = 0; k < 4; k++) memcpy(rows.words + 4 * (k * rows.count + i), pixel[k], sizeof pixel[k]);
     }
     for (k = 0; k < 4 && result == GLBK_OK; k++)
-        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, rows, 1, words + 4 * (size_t)k * count);
-    glbk_gbuf__free(&memory, words);
+        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, row_count, 1,
+                                     rows.words + 4 * k * rows.count);
+    glbk_gbuf__free(&rows.memory, rows.words);
     g->has_depth = g->has_clip = 0;
     return result;
 }
 
-GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g, uint32_t row, uint32_t rows,
-                                       glbk_pixel *pixels)
+GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g, uint32_t row,
+                                       uint32_t row_count, glbk_pixel *pixels)
 {
-    glbk_gbuf__allocator memory;
-    size_t count, i;
-    uint32_t *words, pixel[4][4], k;
-    glbk_result result = GLBK_OK;
+    glbk__gbuffer_rows rows;
+    uint32_t pixel[4][4], k;
+    glbk_result result = glbk__gbuffer_take_rows(ctx, __func__, g, row, row_count, pixels, &rows);
+    size_t i;
 
-    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
-    memory = glbk_gbuf__memory(ctx);
-    count = (size_t)g->width * rows;
-    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
-    if (!words) return GLBK_ERR_ALLOC;
+    if (result != GLBK_OK) return result;
     for (k = 0; k < 4 && result == GLBK_OK; k++)
-        result = glbk_target_read(ctx, &g->colors, k, 0, row, g->width, rows, words + 4 * (size_t)k * count);
-    for (i = 0; i < count && result == GLBK_OK; i++) {
-        for (k = 0; k < 4; k++) memcpy(pixel[k], words + 4 * ((size_t)k * count + i), sizeof pixel[k]);
+        result = glbk_target_read(ctx, &g->colors, k, 0, row, g->width, row_count,
+                                  rows.words + 4 * k * rows.count);
+    for (i = 0; i < rows.count && result == GLBK_OK; i++) {
+        for (k = 0; k < 4; k++) memcpy(pixel[k], rows.words + 4 * (k * rows.count + i), sizeof pixel[k]);
         glbk__gbuffer_pixel(pixel, &pixels[i]);
     }
-    glbk_gbuf__free(&memory, words);
+    glbk_gbuf__free(&rows.memory, rows.words);
     return result;
 }
 
@@ -1034,8 +1251,8 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
-                                           const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const char *defines, glbk_program *out)
 {
     return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, out);
 }
@@ -1044,6 +1261,10 @@ GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *p
 
 /* ---- gbuffer: drawing ---- */
 
+enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_MAP = 4 };
+
+/* Compiles the program that draws objects, for the locations of the G-buffer's attributes, unless there is
+   one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
     static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
@@ -1053,7 +1274,7 @@ static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g
     size_t used = 0;
     int i;
 
-    if (g->draw.name) return GLBK_OK;
+    if (g->draw_program.name) return GLBK_OK;
     at[0] = g->attributes.position;
     at[1] = g->attributes.normal;
     at[2] = g->attributes.uv;
@@ -1066,10 +1287,10 @@ static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g
         defines[used++] = at[i] < 0 ? '1' : (char)('0' + at[i] % 10);
     }
     defines[used] = 0;
-    return glbk_program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw);
+    return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
 }
 
-/* Binds and clears the target: an attachment is cleared by 0 whether the context draws floats or not. */
+/* Binds a target of the G-buffer with a program, and clears its textures to 0 and its depth, if any, to 1. */
 static glbk_result glbk__gbuffer_start(glbk_context *ctx, const glbk_target *target, glbk_depth depth,
                                        glbk_program *program)
 {
@@ -1098,9 +1319,9 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
                          "is NULL or was not created");
     result = glbk__gbuffer_draw_program(ctx, g);
-    if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw);
+    if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
-    /* Until an object has a map. */
+    /* An object without maps declares their samplers nevertheless. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
     memcpy(g->clip, world_to_clip, sizeof g->clip);
     memcpy(g->eye, eye, sizeof g->eye);
@@ -1114,24 +1335,28 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_result result;
 
     if (!ctx || !g || !g->target.name || !s)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface", "is NULL or was not created");
-    if (!g->draw.name || !g->has_clip)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
+                         "is NULL or was not created");
+    if (!g->draw_program.name || !g->has_clip)
         return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
-    if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion)) return GLBK_ERR_DESC;
+    if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
+        return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
     glbk__gbuffer_matrix(s->world, drawn.world);
     memcpy(drawn.clip, g->clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
     drawn.diffuse[3] = s->alpha > 0 ? s->alpha : 1.0f;
-    drawn.values[0] = s->alpha_cutoff;
-    drawn.values[1] = s->occlusion;
-    drawn.numbers[0] = glbk__gbuffer_kind(&s->material);
-    drawn.numbers[1] = s->entity;
-    drawn.numbers[2] = s->plane;
-    drawn.numbers[3] = (s->color_map ? 1u : 0u) | (s->gloss_map ? 2u : 0u) | (s->normal_map ? 4u : 0u);
-    drawn.lobes[0] = s->first_lobe;
-    drawn.lobes[1] = s->material.lobe_count;
+    drawn.alpha_cutoff = s->alpha_cutoff;
+    drawn.occlusion = s->occlusion;
+    drawn.kind = glbk__gbuffer_kind(&s->material);
+    drawn.entity = s->entity;
+    drawn.plane = s->plane;
+    drawn.first_lobe = s->first_lobe;
+    drawn.lobe_count = s->material.lobe_count;
+    if (s->color_map) drawn.maps |= GLBK__DRAWN_COLOR_MAP;
+    if (s->gloss_map) drawn.maps |= GLBK__DRAWN_GLOSS_MAP;
+    if (s->normal_map) drawn.maps |= GLBK__DRAWN_NORMAL_MAP;
     glbk__gbuffer_gloss(&s->material, drawn.gloss);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_drawn, &g->drawn, &drawn);
     if (result != GLBK_OK) return result;
@@ -1145,12 +1370,13 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
 
 /* ---- gbuffer: from textures of the user's own ---- */
 
+/* Bits of the block's `given`, as gbuffer_import.frag has them. */
 enum {
     GLBK__IMPORT_PLACES = 1, GLBK__IMPORT_DEPTH = 2, GLBK__IMPORT_FLAT = 4, GLBK__IMPORT_COLORS = 8,
     GLBK__IMPORT_GLOSS = 16, GLBK__IMPORT_OPEN = 32, GLBK__IMPORT_ENTITIES = 64, GLBK__IMPORT_REVERSED = 128
 };
 
-/* The inverse of a matrix by elimination with pivots, or 0. */
+/* Inverts a matrix by elimination with pivots, in double; returns 0 if it has no inverse. */
 static int glbk__gbuffer_invert(const float *from, float *to)
 {
     double m[4][8], keep;
@@ -1180,8 +1406,10 @@ static int glbk__gbuffer_invert(const float *from, float *to)
     return 1;
 }
 
-/* One texture of the user's: there or not, of the right size and kind. */
-static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, const char *field, const glbk_texture *t)
+/* Returns 1 if a texture of the user's is not given or is a 2D texture of the right size; else logs what it
+   is. */
+static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, const char *field,
+                               const glbk_texture *t)
 {
     const char *text = NULL;
     if (!t) return 1;
@@ -1191,6 +1419,7 @@ static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, c
     return !text;
 }
 
+/* Returns 1 if an import can be done, else logs why not and returns 0. */
 static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffer *g, const glbk_import *d)
 {
     const char *const function = "glbk_gbuffer_import";
@@ -1210,13 +1439,14 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
            glbk__gbuffer_takes(ctx, g, "import.gloss_map", d->gloss_map) &&
            glbk__gbuffer_takes(ctx, g, "import.open_map", d->open_map) &&
            glbk__gbuffer_takes(ctx, g, "import.entities", d->entities) &&
-           glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0, GLBK_CLIP_DEPTH_COUNT - 1) &&
+           glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0,
+                                GLBK_CLIP_DEPTH_COUNT - 1) &&
            glbk__gbuffer_within(ctx, function, "import.normal_packing", d->normal_packing, 0,
                                 GLBK_NORMAL_PACKING_COUNT - 1) &&
            glbk__gbuffer_material_valid(ctx, function, &d->material, d->plane, d->occlusion);
 }
 
-/* World to clip space in OpenGL's convention. */
+/* Writes world to clip space in OpenGL's convention, with depths -1..1. */
 static void glbk__gbuffer_clip(const glbk_import *d, float clip[16])
 {
     const int reversed = d->clip_depth == GLBK_CLIP_DEPTH_REVERSED;
@@ -1224,38 +1454,51 @@ static void glbk__gbuffer_clip(const glbk_import *d, float clip[16])
     memcpy(clip, d->world_to_clip, sizeof d->world_to_clip);
     if (!reversed && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE) return;
     for (c = 0; c < 4; c++)
-        clip[4 * c + 2] = reversed ? clip[4 * c + 3] - 2 * clip[4 * c + 2] : 2 * clip[4 * c + 2] - clip[4 * c + 3];
+        clip[4 * c + 2] =
+            reversed ? clip[4 * c + 3] - 2 * clip[4 * c + 2] : 2 * clip[4 * c + 2] - clip[4 * c + 3];
 }
 
-static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *d, glbk_gbuffer_imported *v)
+/* Returns which textures there are, as bits. */
+static uint32_t glbk__gbuffer_given(const glbk_import *d)
 {
-    const int reversed = d->clip_depth == GLBK_CLIP_DEPTH_REVERSED;
-    const int half = !reversed && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
-    uint32_t *how = v->how;
-
-    glbk__gbuffer_clip(d, v->to_clip);
-    glbk__gbuffer_matrix(d->to_world, v->to_world);
-    v->numbers[0] = glbk__gbuffer_kind(&d->material);
-    v->numbers[1] = d->entity;
-    v->numbers[2] = d->plane;
-    v->lobes[0] = d->first_lobe;
-    v->lobes[1] = d->material.lobe_count;
-    how[0] = (d->positions ? (uint32_t)GLBK__IMPORT_PLACES : 0u) | (d->depth ? (uint32_t)GLBK__IMPORT_DEPTH : 0u) |
-             (d->geometric ? (uint32_t)GLBK__IMPORT_FLAT : 0u) | (d->color_map ? (uint32_t)GLBK__IMPORT_COLORS : 0u) |
-             (d->gloss_map ? (uint32_t)GLBK__IMPORT_GLOSS : 0u) | (d->open_map ? (uint32_t)GLBK__IMPORT_OPEN : 0u) |
-             (d->entities ? (uint32_t)GLBK__IMPORT_ENTITIES : 0u) | (reversed ? (uint32_t)GLBK__IMPORT_REVERSED : 0u);
-    how[1] = (uint32_t)d->normal_packing;
-    how[2] = g->width;
-    how[3] = g->height;
-    memcpy(v->diffuse, d->material.diffuse, sizeof d->material.diffuse);
-    glbk__gbuffer_gloss(&d->material, v->gloss);
-    memcpy(v->eye, d->eye, sizeof d->eye);
-    v->depths[0] = half ? 2.0f : 1.0f;
-    v->depths[1] = half ? -1.0f : 0.0f;
-    v->depths[2] = d->occlusion;
+    uint32_t bits = 0;
+    if (d->positions) bits |= GLBK__IMPORT_PLACES;
+    if (d->depth) bits |= GLBK__IMPORT_DEPTH;
+    if (d->geometric) bits |= GLBK__IMPORT_FLAT;
+    if (d->color_map) bits |= GLBK__IMPORT_COLORS;
+    if (d->gloss_map) bits |= GLBK__IMPORT_GLOSS;
+    if (d->open_map) bits |= GLBK__IMPORT_OPEN;
+    if (d->entities) bits |= GLBK__IMPORT_ENTITIES;
+    if (d->clip_depth == GLBK_CLIP_DEPTH_REVERSED) bits |= GLBK__IMPORT_REVERSED;
+    return bits;
 }
 
-/* Texture objects that were not made here have no gl_target. */
+/* Fills the block of an import, all but from_clip. */
+static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *d, glbk_gbuffer_imported *out)
+{
+    const int full_range =
+        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
+
+    glbk__gbuffer_clip(d, out->to_clip);
+    glbk__gbuffer_matrix(d->to_world, out->to_world);
+    out->kind = glbk__gbuffer_kind(&d->material);
+    out->entity = d->entity;
+    out->plane = d->plane;
+    out->occlusion = d->occlusion;
+    out->first_lobe = d->first_lobe;
+    out->lobe_count = d->material.lobe_count;
+    out->given = glbk__gbuffer_given(d);
+    out->normal_packing = (uint32_t)d->normal_packing;
+    out->width = g->width;
+    out->height = g->height;
+    memcpy(out->diffuse, d->material.diffuse, sizeof d->material.diffuse);
+    glbk__gbuffer_gloss(&d->material, out->gloss);
+    memcpy(out->eye, d->eye, sizeof d->eye);
+    out->depth_scale = full_range ? 2.0f : 1.0f;
+    out->depth_offset = full_range ? -1.0f : 0.0f;
+}
+
+/* Binds a texture of the user's, whose glbk_texture need not have gl_target; NULL binds none. */
 static void glbk__gbuffer_bind_in(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
 {
     glbk_texture t;
@@ -1279,7 +1522,7 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
 
 GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, const glbk_import *d)
 {
-    glbk_gbuffer_imported values;
+    glbk_gbuffer_imported block;
     glbk_result result = GLBK_OK;
     int own;
 
@@ -1287,26 +1530,68 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import", "is NULL or was not created");
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
-    memset(&values, 0, sizeof values);
+    memset(&block, 0, sizeof block);
     g->has_clip = !glbk__gbuffer_is_zero(d->world_to_clip, 16);
-    if (g->has_clip && !glbk__gbuffer_invert(d->world_to_clip, values.from_clip))
+    if (g->has_clip && !glbk__gbuffer_invert(d->world_to_clip, block.from_clip))
         return glbk__gbuffer_bad(ctx, __func__, "import.world_to_clip", "has no inverse");
-    glbk__gbuffer_fill_import(g, d, &values);
-    if (!g->take.name)
-        result = glbk_program_create(ctx, glbk_gbuffer_part(), "gbuffer_import.frag",
-                                     own ? "GBUFFER_DEPTH=1" : "GBUFFER_DEPTH=0", &g->take);
-    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_imported, &g->imported, &values);
+    glbk__gbuffer_fill_import(g, d, &block);
+    if (!g->import_program.name)
+        result = glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_import.frag",
+                                     own ? "GBUFFER_DEPTH=1" : "GBUFFER_DEPTH=0", &g->import_program);
     if (result == GLBK_OK)
-        result = glbk__gbuffer_start(ctx, own ? &g->target : &g->colors, own ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF,
-                                     &g->take);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_imported, &g->imported, &block);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_start(ctx, own ? &g->target : &g->colors,
+                                     own ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF, &g->import_program);
     if (result != GLBK_OK) return result;
     glbk__gbuffer_bind_import(ctx, d);
     glbk_draw_screen(ctx);
-    memcpy(g->clip, values.to_clip, sizeof g->clip);
+    memcpy(g->clip, block.to_clip, sizeof g->clip);
     memcpy(g->eye, d->eye, sizeof g->eye);
     g->has_depth = own ? d->depth || g->has_clip : d->depth && d->depth->name == g->depth.name &&
                                                        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED;
     return GLBK_OK;
+}
+
+/* ==== src/gl_gbuffer/pictures.h ==== */
+
+/* ---- gbuffer: pictures of the techniques ---- */
+
+/* Finds where a resolve draws its picture: the corner of the viewport. See glbk_picture. */
+static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width,
+                                        uint32_t height, glbk_shown *shown)
+{
+    const int32_t *v = pass->viewport;
+    const int whole = pass->target && !v[2] && !v[3];
+    const uint32_t wide = whole ? pass->target->width : (uint32_t)v[2];
+    const uint32_t high = whole ? pass->target->height : (uint32_t)v[3];
+
+    shown->left = whole ? 0u : (uint32_t)v[0];
+    shown->bottom = whole ? 0u : (uint32_t)v[1];
+    if (wide <= width && high <= height) return GLBK_OK;
+    if (wide > width)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
+    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+}
+
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+                                          const glbk_picture *picture, uint32_t width, uint32_t height,
+                                          glbk_program *program)
+{
+    glbk_shown shown;
+    glbk_buffer buffer;
+    glbk_result result;
+    memset(&shown, 0, sizeof shown);
+    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
+    if (result == GLBK_OK) result = glbk__gbuffer_corner(ctx, pass, width, height, &shown);
+    if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
+    if (result != GLBK_OK) return result;
+    shown.keep_empty = picture && picture->keep_empty;
+    shown.has_depth = picture && picture->world_to_clip;
+    if (shown.has_depth) memcpy(shown.to_clip, picture->world_to_clip, sizeof shown.to_clip);
+    buffer.name = ctx->shown;
+    buffer.bytes = sizeof shown;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_shown, &buffer, &shown);
 }
 
 /* ==== src/gl_gbuffer/end.h ==== */

@@ -2,10 +2,10 @@
 
    What it does
 
-   Draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the VPLs' light with
-   visibility: ism_light() in shaders of your own, or complete passes that light a G-buffer, with interleaved
-   sampling and its blur. Descs, settings and lists are the structs of ism.h, of which this header needs the
-   declarations alone.
+   The header draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the light
+   of the VPLs with visibility. Shaders of your own do so by one call, ism_light(). Or complete passes light a
+   G-buffer, with interleaved sampling and its blur. Descs, settings and lists are the structs of ism.h, of
+   which this header needs the declarations alone.
 
    What it does not do
 
@@ -26,12 +26,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls the library's
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -63,17 +63,18 @@
            return result != GLBK_OK;
        }
 
-   The whole frame, with a window: examples/10_ism_gl_minimal.c.
+   The whole frame, with a window: examples/10_ism_gl_minimal.c, and examples/10b_rsm_ism_gl_minimal.c by
+   complete passes.
 
    Configuration
 
-     GL_ISM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
-                             and gl_gbuffer.h's
+     GL_ISM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                             gl_backend.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder;
-   its implementation is not needed. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. ism.h lies above this folder; its implementation is not needed. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../ism.h"
@@ -96,192 +97,270 @@ extern "C" {
 
 /* ---- ism: imperfect shadow maps, after ism.h ----
 
-   ism.h chooses VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter); from these lists the maps
-   are drawn and the pixels of a G-buffer lit here: surfels as discs by the depth test, pull and push, light
-   of all VPLs with visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one
-   dispatch that works in shared memory, to the same numbers. Descs, settings and lists are ism.h's, with the
-   same defaults, and the numbers are those of ism.h to float rounding. A surfel is a triangle and its
-   barycentric coordinates there, so moving geometry is new positions alone. A frame, after ism_choose and
-   ism_scatter:
+   ism.h chooses the VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter). From these lists the
+   maps are drawn here and the pixels of a G-buffer are lit: surfels are drawn as discs with the depth test,
+   pull and push fill the holes between them, and each pixel sums the light of its VPLs with visibility,
+   interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
+   dispatch in shared memory. Descs, settings and lists are the structs of ism.h with the same defaults, and
+   results are those of ism.h up to the rounding of floats. A surfel is a triangle and barycentric coordinates
+   in it, so geometry that moves needs nothing but new positions. A frame, after ism_choose and ism_scatter:
 
-       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; first all phases
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; at first all
        glbk_ism_vpls_upload(gl, &maps, vpls, n, center, radius);    // of ism_vpls and ism_get_info
        glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
-       glbk_ism_mesh_move(gl, &maps, positions, 0);                 // where something moved
+       glbk_ism_mesh_move(gl, &maps, positions, 0);                 // if something moved
        glbk_ism_draw(gl, &maps, 0);
        glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...       // what the camera sees: gl_gbuffer.h
        glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
        glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
 
-   For shaders of your own, lib/ism_light.glsl with glbk_ism_bind:
+   Shaders of your own call these functions of lib/ism_light.glsl, after glbk_ism_bind:
 
        vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
-       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);   // 1 lit, 0 not
+       ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
 
-   World space; n, ng: unit, for shading and the surface's own; l: ism_read_vpl(v). ism_light takes the VPLs
-   first, first + pattern, ... (0u, 1u: all), times pattern. Result: rgb irradiance, W/m^2; a: what the rule
-   near by took off, mean of the channels. */
+   ism_light returns in rgb the irradiance of a point by VPLs first, first + pattern, ..., times pattern, in
+   W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took off.
+   p is in world space; n and ng are unit, n for shading and ng the surface's own. */
 
-#define GLBK_ISM_TEXTURES(X)                                                                        \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; then near points: docs/gpu-layouts.md */  \
-    X(usampler2DArray, glbk_ism_surfels, 1)                                                          \
-    X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
-    X(sampler2DArray, glbk_ism_positions, 3)                                                        \
-    X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                        \
-    X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */   \
-    X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
-    X(glbk_color_sampler, glbk_ism_light, 7)    /* before the blur, or after it; 8 to 11: the G-buffer */ \
-    X(usampler2D, glbk_ism_pull1, 12)           /* these three follow each other */                 \
-    X(usampler2D, glbk_ism_pull2, 13)                                                               \
+#define GLBK_ISM_TABLES(X)                                                                              \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \
+    X(usampler2DArray, glbk_ism_surfels, 1)                                                             \
+    X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices and opacity */                         \
+    X(sampler2DArray, glbk_ism_positions, 3)
+
+#define GLBK_ISM_PICTURES(X)                                                                            \
+    X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                            \
+    X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */       \
+    X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */          \
+    X(glbk_color_sampler, glbk_ism_light, 7)    /* irradiance; 8 to 11 are the G-buffer's */            \
+    X(usampler2D, glbk_ism_pull1, 12)           /* levels of pull: these three are neighbours */        \
+    X(usampler2D, glbk_ism_pull2, 13)                                                                   \
     X(usampler2D, glbk_ism_pull3, 14)
 
-#define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, surfels of a VPL */ \
-    X(uvec4, surfels, 1)    /* VPLs at most, surfels of one in a phase, levels of the fill, triangles */ \
-    X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
-    X(vec4, values, 1)      /* area of a disc over its surfel's; texels a tile's side outside of windows */ \
-    X(uvec4, near_points, 1) /* how many; where in glbk_ism_vpls their spheres begin, and they themselves;
-                                first surfel of a draw of rectangles */
-#define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
-    X(uvec4, size, 1)       /* width, height, pattern, not 0: no maps */                            \
-    X(vec4, values, 1)      /* bias, clamp, first row of a dispatch */
-#define GLBK_ISM_BLOCKS(X)                          \
-    X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
+#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X)
+
+#define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
+    X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
+    X(uint, tile_side, 1)           /* texels a side of a VPL's tile */                                 \
+    X(uint, tiles_across, 1)        /* tiles a side of the atlas */                                     \
+    X(uint, surfel_count, 1)        /* surfels of a VPL, in all phases */                               \
+    X(uint, vpl_capacity, 1)        /* VPLs that there is room for */                                   \
+    X(uint, phase_surfel_count, 1)  /* surfels of a VPL in one phase */                                 \
+    X(uint, fill_levels, 1)         /* levels of pull and push; 0 = holes stay */                       \
+    X(uint, triangle_count, 1)
+
+#define GLBK_ISM_MESH_MEMBERS(X)                                                                        \
+    X(vec4, sphere, 1)              /* about the mesh: centre, radius */                                \
+    X(float, splat_scale, 1)        /* area of a disc over that of its surfel */                        \
+    X(uint, window_rim, 1)          /* texels a side of a tile outside of its window */                 \
+    X(uint, near_point_count, 1)    /* near points in use */                                            \
+    X(uint, first_sphere, 1)        /* where in glbk_ism_vpls their spheres begin, */                   \
+    X(uint, first_near_point, 1)    /* and where they themselves */                                     \
+    X(uint, first_surfel, 1)        /* of a draw of rectangles: the surfel of instance 0 */             \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)
+
+#define GLBK_ISM_FRAME_MEMBERS(X) GLBK_ISM_COUNT_MEMBERS(X) GLBK_ISM_MESH_MEMBERS(X)
+
+#define GLBK_ISM_VIEW_MEMBERS(X)                                                                        \
+    X(uint, width, 1)               /* of the picture, in pixels */                                     \
+    X(uint, height, 1)                                                                                  \
+    X(uint, pattern, 1)             /* pixels a side that share the VPLs */                             \
+    X(uint, no_maps, 1)             /* not 0: all VPLs are visible */                                   \
+    X(float, bias, 1)               /* these two as in ism_shading, with its defaults */                \
+    X(float, clamp_at, 1)                                                                               \
+    X(uint, first_row, 1)           /* of a dispatch */                                                 \
+    X(uint, unused0, 1)
+
+#define GLBK_ISM_BLOCKS(X)                                                                              \
+    X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
+
 #define GLBK_ISM_STORAGE(X)
-#define GLBK_ISM_IMAGES(X)                                              \
-    X(writeonly, rgba32f, image2D, glbk_ism_planes_out, 0)             \
-    X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
+#define GLBK_ISM_IMAGES(X)                                                                              \
+    X(writeonly, rgba32f, image2D, glbk_ism_planes_out, 0)                                              \
+    X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                                                \
     X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
 
 GLBK__PART(ISM)
 
 GLBK_DEF const glbk_part *glbk_ism_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for programs of your own that use its library files: see
+   glbk_source.parts. */
 
-#define GLBK_ISM_LEVELS 3u
+#define GLBK_ISM_LEVELS 3u              /* the most levels of pull and push */
 
-typedef struct glbk_ism_maps {          /* read only; zeroed = none */
-    ism_desc     desc;                  /* defaults resolved; 0 near points, 0 window_rim: none; no system */
-    uint32_t     side, tiles_across;    /* of the atlas, in texels and tiles: as ism_atlas has them */
+typedef struct glbk_ism_maps {          /* the maps of all VPLs; read only; zeroed = none */
+    ism_desc     desc;                  /* with its defaults, 0 for none, and without its system */
+    uint32_t     side;                  /* texels a side of the atlas, */
+    uint32_t     tiles_across;          /* and tiles a side, both as ism_atlas has them */
     uint32_t     phase_surfel_count;    /* of a VPL in a phase: surfel_count / lazy_frames, rounded up */
-    uint32_t     vpl_count, near_point_count;       /* in use */
-    uint32_t     vertex_count, triangle_count;
-    uint64_t     phases;                /* bits: those that were given */
-    int          drawn;                 /* by glbk_ism_draw */
+    uint32_t     vpl_count;             /* in use */
+    uint32_t     near_point_count;      /* in use */
+    uint32_t     vertex_count;
+    uint32_t     triangle_count;
+    uint64_t     phases;                /* a bit for each phase whose surfels were given */
+    int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
     float        sphere[4];             /* about the mesh: centre, radius */
-    glbk_texture vpls, surfels, triangle_table, positions;
-    glbk_texture planes, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
-    glbk_target  plane_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
-    glbk_buffer  frame, view;           /* view: of glbk_ism_bind */
-    int          quads;                 /* rectangles are drawn in place of points */
-    glbk_program splat, holes, pull_program[GLBK_ISM_LEVELS], push;
-    int          compute;               /* the compute path: no depth, kept and pull */
-    glbk_program fill;
-    glbk_texture phase_surfels[64];     /* the core path's surfels: those drawn with are left alone */
+    glbk_texture vpls;                  /* tables: VPLs and near points, */
+    glbk_texture surfels;               /* surfels of all phases (compute path), */
+    glbk_texture triangle_table;        /* triangles, */
+    glbk_texture positions;             /* vertices */
+    glbk_texture planes;                /* pictures of the atlas's size: the nearest surfels, */
+    glbk_texture depth;                 /* the depth buffer they are drawn with, */
+    glbk_texture kept;                  /* which texels keep their surfels, */
+    glbk_texture pull[GLBK_ISM_LEVELS]; /* the levels of pull, each of half the size of the one before, */
+    glbk_texture atlas;                 /* the depths of all maps */
+    glbk_target  plane_target;
+    glbk_target  kept_target;
+    glbk_target  pull_target[GLBK_ISM_LEVELS];
+    glbk_target  atlas_target;
+    glbk_buffer  frame;                 /* uniform blocks: of the maps, */
+    glbk_buffer  view;                  /* of glbk_ism_bind */
+    glbk_program splat;                 /* draws surfels */
+    glbk_program holes;                 /* finds holes */
+    glbk_program pull_program[GLBK_ISM_LEVELS];
+    glbk_program push;                  /* fills holes */
+    glbk_program fill;                  /* does all three by compute */
+    int          quads;                 /* not 0: surfels are drawn as rectangles, not as points */
+    int          compute;               /* not 0: the compute path, which has no depth, kept and pull */
+    glbk_texture phase_surfels[64];     /* surfels of each phase (core path) */
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out);
-/* desc     that of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
-            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill are
-            looked at. What else it says, its system too, is about the choice of these lists by ism.h
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range; GLBK_ERR_LIMIT where the atlas is wider
-            than ctx->max_side; those of programs, textures and targets
-   Where ctx->compute, out->compute: the compute path, unless surfels rounded up to lazy_frames phases are
-   more than 65,536 a VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a surfel:
-   of 1024 VPLs with 64 x 64 texels and 8192 surfels 109 (84) + 134 MB */
+/* Makes room for the maps of all VPLs, which glbk_ism_maps_free takes back. out->compute says whether they
+   are drawn by compute: where ctx->compute is set, unless the surfels of a VPL, rounded up to lazy_frames
+   phases, are more than 65,536.
+   desc     the desc of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
+            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill count.
+            The other fields, also its system, say how ism.h chooses the lists and play no part here
+   out      zeroed on errors
+   Memory   on the GPU: 26 bytes for each texel of the atlas, by compute 20, and 16 for each surfel. 1024 VPLs
+            with 64 x 64 texels and 8192 surfels take 109 (84) + 134 MB
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL); GLBK_ERR_DESC (a field is out of range); GLBK_ERR_LIMIT
+            (the atlas is wider than ctx->max_side); those of programs, textures and targets */
 GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *maps);
+/* Frees what glbk_ism_maps_create made, and zeroes the struct. NULL and zeroed maps are allowed. */
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
-/* What throws shadows. Where the number of triangles changes, the surfels of all phases must be given anew.
-   mesh     NULL = nothing; its albedos are not looked at
-   Errors   GLBK_ERR_ARGUMENT, arrays, counts or strides; GLBK_ERR_INPUT, an index beyond vertex_count;
-            GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+/* Sets what throws shadows. If the number of triangles changes, the surfels of all phases must be given anew.
+   mesh     NULL = nothing; its albedos play no part
+   Errors   GLBK_ERR_ARGUMENT (NULL, or arrays, counts or strides that do not fit); GLBK_ERR_INPUT (an index
+            reaches beyond vertex_count); GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions,
                                         size_t stride);
-/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself;
-   surfels are then scattered by ism.h over the places that you give it.
-   stride   bytes, a multiple of 4, >= 12; 0 = 12
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
+/* Sets new places of the same vertices. You may instead render them into the layers of maps->positions, an
+   RGBA32F table (docs/gpu-layouts.md). ism.h scatters its surfels over the places that ism_scatter is given
+   in any case.
+   positions   x, y, z of each of maps->vertex_count vertices
+   stride      bytes from one to the next, a multiple of 4, >= 12; 0 = 12
+   Errors      GLBK_ERR_ARGUMENT (NULL, or a bad stride), GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
                                              const ism_surfel *surfels);
-/* The surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
-   phase    below lazy_frames; a frame changes phase index % lazy_frames alone, the first frame needs all
-   surfels  vpl_count * maps->phase_surfel_count
-   Errors   GLBK_ERR_ARGUMENT */
+/* Sets the surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
+   phase    below lazy_frames. A frame changes the phase index % lazy_frames alone; the first frame needs all
+            of them
+   surfels  desc.vpl_count x maps->phase_surfel_count of them, VPL by VPL
+   Errors   GLBK_ERR_ARGUMENT (NULL, or there is no such phase) */
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
                                           uint32_t count, const float center[3], float radius);
-/* vpls     as ism_vpls has them; area, source, texel and jumped are not looked at
-   count    0 is no light
-   center   and radius: of ism_get_info, for directional VPLs; NULL without
-   There are no near points afterwards, until glbk_ism_near_points_upload.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what ism_set_vpls refuses, a negative side or reach, a window
-            that leaves nothing; GLBK_ERR_LIMIT, more than desc.vpl_count; GLBK_ERR_ALLOC */
+/* Sets the VPLs of a frame. They have no near points until glbk_ism_near_points_upload.
+   vpls     as ism_vpls has them; area, source, texel and jumped play no part
+   count    at most desc.vpl_count; 0 = no light
+   center   of the sphere about the mesh, with its radius, both of ism_get_info; the maps of directional VPLs
+            show this sphere. NULL = there are none
+   Errors   GLBK_ERR_ARGUMENT (NULL, a bad radius, or a directional VPL without center); GLBK_ERR_INPUT (what
+            ism_set_vpls refuses, a negative side or reach, a window that leaves nothing of a side);
+            GLBK_ERR_LIMIT (too many); GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *maps,
                                                  const ism_near_point *points, uint32_t count);
-/* After glbk_ism_vpls_upload, for ISM_NEAR_GATHER, the default.
+/* Sets the near points of the VPLs that glbk_ism_vpls_upload was given last, for ISM_NEAR_GATHER, which is
+   the default.
    points   as ism_near_points has them
-   count    0 is none: ISM_NEAR_GATHER then is ISM_NEAR_PATCH
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what is not finite or negative, or the number of no VPL;
-            GLBK_ERR_LIMIT, more than desc.vpl_count * desc.near_point_count; GLBK_ERR_ALLOC */
+   count    at most desc.vpl_count x desc.near_point_count; 0 = none: ISM_NEAR_GATHER then does what
+            ISM_NEAR_PATCH does
+   Errors   GLBK_ERR_ARGUMENT (NULL); GLBK_ERR_INPUT (a number is not finite, negative, or that of no VPL);
+            GLBK_ERR_LIMIT (too many); GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps, uint32_t surfels_per_pass);
-/* Draws all maps: a draw for each phase or surfels_per_pass of it, then 1 + 3 + 1 passes; or by compute two
-   dispatches. Where ctx->max_point_side is below tile_side, the core path has rectangles instead of points.
-   surfels_per_pass   of the core path; 0 = 2^20: a draw must not outlast the driver's patience
-   Errors             GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: a phase was not given yet; GLBK_ERR_LOST */
-GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
-/* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* Draws the maps of all VPLs, to maps->atlas: depths, as bits of floats, tile by tile. The core path takes a
+   draw for each phase, or for each surfels_per_pass of it, and then up to five passes over the atlas. The
+   compute path takes two dispatches. If ctx->max_point_side is below tile_side, the core path draws
+   rectangles instead of points.
+   surfels_per_pass   most surfels of a draw on the core path; 0 = 2^20. Give fewer if the driver stops draws
+                      that take long
+   Errors             GLBK_ERR_ARGUMENT (NULL, or maps that were not created); GLBK_ERR_ORDER (the surfels of
+                      a phase were not given yet); GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const ism_shading *shading,
                                    const glbk_offset *offset);
-/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound
-   (glbk_begin) and has ISM_NEAR, the number of a near_mode (0 and 6 are ISM_NEAR_GATHER), and ISM_PROJECTION,
-   that of maps->desc.projection, among its defines.
-   shading  bias, clamp and no_maps count; NULL = all defaults
-   offset   that ism has in the program; NULL = none
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range */
+/* Binds textures and uniform blocks for a program of your own, which is in use (glbk_begin). The program has
+   ism_light among its library files, and among its defines ISM_NEAR, the number of a near_mode (0 and 6 are
+   ISM_NEAR_GATHER), and ISM_PROJECTION, the number of maps->desc.projection.
+   shading  NULL = all defaults; only bias, clamp and no_maps count
+   offset   the offset that the part ism has in the program; NULL = none
+   Errors   GLBK_ERR_ARGUMENT (NULL, or maps that were not created); GLBK_ERR_DESC (a field of the shading is
+            out of range) */
 
 /* ---- ism: complete passes ---- */
 
-typedef struct glbk_ism_renderer {      /* read only; zeroed = none */
-    uint32_t     width, height;
-    glbk_texture light, result;         /* irradiance before the blur and after it: GLBK_FORMAT_COLOR */
-    glbk_target  light_target, result_target;
-    glbk_buffer  view;
-    glbk_program shade[ISM_PROJECTION_COUNT][ISM_NEAR_COUNT], blur, resolve;
-    int          compute;
+typedef struct glbk_ism_renderer {      /* the light of a picture; read only; zeroed = none */
+    uint32_t     width;                 /* pixels */
+    uint32_t     height;
+    glbk_texture light;                 /* irradiance before the blur, GLBK_FORMAT_COLOR, */
+    glbk_texture result;                /* and after it */
+    glbk_target  light_target;
+    glbk_target  result_target;
+    glbk_buffer  view;                  /* the uniform block */
+    glbk_program shade[ISM_PROJECTION_COUNT][ISM_NEAR_COUNT];   /* compiled at first use */
+    glbk_program blur;
+    glbk_program resolve;
+    int          compute;               /* not 0: light is summed up and blurred by compute */
 } glbk_ism_renderer;
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
                                               glbk_ism_renderer *out);
-/* Memory on the GPU: 32 bytes a pixel. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_DESC (a size of 0, or more than
-   ctx->max_side), those of programs, textures and targets */
+/* Makes a renderer for pictures of one size, which glbk_ism_renderer_free takes back.
+   width    and height: pixels, 1 to ctx->max_side
+   out      zeroed on errors
+   Memory   on the GPU: 32 bytes for each pixel
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL), GLBK_ERR_DESC (a size is out of range); those of programs,
+            textures and targets */
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
+/* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
                                     const glbk_gbuffer *gbuffer, const glbk_ism_maps *maps,
                                     const ism_shading *shading, uint32_t pairs_per_pass);
-/* Lights every pixel by all VPLs, as ism_shade does without albedos. The first use of a near_mode compiles a
-   program.
-   gbuffer          of the renderer's size
-   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull makes no difference
-   pairs_per_pass   of a pixel and a VPL; 0 = 2^28: a pass must not outlast the driver's patience
-   Errors           GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field of the shading; GLBK_ERR_MISMATCH, another size;
-                    GLBK_ERR_ORDER, maps that were never drawn, without no_maps; those of
-                    glbk_program_create */
+/* Computes the irradiance of each pixel by all VPLs, as ism_shade does it for receivers without albedos. The
+   first use of a near_mode compiles a program.
+   gbuffer          the points that are lit, of the renderer's size
+   maps             whose maps glbk_ism_draw has drawn, unless shading->no_maps is set
+   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull changes nothing
+   pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
+                    stops passes that take long
+   Cost             each pixel asks vpl_count / pattern^2 VPLs, a texel of its map for each that faces it
+   Errors           GLBK_ERR_ARGUMENT (NULL, or something was not created); GLBK_ERR_DESC (a field of the
+                    shading is out of range); GLBK_ERR_MISMATCH (the G-buffer has another size);
+                    GLBK_ERR_ORDER (the maps were never drawn); those of glbk_program_compile at first use */
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const glbk_pass *pass,
                                       const glbk_picture *picture);
-/* Draws irradiance x albedo / pi, linear radiance, to the pass's target; viewports: see glbk_pass. Of
-   metal-rough surfaces the albedo is that of what is no metal.
-   picture  or NULL, see glbk_picture
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_MISMATCH; those of glbk_begin */
+/* Draws irradiance x albedo / pi, which is linear radiance, to the pass's target. The albedo is the
+   G-buffer's diffuse colour, of metal-rough surfaces times 1 - metallic.
+   pass     where the picture is drawn and how it is blended; its viewport says where in the target
+   picture  whether empty pixels and depths are drawn, see glbk_picture; NULL = every pixel, without depths
+   Errors   GLBK_ERR_ARGUMENT (NULL), GLBK_ERR_MISMATCH (the G-buffer has another size); those of
+            glbk_begin */
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgba);
-/* The irradiance: 4 floats a pixel. a: the irradiance, mean of the three channels, that clamping or spheres
-   took off. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT. */
+/* Reads the irradiance, W/m^2, back to the CPU, and waits for the GPU meanwhile.
+   rgba     gets 4 floats for each pixel, row 0 of the G-buffer first. The last of four is the irradiance,
+            mean of the three channels, that the rule near by took off
+   Errors   GLBK_ERR_ARGUMENT (NULL, or a renderer that was not created); GLBK_ERR_LOST */
 
 /* ==== src/gl_ism/begin.h ==== */
 
@@ -293,7 +372,7 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
 
 #endif /* GL_ISM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_ISM_IMPLEMENTATION) && !defined(GL_ISM_IMPLEMENTED)
 #define GL_ISM_IMPLEMENTED
@@ -303,7 +382,6 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -325,7 +403,7 @@ static inline void glbk_ism__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_ism__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -333,7 +411,8 @@ static inline int glbk_ism__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int glbk_ism__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
@@ -349,7 +428,7 @@ static inline glbk_ism__allocator glbk_ism__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_ism__alloc(const glbk_ism__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -368,10 +447,10 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* GLBK_ISM__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GLBK_ISM__COLD __attribute__((cold))
 #else
@@ -380,7 +459,7 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
 
 typedef struct glbk_ism__message { char text[256]; size_t used; } glbk_ism__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline GLBK_ISM__COLD void glbk_ism__message_text(glbk_ism__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -399,7 +478,6 @@ static inline GLBK_ISM__COLD void glbk_ism__message_count(glbk_ism__message *m, 
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
@@ -411,28 +489,178 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_ism ==== */
 
 
+static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
+    "\n\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
+    "#define COHSM_BELOW_1 0.99999994\n"
+    "#define COHSM_HUGE 3.402823466e38\n"
+    "\n\n\nfloat cohsm_if(bool c,float a,float b){return c?a:b;}\n"
+    "vec2 cohsm_if(bool c,vec2 a,vec2 b){return c?a:b;}\n"
+    "vec3 cohsm_if(bool c,vec3 a,vec3 b){return c?a:b;}\n"
+    "vec4 cohsm_if(bool c,vec4 a,vec4 b){return c?a:b;}\n"
+    "int cohsm_if(bool c,int a,int b){return c?a:b;}\n"
+    "uint cohsm_if(bool c,uint a,uint b){return c?a:b;}\n"
+    "uvec2 cohsm_if(bool c,uvec2 a,uvec2 b){return c?a:b;}\n"
+    "uvec4 cohsm_if(bool c,uvec4 a,uvec4 b){return c?a:b;}\n"
+    "\nbool cohsm_finite(float x){return(floatBitsToUint(x)&0x7f800000u)!=0x7f800000u;}\n"
+    "bool cohsm_finite3(vec3 v){return cohsm_finite(v.x)&&cohsm_finite(v.y)&&cohsm_finite(v.z);}\n"
+    "float cohsm_clamp_unit(float u){return cohsm_if(u>.0,min(u,COHSM_BELOW_1),.0);}\n"
+    "float cohsm_safe_sqrt(float x){return cohsm_if(x>.0,sqrt(x),.0);}\n"
+    "\n\nfloat cohsm_copysign(float x,float s)\n"
+    "{\n"
+    "return uintBitsToFloat((floatBitsToUint(x)&0x7fffffffu)|(floatBitsToUint(s)&0x80000000u));\n"
+    "}\n"
+    "\n\nvec2 cohsm_sincos(float x)\n"
+    "{\n"
+    "float t=clamp(x,-8192.,8192.);\n"
+    "int k=int(t*.636619772+(t<.0? -.5:.5));\n"
+    "float q=float(k);\n"
+    "float r=((t-q*1.5703125)-q*4.837512969970703125e-4)-q*7.5497899548918822e-8;\n"
+    "float z=r*r;\n"
+    "float s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
+    "vec2 v=cohsm_if((k&1)!=0,vec2(c,s),vec2(s,c));\n"
+    "return vec2(cohsm_if((k&2)!=0,-v.x,v.x),cohsm_if(((k+1)&2)!=0,-v.y,v.y));\n"
+    "}\n"
+    "\nfloat cohsm_acos(float x)\n"
+    "{\n"
+    "float a=min(abs(x),1.),h=.5*(1.-a);\n"
+    "bool far=a>.5;\n"
+    "float s=cohsm_if(far,sqrt(h),a),z=cohsm_if(far,h,a*a);\n"
+    "float p=s+s*z*(.1666675393+z*(.07495241769+z*(.04547709903+z*(.02414760004+\n"
+    "z*.04221856856))));\n"
+    "p=cohsm_if(far,2.*p,1.57079633-p);\n"
+    "return cohsm_if(x<.0,3.14159265-p,p);\n"
+    "}\n"
+    "\n\nfloat cohsm_atan2(float y,float x)\n"
+    "{\n"
+    "float ax=abs(x),ay=abs(y),hi=max(ax,ay),lo=min(ax,ay);\n"
+    "float a=cohsm_if(lo==hi&&hi>.0,1.,lo/(hi>.0?hi:1.));\n"
+    "bool steep=a>.414213562;\n"
+    "float t=cohsm_if(steep,(a-1.)/(a+1.),a),z=t*t;\n"
+    "float p=t+t*z*(-.3333295525+z*(.1997792608+z*(-.1387984996+z*.08060308882)));\n"
+    "p=cohsm_if(steep,p+.785398163,p);\n"
+    "p=cohsm_if(ay>ax,1.57079633-p,p);\n"
+    "p=cohsm_if((floatBitsToUint(x)>>31)!=0u,3.14159265-p,p);\n"
+    "return cohsm_copysign(p,y);\n"
+    "}\n"
+    "\n\nfloat cohsm_exp(float x)\n"
+    "{\n"
+    "float t=clamp(x,-88.,88.);\n"
+    "float k=floor(t*1.44269504+.5);\n"
+    "float r=(t-k*.693145752)-k*1.42860677e-6;\n"
+    "float p=1.+(r+r*r*(.500000008+r*(.166666669+r*(.0416662701+r*(.00833326438+\n"
+    "r*.00139460621)))));\n"
+    "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
+    "}\n"
+    "\n\nfloat cohsm_log(float x)\n"
+    "{\n"
+    "uint bits=floatBitsToUint(x);\n"
+    "int e=int(bits>>23)-127;\n"
+    "float m=uintBitsToFloat((bits&0x007fffffu)|0x3f800000u);\n"
+    "if(m>1.41421356){\n"
+    "m*=.5;\n"
+    "e+=1;\n"
+    "}\n"
+    "float s=(m-1.)/(m+1.),z=s*s;\n"
+    "float p=2.*(s+s*z*(.333333328+z*(.200001676+z*(.142686543+z*.117910756))));\n"
+    "return float(e)*.693145752+(p+float(e)*1.42860677e-6);\n"
+    "}\n"
+    "\n\nfloat cohsm_pow(float x,float y)\n"
+    "{\n"
+    "if(y==.0)return 1.;\n"
+    "if(!(x>1.18e-38))return y>.0?.0:COHSM_HUGE;\n"
+    "float t=y*cohsm_log(x);\n"
+    "return t>88.?COHSM_HUGE:cohsm_exp(t);\n"
+    "}\n"
+    "\n\nvec3 cohsm_normalize(vec3 v)\n"
+    "{\n"
+    "float m=max(max(abs(v.x),abs(v.y)),abs(v.z));\n"
+    "if(!(m>.0))return vec3(.0);\n"
+    "if(m<1e-30){\n"
+    "v*=1e30;\n"
+    "m*=1e30;\n"
+    "}\n"
+    "v/=m;\n"
+    "return v/sqrt(dot(v,v));\n"
+    "}\n"
+    "\n\nvoid cohsm_basis(vec3 n,out vec3 t,out vec3 b)\n"
+    "{\n"
+    "float s=n.z>=.0?1.: -1.,a= -1./(s+n.z),c=n.x*n.y*a;\n"
+    "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
+    "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
+    "}\n"
+    "\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
+    "{\n"
+    "float a=2.*uv.x-1.,b=2.*uv.y-1.,x=abs(a),z=abs(b);\n"
+    "float d=1.-(x+z),r=1.-abs(d),f=r*sqrt(2.-r*r);\n"
+    "vec2 sc=cohsm_sincos(cohsm_if(r>.0,((z-x)/r+1.)*.785398163,.0));\n"
+    "return vec3(cohsm_if(a<.0,-f*sc.y,f*sc.y),cohsm_if(d<.0,r*r-1.,1.-r*r),\n"
+    "cohsm_if(b<.0,-f*sc.x,f*sc.x));\n"
+    "}\n"
+    "\nvec2 cohsm_octa_square(vec3 n)\n"
+    "{\n"
+    "float r=sqrt((n.x*n.x+n.z*n.z)/(1.+abs(n.y)));\n"
+    "float b=cohsm_atan2(abs(n.z),abs(n.x))*.636619772*r,a=r-b,t=a;\n"
+    "if(n.y<.0){\n"
+    "a=1.-b;\n"
+    "b=1.-t;\n"
+    "}\n"
+    "a=clamp(a,.0,1.);\n"
+    "b=clamp(b,.0,1.);\n"
+    "return .5*vec2(cohsm_if(n.x<.0,1.-a,1.+a),cohsm_if(n.z<.0,1.-b,1.+b));\n"
+    "}\n"
+    "\n\nvec2 cohsm_concentric(vec2 uv)\n"
+    "{\n",
+    "float a=2.*uv.x-1.,b=2.*uv.y-1.,r,phi;\n"
+    "if(abs(a)>abs(b)){\n"
+    "r=a;\n"
+    "phi=.785398163*(b/a);\n"
+    "}else{\n"
+    "r=b;\n"
+    "phi=cohsm_if(b==.0,.0,1.57079633-.785398163*(a/b));\n"
+    "}\n"
+    "return r*cohsm_sincos(phi).yx;\n"
+    "}\n"
+    "\n\nvec2 cohsm_disc_square(vec2 p)\n"
+    "{\n"
+    "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
+    "if(abs(p.x)>abs(p.y)){\n"
+    "a=p.x>.0?r: -r;\n"
+    "b=a*(4./COHSM_PI)*cohsm_atan2(p.y/p.x,1.);\n"
+    "}else{\n"
+    "b=p.y>.0?r: -r;\n"
+    "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
+    "}\n"
+    "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "\n\nstruct ism_grid{\n"
     "float exponent;\n"
     "vec4 across,down;\n"
     "};\n"
     "\nstruct ism_vpl{\n"
-    "vec3 position,normal,flux,axis;\n"
-    "float exponent,side;\n"
+    "vec3 position;\n"
+    "vec3 normal;\n"
+    "vec3 flux;\n"
+    "vec3 axis;\n"
+    "float exponent;\n"
+    "float side;\n"
     "float reach;\n"
     "bool sky;\n"
     "uint window;\n"
     "ism_grid grid;\n"
     "mat3 frame;\n"
     "};\n"
-    "\nism_grid ism_grid_of(float exponent,uint window)\n"
+    "\n\nism_grid ism_grid_of(float exponent,uint window)\n"
     "{\n"
     "ism_grid g;\n"
     "g.exponent=exponent;\n"
-    "ism_axes(window,glbk_ism_frame.maps.y,uint(glbk_ism_frame.values.y),g.across,g.down);\n"
+    "ism_axes(window,glbk_ism_frame.tile_side,glbk_ism_frame.window_rim,g.across,g.down);\n"
     "return g;\n"
     "}\n"
-    "\nism_vpl ism_read_vpl(uint v)\n"
+    "\n\nism_vpl ism_read_vpl(uint v)\n"
     "{\n"
     "ism_vpl l;\n"
     "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0);\n"
@@ -440,13 +668,13 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+2u),0);\n"
     "vec4 d=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0);\n"
     "l.position=a.xyz;\n"
-    "l.sky=a.w<0.0;\n"
-    "l.exponent=l.sky?1.0:a.w;\n"
+    "l.sky=a.w<.0;\n"
+    "l.exponent=l.sky?1.:a.w;\n"
     "l.normal=b.xyz;\n"
     "l.side=b.w;\n"
     "l.flux=c.xyz;\n"
-    "l.reach=glbk_ism_frame.near_points.x>0u?c.w:0.0;\n"
-    "l.axis=l.exponent!=1.0?d.xyz:l.normal;\n"
+    "l.reach=glbk_ism_frame.near_point_count>0u?c.w:.0;\n"
+    "l.axis=l.exponent!=1.?d.xyz:l.normal;\n"
     "l.window=uint(d.w);\n"
     "l.grid=ism_grid_of(a.w,l.window);\n"
     "bool about_axis=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky;\n"
@@ -455,23 +683,23 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "}\n"
     "\n\nivec2 ism_tile_at(uint v)\n"
     "{\n"
-    "uint tiles=glbk_ism_frame.maps.z;\n"
-    "uint row=uint((float(v)+0.5)/float(tiles));\n"
-    "return ivec2(v-row*tiles,row)*int(glbk_ism_frame.maps.y);\n"
+    "uint tiles=glbk_ism_frame.tiles_across;\n"
+    "uint row=uint((float(v)+.5)/float(tiles));\n"
+    "return ivec2(v-row*tiles,row)*int(glbk_ism_frame.tile_side);\n"
     "}\n"
     "\n\nuint ism_tile_of(ivec2 at)\n"
     "{\n"
-    "ivec2 tile=at/int(glbk_ism_frame.maps.y);\n"
-    "return uint(tile.y)*glbk_ism_frame.maps.z+uint(tile.x);\n"
+    "ivec2 tile=at/int(glbk_ism_frame.tile_side);\n"
+    "return uint(tile.y)*glbk_ism_frame.tiles_across+uint(tile.x);\n"
     "}\n"
     "\n\nvec2 ism_to_tile(ism_grid g,vec2 uv)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.maps.y),rim=glbk_ism_frame.values.y;\n"
+    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
     "return vec2(ism_zoom_axis(g.across,size,rim,uv.x),ism_zoom_axis(g.down,size,rim,uv.y));\n"
     "}\n"
-    "\nvec2 ism_from_tile(ism_grid g,vec2 at)\n"
+    "\n\nvec2 ism_from_tile(ism_grid g,vec2 at)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.maps.y),rim=glbk_ism_frame.values.y;\n"
+    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
     "return vec2(ism_unzoom_axis(g.across,size,rim,at.x),ism_unzoom_axis(g.down,size,rim,at.y));\n"
     "}\n"
     "\n\nism_grid ism_read_grid(uint v)\n"
@@ -479,10 +707,10 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "return ism_grid_of(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0).w,\n"
     "uint(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0).w));\n"
     "}\n"
-    "\n\nvec3 ism_texel_direction(ism_grid g,ivec2 texel)\n"
+    "\n\n\nvec3 ism_texel_direction(ism_grid g,ivec2 texel)\n"
     "{\n"
-    "vec2 uv=ism_from_tile(g,vec2(texel)+0.5);\n"
-    "if(g.exponent<0.0)return vec3(2.0*uv-1.0,1.0);\n"
+    "vec2 uv=ism_from_tile(g,vec2(texel)+.5);\n"
+    "if(g.exponent<.0)return vec3(2.*uv-1.,1.);\n"
     "return ism_map_direction(ism_projection_of(g.exponent),g.exponent,uv);\n"
     "}\n"
 };
@@ -511,37 +739,40 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
-    "\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
-    "\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
+    "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
+    "\n\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
-    "int r=int(glbk_ism_view.size.z)/2;\n"
-    "vec4 sum=vec4(0.0);\n"
-    "float weights=0.0;\n"
+    "int r=int(glbk_ism_view.pattern)/2;\n"
+    "vec4 sum=vec4(.0);\n"
+    "float weights=.0;\n"
     "for(int j= -r;j<=r;j++)\n"
     "for(int i= -r;i<=r;i++){\n"
     "ism_receiver o;\n"
     "vec4 light;\n"
     "if(!ism_neighbour(at+ivec2(i,j),o,light))continue;\n"
     "vec3 d=o.p-c.p;\n"
-    "float facing=max(dot(c.n,o.n),0.0),off=abs(dot(c.n,d))+abs(dot(o.n,d));\n"
-    "float weight=(abs(i)==r?0.5:1.0)*(abs(j)==r?0.5:1.0)*facing*facing;\n"
-    "if(off>0.0)weight*=max(1.0-off/sqrt(dot(d,d)),0.0);\n"
+    "float facing=max(dot(c.n,o.n),.0),off=abs(dot(c.n,d))+abs(dot(o.n,d));\n"
+    "float weight=(abs(i)==r?.5:1.)*(abs(j)==r?.5:1.)*facing*facing;\n"
+    "if(off>.0)weight*=max(1.-off/sqrt(dot(d,d)),.0);\n"
     "sum+=weight*light;\n"
     "weights+=weight;\n"
     "}\n"
-    "return weights>0.0?sum/weights:sum;\n"
+    "return weights>.0?sum/weights:sum;\n"
     "}\n"
     "\n\nvec4 ism_finished(ivec2 at,ism_receiver c)\n"
     "{\n"
-    "return glbk_ism_view.size.z>1u?ism_smooth(at,c):glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
+    "if(glbk_ism_view.pattern>1u)return ism_smooth(at,c);\n"
+    "return glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
-    "vec3 at,g;\n"
-    "float radius2,depth;\n"
+    "vec3 at;\n"
+    "vec3 g;\n"
+    "float radius2;\n"
+    "float depth;\n"
     "vec2 uv;\n"
     "vec4 cut1,cut2;\n"
     "\nivec4 box;\n"
@@ -550,15 +781,15 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "{\n"
     "mat3 frame=l.frame;\n"
     "vec3 n=normal*frame;\n"
-    "s.radius2=area*(1.0/COHSM_PI);\n"
+    "s.radius2=area*(1./COHSM_PI);\n"
     "if(l.sky){\n"
     "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
-    "float r=glbk_ism_frame.sphere.w,slope=abs(n.z)>0.05?1.0/n.z:0.0;\n"
+    "float r=glbk_ism_frame.sphere.w,slope=abs(n.z)>.05?1./n.z:.0;\n"
     "s.depth=o.z+r;\n"
-    "s.uv=0.5*o.xy/r+0.5;\n"
+    "s.uv=.5*o.xy/r+.5;\n"
     "s.at=vec3(o.xy,s.depth);\n"
     "s.g=vec3(-n.xy*slope*r,s.depth+dot(n.xy,o.xy)*slope);\n"
-    "return all(greaterThanEqual(s.uv,vec2(0.0)))&&all(lessThan(s.uv,vec2(1.0)));\n"
+    "return all(greaterThanEqual(s.uv,vec2(.0)))&&all(lessThan(s.uv,vec2(1.)));\n"
     "}\n"
     "vec3 o=(p-l.position)*frame;\n"
     "float d2=dot(o,o),along=dot(n,o);\n"
@@ -568,11 +799,11 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "if(!(d2>1e-30)|| !(o.z>1e-3*s.depth))return false;\n"
     "\nbool lobe=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE;\n"
     "if(lobe&& !(abs(dot(frame*o,l.normal))>1e-3*s.depth))return false;\n"
-    "s.radius2=min(s.radius2,(along>0.0&&s.cut1.w< -1.0?0.04:1.0)*d2);\n"
+    "s.radius2=min(s.radius2,(along>.0&&s.cut1.w< -1.?.04:1.)*d2);\n"
     "if(abs(along)>1e-3*s.depth)s.g=n/along;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/s.depth,s.uv))return false;\n"
-    "\n\nif(s.cut1.w< -1.0){\n"
-    "float away=1.0+sqrt(s.radius2)/s.depth;\n"
+    "\n\nif(s.cut1.w< -1.){\n"
+    "float away=1.+sqrt(s.radius2)/s.depth;\n"
     "s.at*=away;\n"
     "s.g/=away;\n"
     "s.radius2*=away*away;\n"
@@ -580,32 +811,32 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "}\n"
     "return true;\n"
     "}\n"
-    "\n\nfloat ism_texels_per_unit(ism_vpl l)\n"
+    "\n\n\nfloat ism_texels_per_unit(ism_vpl l)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.maps.y);\n"
+    "float size=float(glbk_ism_frame.tile_side);\n"
     "uint p=ism_projection_of(l.exponent);\n"
-    "if(l.sky)return 0.5*size/glbk_ism_frame.sphere.w;\n"
-    "if(p==ISM_PROJECTION_PARABOLOID)return 0.5*size;\n"
-    "return 0.9*size*(p==ISM_PROJECTION_LOBE?sqrt(0.5*(l.exponent+1.0)):1.0);\n"
+    "if(l.sky)return .5*size/glbk_ism_frame.sphere.w;\n"
+    "if(p==ISM_PROJECTION_PARABOLOID)return .5*size;\n"
+    "return .9*size*(p==ISM_PROJECTION_LOBE?sqrt(.5*(l.exponent+1.)):1.);\n"
     "}\n"
     "\n\nbool ism_dither(uvec2 tile,float opacity)\n"
     "{\n"
     "uint i=(tile.y&1u)*2u+(tile.x&1u);\n"
-    "return opacity>(i==0u?0.125:i==1u?0.625:i==2u?0.875:0.375);\n"
+    "return opacity>(i==0u?.125:i==1u?.625:i==2u?.875:.375);\n"
     "}\n"
-    "\nvec3 ism_corner(uint vertex){return texelFetch(glbk_ism_positions,glbk_table_at(vertex),0).xyz;}\n"
+    "\n\nvec3 ism_corner(uint vertex){return texelFetch(glbk_ism_positions,glbk_table_at(vertex),0).xyz;}\n"
     "\n\nbool ism_box_surfel(ism_vpl l,inout ism_surfel s)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y);\n"
-    "float most=float(size),reach=sqrt(s.radius2)*ism_texels_per_unit(l)/(l.sky?1.0:s.depth);\n"
-    "if(!(reach>0.0))return false;\n"
+    "int size=int(glbk_ism_frame.tile_side);\n"
+    "float most=float(size),reach=sqrt(s.radius2)*ism_texels_per_unit(l)/(l.sky?1.:s.depth);\n"
+    "if(!(reach>.0))return false;\n"
     "reach=min(reach,most);\n"
     "if(l.window==0u){\n"
-    "s.box=ivec4(max(s.uv*most-reach,0.0),min(ivec2(s.uv*most+reach),size-1));\n"
+    "s.box=ivec4(max(s.uv*most-reach,.0),min(ivec2(s.uv*most+reach),size-1));\n"
     "}else{\n"
     "vec2 first=ism_to_tile(l.grid,s.uv-reach/most);\n"
     "vec2 last=ism_to_tile(l.grid,s.uv+reach/most);\n"
-    "s.box=ivec4(max(first,0.0),min(ivec2(last),size-1));\n"
+    "s.box=ivec4(max(first,.0),min(ivec2(last),size-1));\n"
     "}\n"
     "return true;\n"
     "}\n"
@@ -613,51 +844,50 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "{\n"
     "uvec4 surfel=texelFetch(glbk_ism_surfels,glbk_table_at(index),0);\n"
     "float share=uintBitsToFloat(surfel.w);\n"
-    "if(!(share>0.0)||surfel.x>=glbk_ism_frame.surfels.w)return false;\n"
+    "if(!(share>.0)||surfel.x>=glbk_ism_frame.triangle_count)return false;\n"
     "uvec4 t=texelFetch(glbk_ism_triangles,glbk_table_at(surfel.x),0);\n"
-    "uvec2 tile=uvec2(v%glbk_ism_frame.maps.z,v/glbk_ism_frame.maps.z);\n"
+    "uvec2 tile=uvec2(v%glbk_ism_frame.tiles_across,v/glbk_ism_frame.tiles_across);\n"
     "if(!ism_dither(tile,uintBitsToFloat(t.w)))return false;\n"
     "vec3 p=ism_corner(t.x),e1=ism_corner(t.y)-p,e2=ism_corner(t.z)-p,n=cross(e1,e2);\n"
     "float length2=dot(n,n),size=sqrt(length2);\n"
-    "if(!(length2>0.0)|| !cohsm_finite(length2))return false;\n"
+    "if(!(length2>.0)|| !cohsm_finite(length2))return false;\n"
     "vec2 b=uintBitsToFloat(surfel.yz);\n"
-    "float area=glbk_ism_frame.values.x*share*0.5*size;\n"
+    "float area=glbk_ism_frame.splat_scale*share*.5*size;\n"
     "p+=e1*b.x+e2*b.y;\n"
-    "s.cut1=s.cut2=vec4(-2.0);\n"
-    "if(share<1.0){\n"
+    "s.cut1=s.cut2=vec4(-2.);\n"
+    "if(share<1.){\n"
     "s.cut1=vec4((cross(e2,n)/length2)*l.frame,b.x);\n"
     "s.cut2=vec4((cross(n,e1)/length2)*l.frame,b.y);\n"
-    "area*=6.0;\n"
+    "area*=6.;\n"
     "}\n"
     "return ism_place_surfel(l,p,n/size,area,s)&&ism_box_surfel(l,s);\n"
     "}\n"
     "\n\n\nfloat ism_meet(bool sky,ism_surfel s,vec3 w,float limit)\n"
     "{\n"
     "float t=ism_plane_depth(sky,s.g,w);\n"
-    "if(!(t>0.0&&t<=min(limit,ISM_DEEPEST)))return ISM_FAR;\n"
+    "if(!(t>.0&&t<=min(limit,ISM_DEEPEST)))return ISM_FAR;\n"
     "vec3 d=(sky?vec3(w.xy*glbk_ism_frame.sphere.w,t):w*t)-s.at;\n"
     "if(!(dot(d,d)<=s.radius2))return ISM_FAR;\n"
     "vec2 b=vec2(s.cut1.w+dot(d,s.cut1.xyz),s.cut2.w+dot(d,s.cut2.xyz));\n"
-    "return s.cut1.w> -1.0&& !(min(b.x,b.y)>= -1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
+    "return s.cut1.w> -1.&& !(min(b.x,b.y)>= -1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "\n\n#define ISM_HOLE 2\n"
-    "#define ISM_LEVELS 3\n"
-    "\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
+    "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\nuint ism_quadrant(ivec2 d)\n"
     "{\n"
     "return d.x>0&&d.y>=0?1u:d.x<=0&&d.y>0?2u:d.x<0?4u:8u;\n"
     "}\n"
-    "\n\nuint ism_sector(ivec2 d)\n"
+    "\n\n\nuint ism_sector(ivec2 d)\n"
     "{\n"
     "ivec2 a=abs(d);\n"
     "if(12*a.y<5*a.x)return d.x>0?1u:16u;\n"
     "if(12*a.x<5*a.y)return d.y>0?4u:64u;\n"
     "return d.x>0?(d.y>0?2u:128u):d.y>0?8u:32u;\n"
     "}\n"
-    "\nuint ism_turn(uint sectors,int by){return(sectors<<by|sectors>>(8-by))&255u;}\n"
+    "\n\nuint ism_turn(uint sectors,int by){return(sectors<<by|sectors>>(8-by))&255u;}\n"
     "\n\n\n\nbool ism_surrounded(uint found,uint close,uint beyond)\n"
     "{\n"
     "uint along=(ism_turn(beyond,1)|ism_turn(beyond,7))& ~beyond;\n"
@@ -667,7 +897,7 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "}\n"
     "\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y),least=0x7fffffff;\n"
+    "int size=int(glbk_ism_frame.tile_side),least=0x7fffffff;\n"
     "ivec2 middle=(2*cell+1)<<level;\n"
     "uint result=0u;\n"
     "for(int k=0;k<4;k++){\n"
@@ -687,17 +917,33 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
 
 static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
-    "uvec4 maps;\n"
-    "uvec4 surfels;\n"
+    "uint vpl_count;\n"
+    "uint tile_side;\n"
+    "uint tiles_across;\n"
+    "uint surfel_count;\n"
+    "uint vpl_capacity;\n"
+    "uint phase_surfel_count;\n"
+    "uint fill_levels;\n"
+    "uint triangle_count;\n"
     "vec4 sphere;\n"
-    "vec4 values;\n"
-    "uvec4 near_points;\n"
+    "float splat_scale;\n"
+    "uint window_rim;\n"
+    "uint near_point_count;\n"
+    "uint first_sphere;\n"
+    "uint first_near_point;\n"
+    "uint first_surfel;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
     "}glbk_ism_frame;\n"
 };
 
 static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
-    "\n\nstruct ism_receiver{vec3 p,n,ng;};\n"
-    "\n\nbool ism_read_receiver(ivec2 at,out ism_receiver r)\n"
+    "\n\nstruct ism_receiver{\n"
+    "vec3 p;\n"
+    "vec3 n,ng;\n"
+    "};\n"
+    "\n\nivec2 ism_picture_side(){return ivec2(glbk_ism_view.width,glbk_ism_view.height);}\n"
+    "\n\n\nbool ism_read_receiver(ivec2 at,out ism_receiver r)\n"
     "{\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(at,p);\n"
@@ -709,10 +955,10 @@ static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
-    "\n\nfloat ism_depth(ivec2 at);\n"
-    "\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
+    "\n\n\n\nfloat ism_depth(ivec2 at);\n"
+    "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y);\n"
+    "int size=int(glbk_ism_frame.tile_side);\n"
     "ivec2 local=at&(size-1);\n"
     "vec3 w=ism_texel_direction(grid,local);\n"
     "uint found=0u;\n"
@@ -724,74 +970,74 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "continue;\n"
     "}\n"
     "float depth=ism_depth(at+d);\n"
-    "if(!(depth<0.9*c))continue;\n"
-    "float t=ism_plane_depth(grid.exponent<0.0,ism_plane_at(at+d).xyz,w);\n"
-    "if(t>0.5*depth&&t<0.95*c)found|=ism_quadrant(d);\n"
+    "if(!(depth<.9*c))continue;\n"
+    "float t=ism_plane_depth(grid.exponent<.0,ism_plane_at(at+d).xyz,w);\n"
+    "if(t>.5*depth&&t<.95*c)found|=ism_quadrant(d);\n"
     "}\n"
     "return found==15u;\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_light_glsl[] = {
-    "\n\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
+    "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
     "#undef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#endif\n"
     "#define ISM_GRAZING 1e-4\n"
-    "\nfloat ism_luminance(vec3 f){return(f.x+f.y+f.z)*(1.0/3.0);}\n"
-    "\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
+    "\n\nfloat ism_luminance(vec3 f){return(f.x+f.y+f.z)*(1./3.);}\n"
+    "\n\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
     "{\n"
     "mat3 frame=l.frame;\n"
-    "int size=int(glbk_ism_frame.maps.y);\n"
+    "int size=int(glbk_ism_frame.tile_side);\n"
     "ivec2 tile=ism_tile_at(v),texel;\n"
     "vec3 n=ng*frame;\n"
     "if(l.sky){\n"
     "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
     "float r=glbk_ism_frame.sphere.w,depth=o.z+r;\n"
-    "vec2 uv=0.5*o.xy/r+0.5;\n"
-    "if(!(n.z< -ISM_GRAZING))return 0.0;\n"
-    "if(any(lessThan(uv,vec2(0.0)))||any(greaterThanEqual(uv,vec2(1.0))))return 1.0;\n"
+    "vec2 uv=.5*o.xy/r+.5;\n"
+    "if(!(n.z< -ISM_GRAZING))return .0;\n"
+    "if(any(lessThan(uv,vec2(.0)))||any(greaterThanEqual(uv,vec2(1.))))return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
-    "vec2 d=(2.0*ism_from_tile(l.grid,vec2(texel)+0.5)-1.0)*r-o.xy;\n"
-    "if(abs(n.z)>0.1)depth-=dot(n.xy,d)/n.z;\n"
-    "return depth-bias*r<=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x)?1.0:0.0;\n"
+    "vec2 d=(2.*ism_from_tile(l.grid,vec2(texel)+.5)-1.)*r-o.xy;\n"
+    "if(abs(n.z)>.1)depth-=dot(n.xy,d)/n.z;\n"
+    "return depth-bias*r<=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x)?1.:.0;\n"
     "}\n"
     "vec3 o=(p-l.position)*frame;\n"
     "float d=sqrt(dot(o,o));\n"
     "vec2 uv;\n"
-    "if(!(o.z>0.0)|| !(d>0.0))return 1.0;\n"
-    "if(!(dot(n,o)< -ISM_GRAZING*d))return 0.0;\n"
-    "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/d,uv))return 1.0;\n"
+    "if(!(o.z>.0)|| !(d>.0))return 1.;\n"
+    "if(!(dot(n,o)< -ISM_GRAZING*d))return .0;\n"
+    "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/d,uv))return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
     "float t=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x);\n"
-    "if(d*(1.0-bias)<=t&&t>=2.0*d)return 1.0;\n"
+    "if(d*(1.-bias)<=t&&t>=2.*d)return 1.;\n"
     "float along=dot(n,ism_texel_direction(l.grid,texel));\n"
-    "along=along!=0.0?dot(n,o)/along:d;\n"
-    "if(along>0.5*d&&along<2.0*d)d=along;\n"
-    "return d*(1.0-bias)<=t?1.0:0.0;\n"
+    "along=along!=.0?dot(n,o)/along:d;\n"
+    "if(along>.5*d&&along<2.*d)d=along;\n"
+    "return d*(1.-bias)<=t?1.:.0;\n"
     "}\n"
     "\n\nfloat ism_edge(vec3 n,vec3 a,vec3 b)\n"
     "{\n"
     "vec3 c=cross(b,a);\n"
     "float size=sqrt(dot(c,c));\n"
-    "return size>0.0?cohsm_atan2(size,dot(a,b))*(dot(n,c)/size):0.0;\n"
+    "return size>.0?cohsm_atan2(size,dot(a,b))*(dot(n,c)/size):.0;\n"
     "}\n"
-    "\n\n\nfloat ism_form_factor(vec3 n,vec3 d,vec3 x,vec3 y,out float share)\n"
+    "\n\n\n\nfloat ism_form_factor(vec3 n,vec3 d,vec3 x,vec3 y,out float share)\n"
     "{\n"
-    "vec3 leave=d,come=d,area=vec3(0.0);\n"
-    "float sum=0.0;\n"
+    "vec3 leave=d,come=d,area=vec3(.0);\n"
+    "float sum=.0;\n"
     "bool cut=false;\n"
     "for(int i=0;i<4;i++){\n"
     "vec3 a=d+(i==0||i==3? -x:x)+(i<2? -y:y);\n"
     "vec3 b=d+(i<2?x: -x)+(i==0||i==3? -y:y);\n"
     "float ha=dot(n,a),hb=dot(n,b);\n"
-    "if(!(ha>0.0)&& !(hb>0.0))continue;\n"
-    "if((ha>0.0)!=(hb>0.0)){\n"
+    "if(!(ha>.0)&& !(hb>.0))continue;\n"
+    "if((ha>.0)!=(hb>.0)){\n"
     "vec3 at=a+(b-a)*(ha/(ha-hb));\n"
     "cut=true;\n"
-    "if(ha>0.0)b=leave=at;\n"
+    "if(ha>.0)b=leave=at;\n"
     "else a=come=at;\n"
     "}\n"
     "sum+=ism_edge(n,a,b);\n"
@@ -801,63 +1047,63 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "sum+=ism_edge(n,leave,come);\n"
     "area+=cross(leave-d,come-d);\n"
     "}\n"
-    "share=sqrt(dot(area,area))/(8.0*sqrt(dot(x,x)*dot(y,y)));\n"
-    "return sum*0.159154943;\n"
+    "share=sqrt(dot(area,area))/(8.*sqrt(dot(x,x)*dot(y,y)));\n"
+    "return sum*.159154943;\n"
     "}\n"
     "\n\n\nfloat ism_patch_kernel(mat3 frame,float side,vec3 d,vec3 n,float point,out float square)\n"
     "{\n"
-    "float share,form=ism_form_factor(n,d,frame[0]*(0.5*side),frame[1]*(0.5*side),share);\n"
-    "float facing= -2.0*dot(n,frame[2]);\n"
-    "square=form=form>0.0&&share>0.0?form*COHSM_PI/(side*side*share):0.0;\n"
-    "if(!(facing>0.0)|| !(form>point))return form;\n"
-    "return form+min(facing,1.0)*(point-form);\n"
+    "float share,form=ism_form_factor(n,d,frame[0]*(.5*side),frame[1]*(.5*side),share);\n"
+    "float facing= -2.*dot(n,frame[2]);\n"
+    "square=form=form>.0&&share>.0?form*COHSM_PI/(side*side*share):.0;\n"
+    "if(!(facing>.0)|| !(form>point))return form;\n"
+    "return form+min(facing,1.)*(point-form);\n"
     "}\n"
-    "\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float side)\n"
+    "\n\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float side)\n"
     "{\n"
-    "float r2=side*side*(1.0/COHSM_PI),d2=dot(d,d),sum=0.0;\n"
-    "float least=d2>r2?sqrt(1.0-r2/d2): -1.0;\n"
+    "float r2=side*side*(1./COHSM_PI),d2=dot(d,d),sum=.0;\n"
+    "float least=d2>r2?sqrt(1.-r2/d2): -1.;\n"
     "mat3 frame=ism_frame_of(cohsm_normalize(d));\n"
     "for(int k=0;k<16;k++){\n"
-    "float cosine=1.0-(1.0-least)*(float(k)+0.5)*(1.0/16.0);\n"
-    "float sine=sqrt(1.0-cosine*cosine);\n"
+    "float cosine=1.-(1.-least)*(float(k)+.5)*(1./16.);\n"
+    "float sine=sqrt(1.-cosine*cosine);\n"
     "vec2 sc=cohsm_sincos(2.39996323*float(k));\n"
     "vec3 w=frame*vec3(sine*sc.y,sine*sc.x,cosine);\n"
     "float a=dot(n,w),b= -dot(normal,w);\n"
-    "if(a>0.0&&b>0.0)sum+=a*b;\n"
+    "if(a>.0&&b>.0)sum+=a*b;\n"
     "}\n"
-    "return sum*(1.0/16.0)*2.0*(1.0-least)/r2;\n"
+    "return sum*(1./16.)*2.*(1.-least)/r2;\n"
     "}\n"
-    "\n\nfloat ism_nearness(float d2,float reach)\n"
+    "\n\n\nfloat ism_nearness(float d2,float reach)\n"
     "{\n"
-    "float r2=reach*reach,h=2.0*(r2-d2);\n"
-    "return!(h>0.0)?0.0:h<r2?h/r2:1.0;\n"
+    "float r2=reach*reach,h=2.*(r2-d2);\n"
+    "return!(h>.0)?.0:h<r2?h/r2:1.;\n"
     "}\n"
     "\n\n\nfloat ism_kernel(ism_vpl l,vec3 p,vec3 n,float most,out float plain)\n"
     "{\n"
-    "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,0.0);\n"
+    "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,.0);\n"
     "vec3 d=l.position-p;\n"
     "float d2=dot(d,d),a=dot(n,d),b= -dot(l.normal,d),area=l.side*l.side;\n"
-    "plain=a>0.0&&b>0.0?a*b/(d2*d2+1e-37):0.0;\n"
-    "if(l.exponent!=1.0){\n"
+    "plain=a>.0&&b>.0?a*b/(d2*d2+1e-37):.0;\n"
+    "if(l.exponent!=1.){\n"
     "float c= -dot(l.axis,d)/sqrt(d2);\n"
-    "plain=0.0;\n"
-    "if(c>0.0&&a>0.0)\n"
-    "plain=0.5*(l.exponent+1.0)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2);\n"
-    "area=0.0;\n"
+    "plain=.0;\n"
+    "if(c>.0&&a>.0)\n"
+    "plain=.5*(l.exponent+1.)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2);\n"
+    "area=.0;\n"
     "}\n"
-    "if(!(plain>0.0))return 0.0;\n"
+    "if(!(plain>.0))return .0;\n"
     "#if ISM_NEAR == 1\n"
-    "if(!(area>0.0&&d2<9.0*area))return plain;\n"
+    "if(!(area>.0&&d2<9.*area))return plain;\n"
     "float point=plain;\n"
     "return ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
     "#elif ISM_NEAR == 6\n"
-    "float share=1.0-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
-    "if(!(share>0.0))return plain=0.0;\n"
-    "if(area>0.0&&d2<9.0*area)k=ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
+    "float share=1.-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
+    "if(!(share>.0))return plain=.0;\n"
+    "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
     "plain*=share;\n"
-    "return k*share;\n",
+    "return k*share;\n"
     "#elif ISM_NEAR == 2\n"
-    "return area>0.0&&d2<16.0*area?ism_sphere_kernel(d,l.normal,n,l.side):plain;\n"
+    "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.side):plain;\n",
     "#elif ISM_NEAR == 3\n"
     "return min(plain,most);\n"
     "#else\n"
@@ -870,30 +1116,31 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "#if ISM_NEAR == 4\n"
     "if(k*power>most)k=most/power;\n"
     "#endif\n"
-    "if(!(k>0.0))return;\n"
-    "if(glbk_ism_view.size.w==0u)k*=ism_visible(v,l,p,ng,glbk_ism_view.values.x);\n"
+    "if(!(k>.0))return;\n"
+    "if(glbk_ism_view.no_maps==0u)k*=ism_visible(v,l,p,ng,glbk_ism_view.bias);\n"
     "sum.xyz+=k*l.flux;\n"
-    "if(k>0.0)sum.w+=max(plain-k,0.0)*power;\n"
+    "if(k>.0)sum.w+=max(plain-k,.0)*power;\n"
     "}\n"
     "\n\nfloat ism_unshadowed(ism_vpl l,vec3 p,vec3 n)\n"
     "{\n"
     "float plain;\n"
-    "return ism_kernel(l,p,n,0.0,plain)*ism_luminance(l.flux);\n"
+    "return ism_kernel(l,p,n,.0,plain)*ism_luminance(l.flux);\n"
     "}\n"
-    "\n\n\nuint ism_used(uint first,uint pattern)\n"
+    "\n\nuint ism_used(uint first,uint pattern)\n"
     "{\n"
-    "uint count=glbk_ism_frame.maps.x;\n"
+    "uint count=glbk_ism_frame.vpl_count;\n"
     "return first<count?(count-first-1u)/pattern+1u:0u;\n"
     "}\n"
-    "\nvec4 ism_scaled(vec4 sum,uint pattern){return sum*(float(pattern)/COHSM_PI);}\n"
+    "\n\n\nvec4 ism_scaled(vec4 sum,uint pattern){return sum*(float(pattern)/COHSM_PI);}\n"
     "\n\n\nstruct ism_near_point{\n"
     "vec3 position,normal,flux;\n"
-    "float side,reach;\n"
+    "float side;\n"
+    "float reach;\n"
     "uint vpl;\n"
     "};\n"
-    "\nism_near_point ism_read_near(uint i)\n"
+    "\n\nism_near_point ism_read_near(uint i)\n"
     "{\n"
-    "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
+    "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
     "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
     "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
     "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(at+2u),0);\n"
@@ -906,15 +1153,15 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "q.vpl=uint(c.w);\n"
     "return q;\n"
     "}\n"
-    "\n\n\nfloat ism_near_visible(ism_near_point q,vec3 p,vec3 n,vec3 ng,float bias)\n"
+    "\n\n\n\nfloat ism_near_visible(ism_near_point q,vec3 p,vec3 n,vec3 ng,float bias)\n"
     "{\n"
     "ism_vpl l=ism_read_vpl(q.vpl);\n"
     "vec3 way=l.position-q.position,d=p-q.position,at=p;\n"
-    "float open=1.0-clamp(-2.0*dot(n,q.normal),0.0,1.0),lit=1.0;\n"
-    "if(!(dot(l.frame[2],p-l.position)>0.0))return open;\n"
-    "bool movable=open>0.0&&dot(d,d)<dot(way,way)&&dot(l.frame[2],d)>0.0;\n"
-    "\nwhile(!(ism_visible(q.vpl,l,at,ng,bias)>0.0)){\n"
-    "if(!movable)return 0.0;\n"
+    "float open=1.-clamp(-2.*dot(n,q.normal),.0,1.),lit=1.;\n"
+    "if(!(dot(l.frame[2],p-l.position)>.0))return open;\n"
+    "bool movable=open>.0&&dot(d,d)<dot(way,way)&&dot(l.frame[2],d)>.0;\n"
+    "\nwhile(!(ism_visible(q.vpl,l,at,ng,bias)>.0)){\n"
+    "if(!movable)return .0;\n"
     "movable=false;\n"
     "at=p+way;\n"
     "lit=open;\n"
@@ -924,31 +1171,31 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "\n\nfloat ism_near_weight(vec3 position,float reach,vec3 normal,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 d=position-p;\n"
-    "return dot(n,d)>0.0&&dot(normal,d)<0.0?ism_nearness(dot(d,d),reach):0.0;\n"
+    "return dot(n,d)>.0&&dot(normal,d)<.0?ism_nearness(dot(d,d),reach):.0;\n"
     "}\n"
-    "\n\nfloat ism_near_kernel(ism_near_point q,vec3 p,vec3 n,out float plain)\n"
+    "\n\n\nfloat ism_near_kernel(ism_near_point q,vec3 p,vec3 n,out float plain)\n"
     "{\n"
     "vec3 d=q.position-p;\n"
     "float d2=dot(d,d),h=ism_near_weight(q.position,q.reach,q.normal,p,n);\n"
-    "plain=0.0;\n"
-    "if(!(h>0.0))return 0.0;\n"
+    "plain=.0;\n"
+    "if(!(h>.0))return .0;\n"
     "float point=dot(n,d)* -dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
     "plain=point;\n"
-    "if(d2<9.0*q.side*q.side)k=ism_patch_kernel(ism_frame_of(q.normal),q.side,d,n,point,plain);\n"
+    "if(d2<9.*q.side*q.side)k=ism_patch_kernel(ism_frame_of(q.normal),q.side,d,n,point,plain);\n"
     "plain*=h;\n"
     "return k*h;\n"
     "}\n"
     "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
     "{\n"
-    "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
+    "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
     "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
     "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
-    "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>0.0;\n"
+    "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>.0;\n"
     "}\n"
     "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
     "{\n"
     "for(;i<count;i+=64u){\n"
-    "vec4 sphere=texelFetch(glbk_ism_vpls,glbk_table_at(glbk_ism_frame.near_points.y+i/64u),0);\n"
+    "vec4 sphere=texelFetch(glbk_ism_vpls,glbk_table_at(glbk_ism_frame.first_sphere+i/64u),0);\n"
     "vec3 d=sphere.xyz-p;\n"
     "if(dot(d,d)<sphere.w*sphere.w)break;\n"
     "}\n"
@@ -956,8 +1203,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "}\n"
     "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
     "{\n"
-    "uint count=glbk_ism_frame.near_points.x,i=ism_near_block(first,count,p);\n"
-    "vec4 sum=vec4(0.0);\n"
+    "uint count=glbk_ism_frame.near_point_count,i=ism_near_block(first,count,p);\n"
+    "vec4 sum=vec4(.0);\n"
     "while(i<count){\n"
     "uvec4 found=uvec4(0u);\n"
     "uint have=0u;\n"
@@ -969,27 +1216,27 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "for(uint k=0u;k<have;k++){\n"
     "ism_near_point q=ism_read_near(found[k]);\n"
     "float plain,bright=ism_near_kernel(q,p,n,plain);\n"
-    "if(!(bright>0.0))continue;\n"
-    "float lit=1.0;\n"
-    "if(glbk_ism_view.size.w==0u)lit=ism_near_visible(q,p,n,ng,glbk_ism_view.values.x);\n"
-    "sum+=lit*vec4(bright*q.flux,max(plain-bright,0.0)*ism_luminance(q.flux));\n"
+    "if(!(bright>.0))continue;\n"
+    "float lit=1.;\n"
+    "if(glbk_ism_view.no_maps==0u)lit=ism_near_visible(q,p,n,ng,glbk_ism_view.bias);\n"
+    "sum+=lit*vec4(bright*q.flux,max(plain-bright,.0)*ism_luminance(q.flux));\n"
     "}\n"
     "}\n"
     "return ism_scaled(sum,pattern);\n"
     "}\n"
-    "\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
+    "\n\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
     "{\n"
-    "uint count=glbk_ism_frame.maps.x;\n"
-    "float most=glbk_ism_view.values.y;\n"
-    "vec4 sum=vec4(0.0);\n"
+    "uint count=glbk_ism_frame.vpl_count;\n"
+    "float most=glbk_ism_view.clamp_at;\n"
+    "vec4 sum=vec4(.0);\n"
     "#if ISM_NEAR == 4\n"
     "uint used=ism_used(first,pattern);\n"
-    "float all=0.0;\n"
+    "float all=.0;\n"
     "for(uint v=first;v<count;v+=pattern)all+=ism_unshadowed(ism_read_vpl(v),p,n);\n"
-    "most*=used>0u?all/float(used):0.0;\n"
+    "most*=used>0u?all/float(used):.0;\n"
     "#endif\n"
     "for(uint v=first;v<count;v+=pattern)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
-    "#if ISM_NEAR == 6\n",
+    "#if ISM_NEAR == 6\n"
     "return ism_scaled(sum,pattern)+ism_gather(p,n,ng,first,pattern);\n"
     "#else\n"
     "return ism_scaled(sum,pattern);\n"
@@ -998,92 +1245,92 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_ism_map_glsl[] = {
-    "\n\n#define ISM_PROJECTION_COSINE 1u\n"
+    "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
     "#define ISM_PROJECTION_LOBE 4u\n"
     "#define ISM_FAR 1e30\n"
-    "\n#ifndef ISM_PROJECTION\n"
+    "\n\n#ifndef ISM_PROJECTION\n"
     "#define ISM_PROJECTION 1\n"
     "#elif ISM_PROJECTION == 0\n"
     "#undef ISM_PROJECTION\n"
     "#define ISM_PROJECTION 1\n"
     "#endif\n"
-    "\nuint ism_projection_of(float exponent)\n"
+    "\n\nuint ism_projection_of(float exponent)\n"
     "{\n"
     "#if ISM_PROJECTION == 4\n"
-    "return exponent==1.0?ISM_PROJECTION_COSINE:ISM_PROJECTION_LOBE;\n"
+    "return exponent==1.?ISM_PROJECTION_COSINE:ISM_PROJECTION_LOBE;\n"
     "#else\n"
     "return uint(ISM_PROJECTION);\n"
     "#endif\n"
     "}\n"
     "\n\nfloat ism_power_gap(float x,float y)\n"
     "{\n"
-    "if(!(x>1.18e-38))return 1.0;\n"
-    "float t=y*cohsm_log(min(x,1.0));\n"
-    "if(t< -0.35)return 1.0-cohsm_exp(t);\n"
-    "return-t*(1.0+t*(0.5+t*(0.166666667+t*(0.0416666667+t*(0.00833333333+\n"
-    "t*(0.00138888889+t*0.000198412698))))));\n"
+    "if(!(x>1.18e-38))return 1.;\n"
+    "float t=y*cohsm_log(min(x,1.));\n"
+    "if(t< -.35)return 1.-cohsm_exp(t);\n"
+    "return-t*(1.+t*(.5+t*(.166666667+t*(.0416666667+t*(.00833333333+\n"
+    "t*(.00138888889+t*.000198412698))))));\n"
     "}\n"
-    "\nvec3 ism_map_direction(uint projection,float exponent,vec2 uv)\n"
+    "\n\nvec3 ism_map_direction(uint projection,float exponent,vec2 uv)\n"
     "{\n"
-    "vec2 ab=2.0*uv-1.0;\n"
+    "vec2 ab=2.*uv-1.;\n"
     "if(projection==ISM_PROJECTION_PARABOLOID){\n"
     "float r2=dot(ab,ab);\n"
-    "return vec3(2.0*ab,1.0-r2)/(1.0+r2);\n"
+    "return vec3(2.*ab,1.-r2)/(1.+r2);\n"
     "}\n"
     "if(projection==ISM_PROJECTION_OCTAHEDRAL){\n"
-    "vec2 p=0.5*vec2(ab.x+ab.y,ab.x-ab.y);\n"
-    "return cohsm_normalize(vec3(p,1.0-abs(p.x)-abs(p.y)));\n"
+    "vec2 p=.5*vec2(ab.x+ab.y,ab.x-ab.y);\n"
+    "return cohsm_normalize(vec3(p,1.-abs(p.x)-abs(p.y)));\n"
     "}\n"
-    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.0,r=max(abs(ab.x),abs(ab.y));\n"
-    "float s=max(1.0-r*r,0.0),z=e==1.0?sqrt(s):cohsm_pow(s,1.0/(e+1.0));\n"
-    "float sine=e==1.0?r:sqrt(ism_power_gap(s,2.0/(e+1.0)));\n"
-    "return vec3(cohsm_concentric(uv)*(r>1e-12?sine/r:1.0),z);\n"
+    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.,r=max(abs(ab.x),abs(ab.y));\n"
+    "float s=max(1.-r*r,.0),z=e==1.?sqrt(s):cohsm_pow(s,1./(e+1.));\n"
+    "float sine=e==1.?r:sqrt(ism_power_gap(s,2./(e+1.)));\n"
+    "return vec3(cohsm_concentric(uv)*(r>1e-12?sine/r:1.),z);\n"
     "}\n"
     "\n\nbool ism_map_coordinates(uint projection,float exponent,vec3 w,out vec2 uv)\n"
     "{\n"
     "vec2 ab;\n"
-    "uv=vec2(0.0);\n"
-    "if(!(w.z>0.0))return false;\n"
+    "uv=vec2(.0);\n"
+    "if(!(w.z>.0))return false;\n"
     "if(projection==ISM_PROJECTION_PARABOLOID){\n"
-    "ab=w.xy/(1.0+w.z);\n"
+    "ab=w.xy/(1.+w.z);\n"
     "}else if(projection==ISM_PROJECTION_OCTAHEDRAL){\n"
     "ab=vec2(w.x+w.y,w.x-w.y)/(abs(w.x)+abs(w.y)+w.z);\n"
     "}else{\n"
-    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.0;\n"
-    "if(e!=1.0){\n"
+    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.;\n"
+    "if(e!=1.){\n"
     "float sine=sqrt(dot(w.xy,w.xy));\n"
-    "w.xy*=sine>1e-12?sqrt(ism_power_gap(w.z,e+1.0))/sine:1.0;\n"
+    "w.xy*=sine>1e-12?sqrt(ism_power_gap(w.z,e+1.))/sine:1.;\n"
     "}\n"
     "uv=cohsm_disc_square(w.xy);\n"
     "return true;\n"
     "}\n"
-    "uv=clamp(0.5*ab+0.5,0.0,1.0);\n"
+    "uv=clamp(.5*ab+.5,.0,1.);\n"
     "return true;\n"
     "}\n"
     "\n\n\n\nvec4 ism_axis(uvec2 cut,uint size,uint rim)\n"
     "{\n"
     "uint rest=cut.x+cut.y;\n"
-    "if(!(rest*size>rim*64u)||rest>=64u)return vec4(float(size),1.0/float(size),1.0,1.0);\n"
-    "\n\nfloat a=floor((float(2u*rim*cut.x+rest)+0.5)/float(2u*rest)),most=float(rim);\n"
-    "if(cut.x!=0u&&a==0.0)a=1.0;\n"
-    "if(cut.y!=0u&&a==most)a=most-1.0;\n"
-    "vec3 share=vec3(cut.x,64u-rest,cut.y)/(64.0*max(vec3(a,float(size-rim),most-a),1.0));\n"
-    "return vec4(a,a>0.0?share.x:1.0,share.y,a<most?share.z:1.0);\n"
+    "if(!(rest*size>rim*64u)||rest>=64u)return vec4(float(size),1./float(size),1.,1.);\n"
+    "\n\nfloat a=floor((float(2u*rim*cut.x+rest)+.5)/float(2u*rest)),most=float(rim);\n"
+    "if(cut.x!=0u&&a==.0)a=1.;\n"
+    "if(cut.y!=0u&&a==most)a=most-1.;\n"
+    "vec3 share=vec3(cut.x,64u-rest,cut.y)/(64.*max(vec3(a,float(size-rim),most-a),1.));\n"
+    "return vec4(a,a>.0?share.x:1.,share.y,a<most?share.z:1.);\n"
     "}\n"
-    "\n\nfloat ism_zoom_axis(vec4 axis,float size,float rim,float u)\n"
+    "\n\n\nfloat ism_zoom_axis(vec4 axis,float size,float rim,float u)\n"
     "{\n"
-    "float low=axis.x*axis.y,high=1.0-(rim-axis.x)*axis.w;\n"
-    "vec3 part=u<low?vec3(0.0,u,axis.y):vec3(axis.x,u-low,axis.z);\n"
-    "if(!(u<low)&& !(u<high))part=vec3(size,u-1.0,axis.w);\n"
-    "return clamp(part.x+part.y/part.z,0.0,size);\n"
+    "float low=axis.x*axis.y,high=1.-(rim-axis.x)*axis.w;\n"
+    "vec3 part=u<low?vec3(.0,u,axis.y):vec3(axis.x,u-low,axis.z);\n"
+    "if(!(u<low)&& !(u<high))part=vec3(size,u-1.,axis.w);\n"
+    "return clamp(part.x+part.y/part.z,.0,size);\n"
     "}\n"
-    "\nfloat ism_unzoom_axis(vec4 axis,float size,float rim,float x)\n"
+    "\n\nfloat ism_unzoom_axis(vec4 axis,float size,float rim,float x)\n"
     "{\n"
     "float u=x<axis.x?x*axis.y:x<axis.x+size-rim?axis.x*axis.y+(x-axis.x)*axis.z\n"
-    ":1.0-(size-x)*axis.w;\n"
-    "return clamp(u,0.0,1.0);\n"
+    ":1.-(size-x)*axis.w;\n"
+    "return clamp(u,.0,1.);\n"
     "}\n"
     "\n\nvoid ism_axes(uint window,uint size,uint rim,out vec4 across,out vec4 down)\n"
     "{\n"
@@ -1091,40 +1338,32 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "across=ism_axis(cut.xz,size,rim);\n"
     "down=ism_axis(cut.yw,size,rim);\n"
     "}\n"
-    "\nvec2 ism_zoom(uint window,uint size,uint rim,vec2 uv)\n"
-    "{\n"
-    "vec4 across,down;\n"
-    "ism_axes(window,size,rim,across,down);\n"
-    "vec2 s=vec2(size,rim);\n"
-    "return vec2(ism_zoom_axis(across,s.x,s.y,uv.x),ism_zoom_axis(down,s.x,s.y,uv.y));\n"
-    "}\n"
-    "\nvec2 ism_unzoom(uint window,uint size,uint rim,vec2 at)\n"
-    "{\n"
-    "vec4 across,down;\n"
-    "ism_axes(window,size,rim,across,down);\n"
-    "vec2 s=vec2(size,rim);\n"
-    "return vec2(ism_unzoom_axis(across,s.x,s.y,at.x),ism_unzoom_axis(down,s.x,s.y,at.y));\n"
-    "}\n"
     "\n\nmat3 ism_frame_of(vec3 z)\n"
     "{\n"
     "vec3 x,y;\n"
     "cohsm_basis(z,x,y);\n"
     "return mat3(x,y,z);\n"
     "}\n"
-    "\n\nfloat ism_plane_depth(bool sky,vec3 g,vec3 w)\n"
+    "\n\n\nfloat ism_plane_depth(bool sky,vec3 g,vec3 w)\n"
     "{\n"
     "float s=dot(g,w);\n"
-    "if(sky)return max(s,0.0);\n"
-    "return s>1e-20?1.0/s:0.0;\n"
+    "if(sky)return max(s,.0);\n"
+    "return s>1e-20?1./s:.0;\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_push_glsl[] = {
-    "\n\nint ism_pulled(int level,ivec2 cell);\n"
-    "\n\nstruct ism_near{int first,second,least,next;uint found,close,beyond;};\n"
+    "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
+    "\nstruct ism_near{\n"
+    "int first,second;\n"
+    "int least,next;\n"
+    "uint found;\n"
+    "uint close;\n"
+    "uint beyond;\n"
+    "};\n"
     "\n\nvoid ism_look(int level,ivec2 at,inout ism_near n)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y),half_size=size>>level;\n"
+    "int size=int(glbk_ism_frame.tile_side),half_size=size>>level;\n"
     "ivec2 local=at&(size-1),cell=local>>level,origin=(at>>level)-cell;\n"
     "for(int y=cell.y-1;y<=cell.y+1;y++)\n"
     "for(int x=cell.x-1;x<=cell.x+1;x++){\n"
@@ -1154,17 +1393,17 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "\n\n\nfloat ism_push(ism_grid grid,ivec2 local,ivec2 first,ivec2 second,ivec2 origin)\n"
     "{\n"
     "vec4 a=ism_plane_at(origin+first),b=ism_plane_at(origin+second);\n"
-    "float t=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,local));\n"
-    "float there=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,second));\n"
+    "float t=ism_plane_depth(grid.exponent<.0,a.xyz,ism_texel_direction(grid,local));\n"
+    "float there=ism_plane_depth(grid.exponent<.0,a.xyz,ism_texel_direction(grid,second));\n"
     "if(abs(a.w-b.w)<=abs(there-b.w))return a.w;\n"
-    "return t>0.5*a.w&&t<2.0*a.w?t:a.w;\n"
+    "return t>.5*a.w&&t<2.*a.w?t:a.w;\n"
     "}\n"
     "\n\n\nfloat ism_filled(ism_grid grid,ivec2 at)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y);\n"
+    "int size=int(glbk_ism_frame.tile_side);\n"
     "ivec2 local=at&(size-1);\n"
     "ism_near n=ism_near(0,0,0,0,0u,0u,0u);\n"
-    "for(int level=1;level<=int(glbk_ism_frame.surfels.z);level++){\n"
+    "for(int level=1;level<=int(glbk_ism_frame.fill_levels);level++){\n"
     "if(n.second!=0&&ism_surrounded(n.found,n.close,n.beyond))break;\n"
     "ism_look(level,at,n);\n"
     "}\n"
@@ -1176,8 +1415,14 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
 
 static const char *const glbk__glsl_lib_ism_view_glsl[] = {
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
-    "uvec4 size;\n"
-    "vec4 values;\n"
+    "uint width;\n"
+    "uint height;\n"
+    "uint pattern;\n"
+    "uint no_maps;\n"
+    "float bias;\n"
+    "float clamp_at;\n"
+    "uint first_row;\n"
+    "uint unused0;\n"
     "}glbk_ism_view;\n"
 };
 
@@ -1186,7 +1431,7 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "#define ISM_TILE 24\n"
     "\nshared vec3 ism_places[ISM_TILE*ISM_TILE],ism_normals[ISM_TILE*ISM_TILE];\n"
     "shared vec4 ism_lights[ISM_TILE*ISM_TILE];\n"
-    "\nivec2 ism_corner(){return ivec2(gl_WorkGroupID.xy)*16-int(glbk_ism_view.size.z)/2;}\n"
+    "\n\nivec2 ism_corner(){return ivec2(gl_WorkGroupID.xy)*16-int(glbk_ism_view.pattern)/2;}\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
     "ivec2 texel=at-ism_corner();\n"
@@ -1194,16 +1439,16 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "r.p=ism_places[i];\n"
     "r.n=r.ng=ism_normals[i];\n"
     "light=ism_lights[i];\n"
-    "return r.n!=vec3(0.0);\n"
+    "return r.n!=vec3(.0);\n"
     "}\n"
-    "\nvoid ism_load(int wide)\n"
+    "\n\nvoid ism_load(int wide)\n"
     "{\n"
     "for(int i=int(gl_LocalInvocationIndex);i<wide*wide;i+=256){\n"
     "ivec2 texel=ivec2(i%wide,i/wide),at=ism_corner()+texel;\n"
     "int to=texel.y*ISM_TILE+texel.x;\n"
     "ism_receiver r;\n"
-    "ism_normals[to]=vec3(0.0);\n"
-    "if(any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ivec2(glbk_ism_view.size.xy))))continue;\n"
+    "ism_normals[to]=vec3(.0);\n"
+    "if(any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ism_picture_side())))continue;\n"
     "if(!ism_read_receiver(at,r))continue;\n"
     "ism_places[to]=r.p;\n"
     "ism_normals[to]=r.n;\n"
@@ -1213,12 +1458,12 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
-    "int side=int(glbk_ism_view.size.z);\n"
+    "int side=int(glbk_ism_view.pattern);\n"
     "ism_receiver c;\n"
     "if(side>1)ism_load(16+side/2*2);\n"
     "barrier();\n"
-    "if(any(greaterThanEqual(at,ivec2(glbk_ism_view.size.xy))))return;\n"
-    "imageStore(glbk_ism_light_out,at,ism_read_receiver(at,c)?ism_finished(at,c):vec4(0.0));\n"
+    "if(any(greaterThanEqual(at,ism_picture_side())))return;\n"
+    "imageStore(glbk_ism_light_out,at,ism_read_receiver(at,c)?ism_finished(at,c):vec4(.0));\n"
     "}\n"
 };
 
@@ -1226,7 +1471,7 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
-    "bool inside=all(greaterThanEqual(at,ivec2(0)))&&all(lessThan(at,ivec2(glbk_ism_view.size.xy)));\n"
+    "bool inside=all(greaterThanEqual(at,ivec2(0)))&&all(lessThan(at,ism_picture_side()));\n"
     "if(!inside|| !ism_read_receiver(at,r))return false;\n"
     "light=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "return true;\n"
@@ -1235,7 +1480,7 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_receiver c;\n"
-    "result=glbk_pack(ism_read_receiver(at,c)?ism_finished(at,c):vec4(0.0));\n"
+    "result=glbk_pack(ism_read_receiver(at,c)?ism_finished(at,c):vec4(.0));\n"
     "}\n"
 };
 
@@ -1245,12 +1490,12 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
     "shared uint ism_cells[1024+256+64];\n"
     "ivec2 ism_origin;\n"
-    "\nuint ism_cell(int level,ivec2 cell)\n"
+    "\n\nuint ism_cell(int level,ivec2 cell)\n"
     "{\n"
     "uint wide=uint(ISM_SIDE>>level),first=level==1?0u:level==2?1024u:1280u;\n"
     "return first+uint(cell.y)*wide+uint(cell.x);\n"
     "}\n"
-    "\nivec2 ism_texel(uint i){return ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));}\n"
+    "\n\nivec2 ism_texel(uint i){return ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));}\n"
     "\nfloat ism_depth(ivec2 at)\n"
     "{\n"
     "ivec2 texel=at-ism_origin;\n"
@@ -1267,11 +1512,11 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y),levels=int(glbk_ism_frame.surfels.z);\n"
+    "int size=int(glbk_ism_frame.tile_side),levels=int(glbk_ism_frame.fill_levels);\n"
     "int block=size>ISM_SIDE?32:size,margin=size>ISM_SIDE?16:0;\n"
     "ivec2 begin=ivec2(gl_WorkGroupID.xy)*block,tile=begin-(begin&(size-1));\n"
     "uint v=ism_tile_of(begin),holes=0u;\n"
-    "bool used=v<glbk_ism_frame.maps.x;\n"
+    "bool used=v<glbk_ism_frame.vpl_count;\n"
     "ism_grid grid=ism_read_grid(used?v:0u);\n"
     "ism_origin=begin-margin;\n"
     "for(uint i=gl_LocalInvocationIndex;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
@@ -1319,8 +1564,8 @@ static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "uint v=ism_tile_of(at);\n"
     "float depth=ism_depth(at);\n"
     "result=0u;\n"
-    "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.maps.x)return;\n"
-    "result=glbk_ism_frame.surfels.z!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
+    "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.vpl_count)return;\n"
+    "result=glbk_ism_frame.fill_levels!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
     "}\n"
 };
 
@@ -1334,7 +1579,7 @@ static const char *const glbk__glsl_prog_ism_pull_frag[] = {
     "ivec2 cell=ivec2(gl_FragCoord.xy);\n"
     "uvec4 parts;\n"
     "for(int k=0;k<4;k++)parts[k]=texelFetch(glbk_ism_below,2*cell+ivec2(k&1,k>>1),0).x;\n"
-    "result=ism_pull(ISM_LEVEL,cell&((int(glbk_ism_frame.maps.y)>>ISM_LEVEL)-1),parts);\n"
+    "result=ism_pull(ISM_LEVEL,cell&((int(glbk_ism_frame.tile_side)>>ISM_LEVEL)-1),parts);\n"
     "}\n"
 };
 
@@ -1351,7 +1596,7 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "uint v=ism_tile_of(at);\n"
     "float depth=ISM_FAR;\n"
-    "bool fills=glbk_ism_frame.surfels.z!=0u&&v<glbk_ism_frame.maps.x;\n"
+    "bool fills=glbk_ism_frame.fill_levels!=0u&&v<glbk_ism_frame.vpl_count;\n"
     "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_plane_at(at).w;\n"
     "else if(fills)depth=ism_filled(ism_read_grid(v),at);\n"
     "result=floatBitsToUint(depth);\n"
@@ -1366,13 +1611,13 @@ static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
     "glbk_point p;\n"
     "bool seen=glbk_read_point(at,p);\n"
     "glbk_picture_show(seen,p.position);\n"
-    "vec3 albedo=seen?p.diffuse*(1.0-p.metallic):vec3(0.0);\n"
-    "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*0.318309886,1.0);\n"
+    "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0);\n"
+    "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*.318309886,1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_ism_shade_comp[] = {
-    "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
+    "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_ROUND 64u\n"
     "\nshared ism_vpl ism_read[ISM_ROUND];\n"
     "\n\nuint ism_round(uint first,uint pattern,uint used,uint from)\n"
@@ -1385,22 +1630,22 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint side=glbk_ism_view.size.z,pattern=side*side,first=gl_WorkGroupID.z;\n"
+    "uint side=glbk_ism_view.pattern,pattern=side*side,first=gl_WorkGroupID.z;\n"
     "uint used=ism_used(first,pattern);\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy*side+uvec2(first%side,first/side));\n"
-    "at.y+=int(glbk_ism_view.values.z);\n"
-    "bool inside=all(lessThan(at,ivec2(glbk_ism_view.size.xy)));\n"
-    "float most=glbk_ism_view.values.y;\n"
-    "vec4 sum=vec4(0.0);\n"
+    "at.y+=int(glbk_ism_view.first_row);\n"
+    "bool inside=all(lessThan(at,ism_picture_side()));\n"
+    "float most=glbk_ism_view.clamp_at;\n"
+    "vec4 sum=vec4(.0);\n"
     "ism_receiver r;\n"
     "bool lit=inside&&ism_read_receiver(at,r);\n"
     "#if ISM_NEAR == 4\n"
-    "float all_of_them=0.0;\n"
+    "float all_of_them=.0;\n"
     "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
     "uint count=ism_round(first,pattern,used,from);\n"
     "for(uint k=0u;k<count&&lit;k++)all_of_them+=ism_unshadowed(ism_read[k],r.p,r.n);\n"
     "}\n"
-    "most*=used>0u?all_of_them/float(used):0.0;\n"
+    "most*=used>0u?all_of_them/float(used):.0;\n"
     "#endif\n"
     "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
     "uint count=ism_round(first,pattern,used,from);\n"
@@ -1416,14 +1661,14 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
 };
 
 static const char *const glbk__glsl_prog_ism_shade_frag[] = {
-    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "uint side=glbk_ism_view.size.z;\n"
+    "uint side=glbk_ism_view.pattern;\n"
     "uvec2 place=uvec2(at)%side;\n"
     "ism_receiver r;\n"
-    "vec4 light=vec4(0.0);\n"
+    "vec4 light=vec4(.0);\n"
     "if(ism_read_receiver(at,r))light=ism_light(r.p,r.n,r.ng,place.y*side+place.x,side*side);\n"
     "result=glbk_pack(light);\n"
     "}\n"
@@ -1447,13 +1692,13 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "uint ism_hopes[4];\n"
     "\n\nbool ism_find(uint i,out ism_surfel s)\n"
     "{\n"
-    "uint each=glbk_ism_frame.surfels.y;\n"
-    "uint index=(i/each*glbk_ism_frame.surfels.x+ism_v)*each+i%each;\n"
+    "uint each=glbk_ism_frame.phase_surfel_count;\n"
+    "uint index=(i/each*glbk_ism_frame.vpl_capacity+ism_v)*each+i%each;\n"
     "if(!ism_surfel_of(index,ism_v,ism_l,s))return false;\n"
     "s.box=ivec4(max(s.box.xy,ism_part.xy),min(s.box.zw,ism_part.zw));\n"
     "return s.box.x<=s.box.z&&s.box.y<=s.box.w;\n"
     "}\n"
-    "\nuint ism_owner(uint texel){return ism_owners[texel>>1]>>(16u*(texel&1u))&0xffffu;}\n"
+    "\n\nuint ism_owner(uint texel){return ism_owners[texel>>1]>>(16u*(texel&1u))&0xffffu;}\n"
     "\n\nvoid ism_own(uint texel,uint surfel)\n"
     "{\n"
     "uint shift=16u*(texel&1u),was=ism_owners[texel>>1];\n"
@@ -1480,17 +1725,17 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "}\n"
     "return nearest;\n"
     "}\n"
-    "\nuint ism_pack(ivec4 box)\n"
+    "\n\nuint ism_pack(ivec4 box)\n"
     "{\n"
     "uvec4 b=uvec4(box-ism_part.xyxy);\n"
     "return b.x|b.y<<8|b.z<<16|b.w<<24;\n"
     "}\n"
-    "\nism_surfel ism_unlist(uint k)\n"
+    "\n\nism_surfel ism_unlist(uint k)\n"
     "{\n"
     "vec4 a=ism_list[4u*k],b=ism_list[4u*k+1u];\n"
     "uint box=ism_boxes[k];\n"
     "ivec4 texels=ivec4(box&63u,box>>8&63u,box>>16&63u,box>>24&63u)+ism_part.xyxy;\n"
-    "return ism_surfel(a.xyz,b.xyz,a.w,0.0,vec2(0.0),ism_list[4u*k+2u],ism_list[4u*k+3u],\n"
+    "return ism_surfel(a.xyz,b.xyz,a.w,.0,vec2(.0),ism_list[4u*k+2u],ism_list[4u*k+3u],\n"
     "texels);\n"
     "}\n"
     "\n\n\nbool ism_draw_list(int turn,uint i,ism_surfel s,bool waits)\n"
@@ -1503,7 +1748,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "bool listed=k<ISM_LIST;\n"
     "if(listed){\n"
     "ism_list[4u*k]=vec4(s.at,s.radius2);\n"
-    "ism_list[4u*k+1u]=vec4(s.g,0.0);\n"
+    "ism_list[4u*k+1u]=vec4(s.g,.0);\n"
     "ism_list[4u*k+2u]=s.cut1;\n"
     "ism_list[4u*k+3u]=s.cut2;\n"
     "ism_boxes[k]=ism_pack(s.box);\n"
@@ -1522,7 +1767,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "}while(count>ISM_LIST);\n"
     "return nearest;\n"
     "}\n"
-    "\n\nvoid ism_draw_all(int turn,uint count)\n"
+    "\n\n\nvoid ism_draw_all(int turn,uint count)\n"
     "{\n"
     "for(uint start=0u;start<count;start+=ISM_THREADS){\n"
     "uint i=start+gl_LocalInvocationIndex,lap=start/ISM_THREADS;\n"
@@ -1538,14 +1783,15 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "\nvoid main()\n"
     "{\n"
     "uint thread=gl_LocalInvocationIndex,count;\n"
-    "int side=min(int(glbk_ism_frame.maps.y),ISM_SIDE);\n"
+    "int side=min(int(glbk_ism_frame.tile_side),ISM_SIDE);\n"
     "ivec2 begin=ivec2(gl_WorkGroupID.xy)*side;\n"
     "ism_surfel s;\n"
     "ism_hopes=uint[4](0u,0u,0u,0u);\n"
     "ism_v=ism_tile_of(begin);\n"
     "ism_part=(begin-ism_tile_at(ism_v)).xyxy+ivec4(0,0,side-1,side-1);\n"
-    "count=ism_v<glbk_ism_frame.maps.x&&glbk_ism_frame.surfels.w!=0u?glbk_ism_frame.maps.w:0u;\n"
-    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.surfels.x-1u));\n"
+    "count=glbk_ism_frame.triangle_count!=0u?glbk_ism_frame.surfel_count:0u;\n"
+    "if(ism_v>=glbk_ism_frame.vpl_count)count=0u;\n"
+    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.vpl_capacity-1u));\n"
     "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
     "ism_depths[i]=floatBitsToUint(ISM_FAR);\n"
     "ism_owners[i>>1]=0xffffffffu;\n"
@@ -1555,7 +1801,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n",
     "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
     "ivec2 texel=ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));\n"
-    "vec4 surfel=vec4(0.0,0.0,0.0,ISM_FAR);\n"
+    "vec4 surfel=vec4(.0,.0,.0,ISM_FAR);\n"
     "if(max(texel.x,texel.y)>=side)continue;\n"
     "if(ism_depths[i]!=floatBitsToUint(ISM_FAR)&&ism_find(ism_owner(i),s))\n"
     "surfel=vec4(s.g,uintBitsToFloat(ism_depths[i]));\n"
@@ -1577,11 +1823,11 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "if(any(lessThan(at,ism_box.xy))||any(greaterThan(at,ism_box.zw)))discard;\n"
-    "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,0.0,vec2(0.0),ism_cut1,ism_cut2,\n"
+    "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,.0,vec2(.0),ism_cut1,ism_cut2,\n"
     "ism_box);\n"
     "ism_grid grid=ism_grid(ism_plane.w,ism_across,ism_down);\n"
-    "vec3 w=ism_texel_direction(grid,at&(int(glbk_ism_frame.maps.y)-1));\n"
-    "float t=ism_meet(ism_plane.w<0.0,s,w,ISM_FAR);\n"
+    "vec3 w=ism_texel_direction(grid,at&(int(glbk_ism_frame.tile_side)-1));\n"
+    "float t=ism_meet(ism_plane.w<.0,s,w,ISM_FAR);\n"
     "if(!(t<ISM_FAR))discard;\n"
     "result=glbk_pack(vec4(ism_plane.xyz,t));\n"
     "gl_FragDepth=t*5.421010862427522e-20;\n"
@@ -1602,20 +1848,20 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "\nvoid main()\n"
     "{\n"
     "#if ISM_QUADS\n"
-    "uint index=uint(gl_InstanceID)+glbk_ism_frame.near_points.w;\n"
+    "uint index=uint(gl_InstanceID)+glbk_ism_frame.first_surfel;\n"
     "#else\n"
     "uint index=uint(gl_VertexID);\n"
-    "gl_PointSize=1.0;\n"
+    "gl_PointSize=1.;\n"
     "#endif\n"
-    "uint v=index/glbk_ism_frame.surfels.y;\n"
+    "uint v=index/glbk_ism_frame.phase_surfel_count;\n"
     "ism_surfel s;\n"
-    "gl_Position=vec4(2.0,2.0,2.0,1.0);\n"
-    "ism_at=vec4(0.0);\n"
-    "ism_plane=vec4(0.0);\n"
-    "ism_across=ism_down=vec4(0.0);\n"
+    "gl_Position=vec4(2.,2.,2.,1.);\n"
+    "ism_at=vec4(.0);\n"
+    "ism_plane=vec4(.0);\n"
+    "ism_across=ism_down=vec4(.0);\n"
     "ism_box=ivec4(0);\n"
-    "ism_cut1=ism_cut2=vec4(0.0);\n"
-    "if(v>=glbk_ism_frame.maps.x)return;\n"
+    "ism_cut1=ism_cut2=vec4(.0);\n"
+    "if(v>=glbk_ism_frame.vpl_count)return;\n"
     "ism_vpl l=ism_read_vpl(v);\n"
     "if(!ism_surfel_of(index,v,l,s))return;\n"
     "ism_at=vec4(s.at,s.radius2);\n"
@@ -1629,15 +1875,18 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "vec2 at=vec2((gl_VertexID&1)!=0?ism_box.z+1:ism_box.x,\n"
     "(gl_VertexID&2)!=0?ism_box.w+1:ism_box.y);\n"
     "#else\n"
-    "vec2 at=0.5*vec2(ism_box.xy+ism_box.zw+1);\n"
+    "vec2 at=.5*vec2(ism_box.xy+ism_box.zw+1);\n"
     "ivec2 wide=s.box.zw-s.box.xy;\n"
     "gl_PointSize=float(max(wide.x,wide.y)+1);\n"
     "#endif\n"
-    "gl_Position=vec4(at/float(glbk_ism_frame.maps.y*glbk_ism_frame.maps.z)*2.0-1.0,0.0,1.0);\n"
+    "uint side=glbk_ism_frame.tile_side*glbk_ism_frame.tiles_across;\n"
+    "gl_Position=vec4(at/float(side)*2.-1.,.0,1.);\n"
     "}\n"
 };
 
 static const glbk_file glbk__ism_files[] = {
+    { "lib/cohsm_math.glsl", glbk__ism_files_lib_cohsm_math_glsl, 2, "", "",
+      "", "" },
     { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 1, "table ism_map ism_bindings ism_frame", "",
       "", "" },
     { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 1, "", "",
@@ -1650,11 +1899,11 @@ static const glbk_file glbk__ism_files[] = {
       "", "" },
     { "lib/ism_frame.glsl", glbk__glsl_lib_ism_frame_glsl, 1, "", "",
       "", "glbk_ism_frame" },
-    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings gbuffer", "",
+    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings gbuffer ism_view", "",
       "", "" },
     { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 1, "ism_fill ism_frame", "",
       "", "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 3, "ism_access ism_frame ism_view", "",
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 2, "ism_access ism_frame ism_view", "",
       "", "" },
     { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 1, "cohsm_math", "",
       "", "" },
@@ -1664,7 +1913,7 @@ static const glbk_file glbk__ism_files[] = {
       "", "glbk_ism_view" },
     { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 1, "ism_blur ism_view", "",
       "", "" },
-    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 1, "ism_blur ism_view", "screen.vert",
+    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 1, "ism_blur", "screen.vert",
       "", "" },
     { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 1, "ism_holes ism_push ism_frame", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
@@ -1699,12 +1948,13 @@ GLBK__PART_CODE(ism, ISM)
 
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and what it must be where it is not 0 */
+typedef struct glbk__ism_range {    /* a field, its value, and the range of that if it is not 0 */
     const char *field;
     double      value, low, high;
-    const char *wanted;
+    const char *wanted;             /* the range in words */
 } glbk__ism_range;
 
+/* Logs the first field that is out of its range. */
 static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
                                       const glbk__ism_range *ranges, size_t count)
 {
@@ -1717,9 +1967,10 @@ static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
+/* Returns whether x is a power of two, or 0. */
 static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 
-/* The ranges of ism_create, of the fields that are looked at here. */
+/* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
     const glbk__ism_range ranges[] = {
@@ -1740,7 +1991,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
-/* A desc with defaults in place of zeros, 0 in place of what is negative for none, and without its system. */
+/* Returns a desc with defaults in place of zeros, zeros in place of what is negative for none, and without
+   its system. */
 static ism_desc glbk__ism_resolved(const ism_desc *desc)
 {
     ism_desc d = *desc;
@@ -1758,7 +2010,7 @@ static ism_desc glbk__ism_resolved(const ism_desc *desc)
     return d;
 }
 
-/* Settings with their defaults: *out is what ism_shade would take for the same. */
+/* Checks a shading and writes it with its defaults, as ism_shade takes them. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
@@ -1786,12 +2038,14 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
+/* Checks that maps were created. */
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
     if (m && m->vpls.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
+/* Checks that a renderer was created. */
 static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char *function,
                                             const glbk_ism_renderer *r)
 {
@@ -1799,7 +2053,7 @@ static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char 
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
-/* Whether a renderer and a G-buffer were made, for pictures of one size. */
+/* Checks that a renderer and a G-buffer were created, for pictures of one size. */
 static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *function,
                                            const glbk_ism_renderer *r, const glbk_gbuffer *g)
 {
@@ -1813,7 +2067,7 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
 
 /* ---- lists ---- */
 
-/* Logs what is wrong with a field of element i of a list. */
+/* Logs what is wrong with a field of element i of a list. text: what the field must be, or what is wrong. */
 static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *function, const char *list,
                                          size_t i, const char *field, const char *text)
 {
@@ -1827,30 +2081,34 @@ static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *fu
     return glbk__bad(ctx, GLBK_ERR_INPUT, function, name.text, text);
 }
 
+/* Returns whether three floats are finite. */
 static int glbk__ism_finite(const float *v)
 {
     float sum = v[0] * 0 + v[1] * 0 + v[2] * 0;
     return sum >= 0 && sum <= 0;
 }
 
-static int glbk__ism_unit(const float *v)           /* 0.97..1.03 long; false for what is not a number */
+/* Returns whether a vector is 0.97..1.03 long; 0 for what is not a number. */
+static int glbk__ism_unit(const float *v)
 {
     float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     return length2 >= 0.9409f && length2 <= 1.0609f;
 }
 
+/* Returns whether three floats are a flux, 0..1e30. */
 static int glbk__ism_flux(const float *v)
 {
     return v[0] >= 0 && v[0] <= 1e30f && v[1] >= 0 && v[1] <= 1e30f && v[2] >= 0 && v[2] <= 1e30f;
 }
 
-/* Whether a window leaves something of each side. */
+/* Returns whether a window leaves something of each side of the tile. */
 static int glbk__ism_window(uint32_t window)
 {
     return window < 1u << 24 && (window & 63) + (window >> 12 & 63) <= 63 &&
            (window >> 6 & 63) + (window >> 18 & 63) <= 63;
 }
 
+/* Checks element i of a list of VPLs as ism_set_vpls does, and what ism.h computes besides. */
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
     const char *field = NULL, *text = "must be finite and not negative";
@@ -1865,6 +2123,7 @@ static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v
     return field ? glbk__ism_bad_element(ctx, "glbk_ism_vpls_upload", "vpls", i, field, text) : GLBK_OK;
 }
 
+/* Checks element i of a list of near points. */
 static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism_near_point *p, size_t i,
                                               uint32_t vpl_count)
 {
@@ -1879,7 +2138,7 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
     return glbk__ism_bad_element(ctx, "glbk_ism_near_points_upload", "points", i, field, text);
 }
 
-/* A mesh, but for what its indices say, which is seen while they are read. */
+/* Checks a mesh but for the values of its indices, which are checked while they are read. */
 static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *function, const ism_mesh *mesh)
 {
     const int indexed = mesh->indices || mesh->indices16;
@@ -1906,7 +2165,7 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 
 /* ---- ism: maps ---- */
 
-/* What both paths draw to: the planes of surfels, and the atlas. */
+/* Makes what both paths draw to: the planes of surfels, and the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -1925,7 +2184,8 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
     return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
-/* What the core path needs from surfels to the atlas. */
+/* Makes what the core path needs to get from surfels to the atlas: the kept texels, the levels of pull,
+   programs. */
 static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
 {
     char defines[] = "ISM_LEVEL=1";
@@ -1933,18 +2193,20 @@ static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, co
     glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     uint32_t i;
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
+        result = glbk__program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
         result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
                               &m->pull_target[i]);
         defines[10] = (char)('1' + (int)i);
         if (result == GLBK_OK)
-            result = glbk_program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines, &m->pull_program[i]);
+            result = glbk__program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines,
+                                          &m->pull_program[i]);
     }
-    return result == GLBK_OK ? glbk_program_create(ctx, glbk_ism_part(),
-                                                   "ism_push.frag", projection, &m->push) : result;
+    if (result != GLBK_OK) return result;
+    return glbk__program_create(ctx, glbk_ism_part(), "ism_push.frag", projection, &m->push);
 }
 
+/* Compiles all programs that maps need. */
 static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
 {
     char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
@@ -1952,14 +2214,14 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
     m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk_program_create(ctx, glbk_ism_part(),
-                                 m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
+    result = glbk__program_create(ctx, glbk_ism_part(),
+                                  m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
     if (result != GLBK_OK) return result;
     if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
-    return glbk_program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
+    return glbk__program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
 }
 
-/* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
+/* Returns how many levels pull and push have. The coarsest has at least two cells a side of a tile. */
 static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
 {
     uint32_t levels = m->desc.no_fill ? 0 : GLBK_ISM_LEVELS;
@@ -1967,57 +2229,61 @@ static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
     return levels;
 }
 
-/* How many texels of the table of VPLs lie before the spheres of the near points, and how many the spheres
- * have. */
+/* Returns how many texels of the table of VPLs lie before the spheres of the near points. */
 static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
+
+/* Returns how many texels the spheres of the near points have. */
 static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
 {
     return (m->desc.vpl_count * (uint32_t)m->desc.near_point_count + 63) / 64;
 }
 
+/* Returns what shaders know of the maps. */
 static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
     memset(&f, 0, sizeof f);
-    f.maps[0] = m->vpl_count;
-    f.maps[1] = m->desc.tile_side;
-    f.maps[2] = m->tiles_across;
-    f.maps[3] = m->phase_surfel_count * m->desc.lazy_frames;
-    f.surfels[0] = m->desc.vpl_count;
-    f.surfels[1] = m->phase_surfel_count;
-    f.surfels[2] = glbk__ism_levels(m);
-    f.surfels[3] = m->triangle_count;
+    f.vpl_count = m->vpl_count;
+    f.tile_side = m->desc.tile_side;
+    f.tiles_across = m->tiles_across;
+    f.surfel_count = m->phase_surfel_count * m->desc.lazy_frames;
+    f.vpl_capacity = m->desc.vpl_count;
+    f.phase_surfel_count = m->phase_surfel_count;
+    f.fill_levels = glbk__ism_levels(m);
+    f.triangle_count = m->triangle_count;
     memcpy(f.sphere, m->sphere, sizeof f.sphere);
-    f.values[0] = m->desc.splat_scale;
-    f.values[1] = (float)m->desc.window_rim;
-    f.near_points[0] = m->near_point_count;
-    f.near_points[1] = glbk__ism_vpl_texels(m);
-    f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
+    f.splat_scale = m->desc.splat_scale;
+    f.window_rim = (uint32_t)m->desc.window_rim;
+    f.near_point_count = m->near_point_count;
+    f.first_sphere = glbk__ism_vpl_texels(m);
+    f.first_near_point = f.first_sphere + glbk__ism_spheres(m);
     return f;
 }
 
+/* Sends what shaders know of the maps to the GPU. */
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
     const glbk_ism_frame f = glbk__ism_frame_of(m);
     return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
 }
 
-/* By compute there is one table, since a dispatch reads all phases. Else each phase has its own: it is
- * written while the frame before may still be drawn, and GPUs that keep frames in flight copy the whole of a
- * texture that is. */
+/* Makes the tables of surfels. By compute there is one, since a dispatch reads all phases. On the core path
+   each phase has its own: a phase is written while the frame before may still be drawn, and drivers then copy
+   the whole texture. */
 static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
 {
     const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     const uint32_t phases = m->desc.lazy_frames;
     glbk_result result = GLBK_OK;
     uint32_t i;
-    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
+    if (m->compute) return glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
     for (i = 0; i < phases && result == GLBK_OK; i++)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
     return result;
 }
 
-/* How large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT where that is too much. */
+/* Decides how large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT says that it is too
+   much. */
 static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *function, glbk_ism_maps *m)
 {
     const ism_desc *d = &m->desc;
@@ -2034,18 +2300,19 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
                      "is above 2147483647");
 }
 
+/* Makes all tables, pictures, blocks and programs of maps that are laid out. */
 static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const uint32_t nothing[4] = { 0, 0, 0, 0 };
     const size_t vpls = m->desc.vpl_count;
     glbk_result result = glbk__ism_create_surfels(ctx, m);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
-                                   glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+                                    glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
                                        3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
-    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
+    if (result == GLBK_OK) result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &m->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
@@ -2105,8 +2372,8 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
 
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* count strided triples into a table of four floats each, at least one texel. had: how many it holds; the
- * table is made anew for another number. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel. had: how many
+   the table holds now; it is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -2119,9 +2386,9 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     memset(texels, 0, 16 * (count ? count : 1));
     for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
     if (table->name && count == had && count) {
-        result = glbk_table_update(ctx, table, 0, count, texels);
+        result = glbk__table_update(ctx, table, 0, count, texels);
     } else {
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
         if (result == GLBK_OK) {
             glbk_texture_free(ctx, table);
             *table = made;
@@ -2131,8 +2398,8 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     return result;
 }
 
-/* Returns three indices and the bits of the opacity of each triangle; NULL where there is no memory, or an
- * index is beyond the vertices: *result says which. */
+/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees; NULL
+   if there is no memory or an index reaches beyond the vertices, which *result says. */
 static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__allocator *memory,
                                      const ism_mesh *mesh, size_t count, glbk_result *result)
 {
@@ -2160,7 +2427,7 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
     return words;
 }
 
-/* Triangles and places of a mesh that has some, in place of those before. */
+/* Replaces triangles and positions by those of a mesh that has some. */
 static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh,
                                           size_t count)
 {
@@ -2169,7 +2436,7 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
     glbk_result result;
     uint32_t *words = glbk__ism_triangles(ctx, &memory, mesh, count, &result);
     if (!words) return result;
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
     glbk_ism__free(&memory, words);
     if (result != GLBK_OK) return result;
     result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
@@ -2230,13 +2497,13 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                m->desc.lazy_frames - 1.0);
     count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
-    result = m->compute ? glbk_table_update(ctx, &m->surfels, count * phase, count, surfels)
-                        : glbk_table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
+    result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
+                        : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
     return result;
 }
 
-/* Four texels of the table of VPLs: docs/gpu-layouts.md. Maps without a rim show no windows. */
+/* Writes the four texels of a VPL, which docs/gpu-layouts.md lists. Maps without a rim have no windows. */
 static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *to)
 {
     memcpy(to, v->position, 12);
@@ -2249,6 +2516,7 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
     to[15] = m->desc.window_rim ? (float)v->window : 0.0f;
 }
 
+/* Checks all arguments of glbk_ism_vpls_upload. */
 static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *function, const glbk_ism_maps *m,
                                         const ism_vpl *vpls, uint32_t count, const float *center,
                                         float radius)
@@ -2282,7 +2550,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
         uint32_t i;
         if (!texels) return GLBK_ERR_ALLOC;
         for (i = 0; i < count; i++) glbk__ism_pack_vpl(m, &vpls[i], texels + 16 * (size_t)i);
-        result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
+        result = glbk__table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
         glbk_ism__free(&memory, texels);
     }
     if (result != GLBK_OK) return result;
@@ -2294,7 +2562,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     return glbk__ism_write_frame(ctx, m);
 }
 
-/* x, y, z and radius of the sphere beyond which none of the near points reaches, as ism.h has it. */
+/* Computes centre and radius of the sphere beyond which none of the near points reaches, as ism.h does. */
 static void glbk__ism_near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
 {
     float low[3], high[3], d2, reach;
@@ -2317,7 +2585,7 @@ static void glbk__ism_near_sphere(const ism_near_point *points, uint32_t count, 
     }
 }
 
-/* Near points as they are, and a sphere about each 64 of them. */
+/* Sends near points as they are, and a sphere about each 64 of them. */
 static glbk_result glbk__ism_send_near_points(glbk_context *ctx, glbk_ism_maps *m,
                                               const ism_near_point *points, uint32_t count)
 {
@@ -2330,10 +2598,10 @@ static glbk_result glbk__ism_send_near_points(glbk_context *ctx, glbk_ism_maps *
     if (!spheres) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i += 64)
         glbk__ism_near_sphere(points + i, count - i < 64 ? count - i : 64, spheres + i / 16);
-    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), blocks, spheres);
+    result = glbk__table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), blocks, spheres);
     glbk_ism__free(&memory, spheres);
     if (result != GLBK_OK) return result;
-    return glbk_table_update(ctx, &m->vpls, behind, 3 * (size_t)count, points);
+    return glbk__table_update(ctx, &m->vpls, behind, 3 * (size_t)count, points);
 }
 
 GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *m,
@@ -2360,6 +2628,7 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 
 /* ---- ism: drawing the maps ---- */
 
+/* Binds all that surfels are drawn from. */
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -2369,8 +2638,8 @@ static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A group of ism_splat.comp or of ism_fill.comp for each tile, or for each of the squares that a large tile
- * is cut into. */
+/* Runs ism_splat.comp or ism_fill.comp, with a group for each tile, or for each of the squares of that many
+   texels a side that a large tile is cut into. */
 static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program,
                                       uint32_t square)
 {
@@ -2378,7 +2647,7 @@ static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m,
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* The surfels of a phase, at most so many in a draw. */
+/* Draws the surfels of a phase, at most so many in a draw. */
 static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
     const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
@@ -2392,7 +2661,7 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
             ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
             continue;
         }
-        f.near_points[3] = first;               /* instances begin at 0 everywhere */
+        f.first_surfel = first;               /* instances begin at 0 everywhere */
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
         if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
     }
@@ -2425,6 +2694,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     return result;
 }
 
+/* Binds all that holes are found and filled from. */
 static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -2432,7 +2702,8 @@ static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
+/* Draws a pass over a whole target, which reads the maps and `below`: the kept texels, or the level of pull
+   below. */
 static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target,
                                   glbk_program *program, const glbk_texture *below)
 {
@@ -2454,7 +2725,7 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     return GLBK_OK;
 }
 
-/* From surfels to the atlas: holes, pull, push. */
+/* Makes the atlas from the surfels that were drawn: finds holes, pulls, pushes. */
 static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 {
     uint32_t i, levels = glbk__ism_levels(m);
@@ -2488,43 +2759,23 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
-{
-    glbk_ism__allocator memory;
-    uint32_t *words, y, x;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
-    if (result != GLBK_OK) return result;
-    if (!atlas) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "atlas", "is NULL");
-    memory = glbk_ism__memory(ctx);
-    words = (uint32_t *)glbk_ism__alloc_array(&memory, m->side, 16);
-    if (!words) return GLBK_ERR_ALLOC;
-    for (y = 0; y < m->side && result == GLBK_OK; y++) {
-        result = glbk_target_read(ctx, &m->atlas_target, 0, 0, y, m->side, 1, words);
-        for (x = 0; x < m->side && result == GLBK_OK; x++)
-            memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
-    }
-    glbk_ism__free(&memory, words);
-    return result;
-}
-
 /* ==== src/gl_ism/renderer.h ==== */
 
 /* ---- ism: the renderer ---- */
 
-/* What shaders read of a shading that has its defaults. */
+/* Returns what shaders know of a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
     memset(&view, 0, sizeof view);
-    view.size[2] = s->pattern;
-    view.size[3] = s->no_maps != 0;
-    view.values[0] = s->bias;
-    view.values[1] = s->clamp;
+    view.pattern = s->pattern;
+    view.no_maps = s->no_maps != 0;
+    view.bias = s->bias;
+    view.clamp_at = s->clamp;
     return view;
 }
 
+/* Binds all that shading reads of maps. */
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -2593,7 +2844,7 @@ GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* What the passes of a call read and write. */
+/* What the passes of a glbk_ism_shade read and write. */
 typedef struct glbk__ism_job {
     const glbk_ism_renderer *renderer;
     const glbk_gbuffer      *gbuffer;
@@ -2602,7 +2853,7 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
-/* The program of the maps' projection and of a rule near by, compiled when it is first asked for. */
+/* Finds the program of a projection and of a rule near by, which is compiled when it is first asked for. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
@@ -2615,9 +2866,9 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
 }
 
-/* Rows of pixels from `first` on by the job's program, which reads the G-buffer and the maps; or, blurring,
- * the G-buffer and the light. side: a group of the compute path has 16 x 16 pixels that lie so far apart, of
- * one class. */
+/* Runs the job's program over `rows` rows of pixels from row `first` on. It reads the G-buffer and either the
+   maps or, if blur is not 0, the light. side: a group of the compute path has 16 x 16 pixels of one class,
+   which lie so far apart. */
 static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job *job, int blur, uint32_t side,
                                          uint32_t first, uint32_t rows)
 {
@@ -2644,12 +2895,12 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
                          side * side);
 }
 
-/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of a pixel and a VPL, but whole
- * squares of the compute path. */
+/* Lights all pixels by all VPLs. A pass has as many rows as make about `pairs` pairs of a pixel and a VPL, in
+   whole squares of the compute path. */
 static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, uint32_t pairs)
 {
     const glbk_ism_renderer *r = job->renderer;
-    const uint32_t side = job->view.size[2], square = 16 * side;
+    const uint32_t side = job->view.pattern, square = 16 * side;
     const uint64_t row = (uint64_t)r->width * (job->maps->vpl_count / (side * side) + 1);
     uint64_t step = (pairs ? pairs : 1u << 28) / row / square * square;
     glbk_result result = GLBK_OK;
@@ -2657,7 +2908,7 @@ static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, ui
     if (step < square) step = square;
     for (; first < r->height && result == GLBK_OK; first += rows) {
         rows = r->height - first < step ? r->height - first : (uint32_t)step;
-        job->view.values[2] = (float)first;
+        job->view.first_row = first;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, &job->view);
         if (result == GLBK_OK) result = glbk__ism_pixels_pass(ctx, job, 0, side, first, rows);
     }
@@ -2682,8 +2933,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     job.gbuffer = g;
     job.maps = m;
     job.view = glbk__ism_view_of(&s);
-    job.view.size[0] = r->width;
-    job.view.size[1] = r->height;
+    job.view.width = r->width;
+    job.view.height = r->height;
     result = glbk__ism_shade_program(ctx, r, m->desc.projection, s.near_mode, &job.program);
     if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, &job, pairs_per_pass);
     if (result != GLBK_OK) return result;

@@ -2,16 +2,17 @@
 
    What it does
 
-   Draws reflective shadow maps by calls of yours, or takes those of rsm.h, picks their pixel lights, and gathers the
-   light that bounces once: rsm_direct() and rsm_gather_about() in shaders of your own, or complete passes with
-   screen-space interpolation and a filter over frames. Lights, descs and settings are the structs of rsm.h and
-   gifilter.h, of which this header needs the declarations alone.
+   The header draws reflective shadow maps by calls of yours, or takes those of rsm.h, picks their pixel
+   lights, and gathers the light that bounces once. Shaders of your own do so by two calls, rsm_direct() and
+   rsm_gather_about(). Or complete passes light a G-buffer, with screen-space interpolation and a filter over
+   frames. Lights, descs and settings are the structs of rsm.h and gifilter.h, of which this header needs the
+   declarations alone.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
-   - Bounced light has no shadows of its own: gl_ism.h's has.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - Bounced light has no shadows of its own: that of gl_ism.h has.
 
    Quick start
 
@@ -26,12 +27,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -67,12 +68,13 @@
 
    Configuration
 
-     GL_RSM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
-                             and gl_gbuffer.h's
+     GL_RSM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                             gl_backend.h and gl_gbuffer.h may be compiled in another
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/rsm.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. rsm.h and gifilter.h lie above this
-   folder; their implementations are not needed. */
+   Layouts: docs/gpu-layouts.md.   The technique: docs/rsm.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. rsm.h and gifilter.h lie above this folder; their implementations are not needed. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../rsm.h"
@@ -96,240 +98,424 @@ extern "C" {
 
 /* ---- rsm: reflective shadow maps, after rsm.h ----
 
-   Lights, descs and their defaults are rsm.h's, the filter's are gifilter.h's: the same struct gives the same light
-   here and there. Fields that GL cannot honour are errors that name them (GLBK_ERR_DESC): desc.system and desc.add,
-   which have to be zero, rsm_interpolation.mask and gifilt_frame.motion, which have to be NULL.
-   Maps come from the CPU (rsm_map_texels, as they are) or are drawn here, by calls of yours; pixel lights are picked by
-   flux from running sums that are made here too. A frame:
+   Lights, descs and their defaults are those of rsm.h, those of the filter are gifilter.h's: the same struct
+   gives the same light here and there. What GL cannot honour is an error that names the field
+   (GLBK_ERR_DESC): desc.system and desc.add have to be zero, rsm_interpolation.mask and gifilt_frame.motion
+   NULL. Maps come from the CPU (rsm_map_texels, as they are), or they are drawn here through a callback of
+   yours. Pixel lights are picked by flux, from running sums that are made here, too. A frame:
 
        glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_upload
        glbk_gbuffer_begin(gl, &seen, view, eye); ...              // what the camera sees: gl_gbuffer.h
-       glbk_rsm_direct(gl, &r, &seen, maps, n, &direct);          // light itself, shadowed by the same maps
+       glbk_rsm_direct(gl, &r, &seen, maps, n, &direct);          // direct light, shadowed by the same maps
        glbk_rsm_gather(gl, &r, &seen, maps, n, &gather);          // bounced light; or glbk_rsm_interpolate
-       glbk_rsm_denoise(gl, &r, &seen, &frame, NULL);             // where few samples were taken
+       glbk_rsm_denoise(gl, &r, &seen, &frame, NULL);             // if few samples were taken
        glbk_rsm_resolve(gl, &r, &seen, &pass, NULL, 1, 1);
 
-   All images are RGBA32UI, bits of floats, so that everything works without EXT_color_buffer_float. For shaders of your
-   own, lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind:
+   Images are RGBA32UI, bits of floats, so that everything works without EXT_color_buffer_float. Shaders of
+   your own call functions of lib/rsm_direct.glsl, lib/rsm_gather.glsl and lib/rsm_sampling.glsl, after
+   glbk_rsm_bind:
 
-       rsm_light rsm_bound();                                             // the light whose map is bound
-       vec3 rsm_direct(rsm_light l, vec3 p, vec3 n, int taps, float bias, float slope_bias);   // irradiance, W/m^2
+       rsm_light rsm_bound();                      // the light whose map is bound
+       rsm_sampling rsm_bound_sampling();          // how glbk_rsm_gather took points last
+       vec3 rsm_direct(rsm_light l, vec3 p, vec3 n, int taps, float bias, float slope_bias);
        vec3 rsm_gather_list(rsm_light l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed);
-       vec3 rsm_gather_about(rsm_light l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count,
-                             vec4 limits, bool glossy, float mixed, float picked, float near_field);
+       vec3 rsm_gather_about(rsm_light l, vec3 p, vec3 n, rsm_sampling s, vec2 turn, uint first, uint step,
+                             uint count);
 
-   World space, unit normals. The latter two give pi times bounced irradiance: by lights from .. to - 1 of the list
-   (glbk_rsm_frame.range.x and .y; glossy glbk_rsm_frame.pick.w != 0u; mixed glbk_rsm_frame.pattern.y), and by points
-   first, first + step, ... of the tables about p (turn: cosine and sine; limits glbk_rsm_frame.limits; picked
-   glbk_rsm_frame.pattern.z). */
+   p is in world space, n is unit. rsm_direct returns irradiance, W/m^2. The other two return pi times bounced
+   irradiance. rsm_gather_list goes through lights from .. to - 1 of the list: all of
+   glbk_rsm_frame.first_light to end_light, glossy being glbk_rsm_frame.material_count != 0u and mixed
+   glbk_rsm_frame.mixed. rsm_gather_about goes through count points first, first + step, ... of the bound
+   pattern about p; turn is cosine and sine of a rotation. */
 
-#define GLBK_RSM_TEXTURES(X)                                                                        \
-    X(usampler2DArray, glbk_rsm_texels, 0)      /* a map: layers 3 face + 0 place, 1 normal, 2 flux */ \
-    X(usampler2DArray, glbk_rsm_sums, 1)                                                            \
-    X(usampler2DArray, glbk_rsm_rows, 2)                                                            \
-    X(usampler2DArray, glbk_rsm_lights, 3)      /* the list of pixel lights */                      \
-    X(sampler2D, glbk_rsm_pattern, 4)                                                               \
-    X(sampler2D, glbk_rsm_noise, 5)                                                                 \
-    X(sampler2D, glbk_rsm_materials, 6)                                                             \
-    X(glbk_color_sampler, glbk_rsm_sum, 7)      /* 8 to 11: the G-buffer */                         \
-    X(glbk_color_sampler, glbk_rsm_states, 12)  /* the picture while it is interpolated */          \
-    X(glbk_color_sampler, glbk_rsm_coarse, 13)  /* a grid of samples */                             \
-    X(glbk_color_sampler, glbk_rsm_history, 14)                                                     \
-    X(usampler2DArray, glbk_rsm_before, 15)     /* place and normal of the last frame */            \
-    X(sampler2D, glbk_rsm_motion, 1)            /* of programs that read no map */                  \
+#define GLBK_RSM_MAP_TEXTURES(X)                                                                        \
+    X(usampler2DArray, glbk_rsm_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
+    X(usampler2DArray, glbk_rsm_sums, 1)        /* running sums of flux along rows, */                  \
+    X(usampler2DArray, glbk_rsm_rows, 2)        /* and of rows */                                       \
+    X(usampler2DArray, glbk_rsm_lights, 3)      /* the list of pixel lights */                          \
+    X(sampler2D, glbk_rsm_pattern, 4)                                                                   \
+    X(sampler2D, glbk_rsm_noise, 5)                                                                     \
+    X(sampler2D, glbk_rsm_materials, 6)
+
+#define GLBK_RSM_PICTURES(X)                                                                            \
+    X(glbk_color_sampler, glbk_rsm_sum, 7)      /* light so far; 8 to 11 are the G-buffer's */          \
+    X(glbk_color_sampler, glbk_rsm_states, 12)  /* the picture while it is interpolated */              \
+    X(glbk_color_sampler, glbk_rsm_coarse, 13)  /* a grid of samples */                                 \
+    X(glbk_color_sampler, glbk_rsm_history, 14)                                                         \
+    X(usampler2DArray, glbk_rsm_before, 15)     /* place and normal of the last frame */                \
+    X(sampler2D, glbk_rsm_motion, 1)            /* these two in programs that read no map */            \
     X(sampler2D, glbk_rsm_albedo_map, 2)
 
-#define GLBK_RSM_LIGHT_MEMBERS(X)                                                                   \
-    X(vec4, position, 1)        /* w: half a side of the map (sun) or its tangent */                \
-    X(vec4, right, 1)           /* w: kind */                                                       \
-    X(vec4, up, 1)              /* w: faces */                                                      \
-    X(vec4, axis, 1)            /* w: cosine of half the cone */                                    \
-    X(vec4, value, 1)           /* w: texels a side */
+#define GLBK_RSM_TEXTURES(X) GLBK_RSM_MAP_TEXTURES(X) GLBK_RSM_PICTURES(X)
 
-#define GLBK_RSM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, counts, 1)         /* taps; interleave; points about the receiver; side of the noise */ \
-    X(uvec4, range, 1)          /* of the list: from, to, room of a set; not 0: add. Resolving: corner */ \
-    X(uvec4, pick, 1)           /* seed, lights of the map, first run, materials; of a scan: layer, stride */ \
-    X(uvec4, grid, 1)           /* step, that of the grid before (compute: the finest), width, height */ \
-    X(uvec4, mode, 1)                                                                               \
-    X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter, reach */ \
-    X(vec4, limits, 1)          /* offset, clamp, near_limit, sets; direct: bias, slope bias */     \
-    X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */            \
-    X(uvec4, lists, 1)          /* of compute: read, for open pixels, for wanted nodes; step of the next grid */ \
-    X(vec4, surfaces, 1)        /* near_field */
+#define GLBK_RSM_LIGHT_FRAME_MEMBERS(X)                                                                 \
+    X(vec4, position, 1)            /* w is 1; of the next four 0 */                                    \
+    X(vec4, right, 1)               /* frame of face 0 */                                               \
+    X(vec4, up, 1)                                                                                      \
+    X(vec4, axis, 1)                /* along which light travels */                                     \
+    X(vec4, value, 1)               /* as in rsm_light */
 
-#define GLBK_RSM_DRAWN_MEMBERS(X)                                                                  \
-    X(mat4, world, 1)                                                                               \
-    X(mat4, clip, 1)                                                                                \
-    X(vec4, albedo, 1)          /* w: cut-off of the map's alpha */                                 \
-    X(vec4, eye, 1)             /* w = 0: a direction */                                            \
-    X(vec4, range, 1)           /* of depth: nearest, 1 / extent */                                 \
-    X(uvec4, kinds, 1)          /* material, has a map, face */
+#define GLBK_RSM_LIGHT_SHAPE_MEMBERS(X)                                                                 \
+    X(float, extent, 1)             /* half a side of the map (sun), or the tangent of that */             \
+    X(float, cos_half, 1)           /* cosine of half the cone */                                       \
+    X(uint, side, 1)                /* texels a side of a face */                                       \
+    X(uint, face_count, 1)                                                                              \
+    X(uint, kind, 1)                /* rsm_light_kind */                                                \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)                                                                                 \
+    X(uint, unused2, 1)
 
-#define GLBK_RSM_BLOCKS(X)                              \
-    X(glbk_rsm_light, 0, GLBK_RSM_LIGHT_MEMBERS)        \
-    X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)        \
+#define GLBK_RSM_LIGHT_MEMBERS(X) GLBK_RSM_LIGHT_FRAME_MEMBERS(X) GLBK_RSM_LIGHT_SHAPE_MEMBERS(X)
+
+#define GLBK_RSM_LIST_MEMBERS(X)                                                                        \
+    X(uint, interleave, 1)          /* pixels a side that share the samples */                          \
+    X(uint, point_count, 1)         /* points about the receiver */                                     \
+    X(uint, noise_side, 1)          /* texels a side of the noise; 0 = none */                          \
+    X(uint, material_count, 1)                                                                          \
+    X(uint, first_light, 1)         /* lights of the list: the first, and */                            \
+    X(uint, end_light, 1)           /* the one after the last */                                        \
+    X(uint, set_room, 1)            /* lights of a set that the list has room for */                    \
+    X(uint, adds, 1)                /* not 0: light is added to the sum; 0: the sum begins here */
+
+#define GLBK_RSM_PICK_MEMBERS(X)                                                                        \
+    X(uint, seed, 1)                                                                                    \
+    X(uint, light_count, 1)         /* lights that are picked from a map */                             \
+    X(uint, first_run, 1)           /* number of the first that a pass picks, of each set */            \
+    X(uint, taps, 1)                /* of direct light */                                               \
+    X(uint, width, 1)               /* of the picture, in pixels */                                     \
+    X(uint, height, 1)                                                                                  \
+    X(uint, face, 1)                /* of running sums: the face, */                                    \
+    X(uint, stride, 1)              /* and how far apart the values are that a step adds up */
+
+#define GLBK_RSM_GRID_MEMBERS(X)                                                                        \
+    X(uint, mode, 1)                /* 0: every pixel; 1: nodes of a grid; 2: open pixels */            \
+    X(uint, step, 1)                /* pixels from node to node, or from tap to tap of a filter */      \
+    X(uint, coarse_step, 1)         /* of the grid before; 0 = there is none */                         \
+    X(uint, next_step, 1)           /* of the grid after this; 0 = there is none */                     \
+    X(uint, fine_step, 1)           /* compute: of the finest grid */                                   \
+    X(uint, list_read, 1)           /* compute: the list that is read, */                               \
+    X(uint, list_open, 1)           /* that of pixels that stay open, */                                \
+    X(uint, list_wanted, 1)         /* and that of nodes that are wanted */
+
+#define GLBK_RSM_SHOW_MEMBERS(X)                                                                        \
+    X(uint, motion, 1)              /* history is found: 0 not, 1 by the last matrix, 2 by a texture */ \
+    X(uint, rows_top_first, 1)      /* not 0: the top row of the picture is row 0 */                    \
+    X(uint, shows_direct, 1)        /* a resolve shows direct light, */                                 \
+    X(uint, shows_bounced, 1)       /* and bounced light */
+
+#define GLBK_RSM_SAMPLING_MEMBERS(X)                                                                    \
+    X(float, r_max, 1)              /* these five as in rsm_gather_desc */                              \
+    X(float, offset, 1)                                                                                 \
+    X(float, clamp_at, 1)                                                                               \
+    X(float, near_limit, 1)                                                                             \
+    X(float, near_field, 1)                                                                             \
+    X(float, set_count, 1)          /* sets of pixels: interleave^2 */                                  \
+    X(float, mixed, 1)              /* of RSM_PATTERN_MIXED: its scale, */                              \
+    X(float, picked, 1)             /* and how many lights it picks by flux */
+
+#define GLBK_RSM_TEST_MEMBERS(X)                                                                        \
+    X(float, bias, 1)               /* these two as in rsm_direct_desc */                               \
+    X(float, slope_bias, 1)                                                                             \
+    X(float, reach, 1)              /* these five as in rsm_interpolation, or gifilt_frame */           \
+    X(float, contrast, 1)                                                                               \
+    X(float, normal_cosine, 1)                                                                          \
+    X(float, plane_slope, 1)                                                                            \
+    X(float, most_distance, 1)                                                                          \
+    X(float, history, 1)            /* as in gifilt_frame */
+
+#define GLBK_RSM_FRAME_MEMBERS(X)                                                                       \
+    GLBK_RSM_LIST_MEMBERS(X)                                                                            \
+    GLBK_RSM_PICK_MEMBERS(X)                                                                            \
+    GLBK_RSM_GRID_MEMBERS(X)                                                                            \
+    GLBK_RSM_SHOW_MEMBERS(X)                                                                            \
+    GLBK_RSM_SAMPLING_MEMBERS(X)                                                                        \
+    GLBK_RSM_TEST_MEMBERS(X)
+
+#define GLBK_RSM_OBJECT_MEMBERS(X)                                                                      \
+    X(mat4, world, 1)               /* object to world */                                               \
+    X(mat4, clip, 1)                /* world to clip space of a face, or of the last frame */           \
+    X(vec4, albedo, 1)                                                                                  \
+    X(vec4, eye, 1)                 /* where the map is seen from; w = 0: a direction */
+
+#define GLBK_RSM_SURFACE_MEMBERS(X)                                                                     \
+    X(float, near_depth, 1)         /* least depth of the map, */                                       \
+    X(float, depth_scale, 1)        /* and 1 / its range of depths */                                   \
+    X(float, alpha_cutoff, 1)       /* what is less opaque is a hole */                                 \
+    X(uint, material, 1)            /* number of a Phong lobe, from 1; 0 = none */                      \
+    X(uint, has_map, 1)             /* not 0: glbk_rsm_albedo_map is a factor of the albedo */          \
+    X(uint, face, 1)                /* that is drawn */                                                 \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)
+
+#define GLBK_RSM_DRAWN_MEMBERS(X) GLBK_RSM_OBJECT_MEMBERS(X) GLBK_RSM_SURFACE_MEMBERS(X)
+
+#define GLBK_RSM_BLOCKS(X)                                                                              \
+    X(glbk_rsm_light, 0, GLBK_RSM_LIGHT_MEMBERS)                                                        \
+    X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)                                                        \
     X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
 
-#define GLBK_RSM_STORAGE(X)                                                                         \
-    X(coherent, uint, glbk_rsm_counts, 0)   /* of each list 4: groups x, y, 1; pixels */            \
-    X(readonly, uint, glbk_rsm_items, 1)    /* a list: x | y << 16 */                               \
-    X(writeonly, uint, glbk_rsm_left, 2)                                                            \
-    X(writeonly, uint, glbk_rsm_wanted, 3)                                                          \
-    X(coherent, uint, glbk_rsm_marks, 4)    /* a bit a node of the finest grid */
+#define GLBK_RSM_STORAGE(X)                                                                             \
+    X(coherent, uint, glbk_rsm_counts, 0)   /* of each list 4: groups x, y, 1; pixels */                \
+    X(readonly, uint, glbk_rsm_items, 1)    /* a list: x | y << 16 */                                   \
+    X(writeonly, uint, glbk_rsm_left, 2)    /* the list of pixels that stay open */                     \
+    X(writeonly, uint, glbk_rsm_wanted, 3)  /* the list of nodes that are wanted */                     \
+    X(coherent, uint, glbk_rsm_marks, 4)    /* a bit for each node of the finest grid */
 
-#define GLBK_RSM_IMAGES(X)                                                                          \
-    X(restrict, rgba32f, image2D, glbk_rsm_picture, 0)                                              \
-    X(restrict, rgba32f, image2D, glbk_rsm_nodes, 1)    /* of the finest grid and all before it */  \
+#define GLBK_RSM_IMAGES(X)                                                                              \
+    X(restrict, rgba32f, image2D, glbk_rsm_picture, 0)                                                  \
+    X(restrict, rgba32f, image2D, glbk_rsm_nodes, 1)    /* of the finest grid and all before it */      \
     X(restrict writeonly, r32ui, uimage2DArray, glbk_rsm_running, 2)
 
 GLBK__PART(RSM)
 
 GLBK_DEF const glbk_part *glbk_rsm_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for programs of your own that use its library files: see
+   glbk_source.parts. */
 
-typedef struct glbk_rsm_map {           /* read only; zeroed = none */
-    uint32_t       side, face_count;    /* 1, 5 or 6 faces */
+/* ---- rsm: maps ---- */
+
+typedef struct glbk_rsm_map {           /* the map of a light; read only; zeroed = none */
+    uint32_t       side;                /* texels a side of a face */
+    uint32_t       face_count;          /* 1, 5 or 6 */
     rsm_light      light;               /* with its defaults */
-    glbk_rsm_light block;
-    glbk_buffer    buffer;              /* of the block */
-    glbk_texture   texels, depth, sums[2], rows[2];
-    glbk_target    face_targets[6], sum_targets[2][6], row_targets[2][6];
-    int            summed, sums_at, rows_at;
+    glbk_rsm_light block;               /* what shaders know of it */
+    glbk_buffer    buffer;              /* that on the GPU */
+    glbk_texture   texels;              /* three layers for each face: see glbk_rsm_texels above */
+    glbk_texture   depth;
+    glbk_texture   sums[2];             /* running sums along rows: one is read while the other is drawn */
+    glbk_texture   rows[2];             /* and of rows */
+    glbk_target    face_targets[6];
+    glbk_target    sum_targets[2][6];
+    glbk_target    row_targets[2][6];
+    int            summed;              /* not 0: the sums are those of the texels */
+    int            sums_at;             /* which of the two holds them */
+    int            rows_at;
 } glbk_rsm_map;
 
 GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
                                          glbk_rsm_map *out);
-/* An empty map of the light. side: texels a side of each face, 4..4096; 0 = 512, cubes 256. 60 bytes a texel.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC (what rsm_map_create refuses), GLBK_ERR_LIMIT */
+/* Makes an empty map of a light, which glbk_rsm_map_free takes back.
+   light    as rsm_map_create takes it
+   side     texels a side of each face, 4..4096; 0 = 512, of maps with several faces 256
+   out      zeroed on errors
+   Memory   on the GPU: 60 bytes for each texel
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL); GLBK_ERR_DESC (what rsm_map_create refuses);
+            GLBK_ERR_LIMIT; those of textures and targets */
 GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, const rsm_light *light);
-/* The light moved or changed; faces stay as many. Draw or upload anew afterwards.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_MISMATCH (another number of faces) */
+/* Sets another light, or another place of the same one, for a map that was made. The map must be drawn or
+   uploaded anew.
+   light    needs as many faces as the map has
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL); GLBK_ERR_DESC (what rsm_map_create refuses);
+            GLBK_ERR_MISMATCH (another number of faces) */
 GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, const rsm_texel *texels);
-/* rsm_map_texels of a map of the same light and side: face_count x side x side. Errors: GLBK_ERR_ALLOC */
+/* Sets all texels of a map.
+   texels   rsm_map_texels of a map of the same light and side: face_count x side x side
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or the map was not created); GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *map, uint32_t face,
                                        rsm_texel *texels);
-/* One face in that form, side x side texels. Waits for the GPU. Errors: GLBK_ERR_ALLOC */
-GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float world_to_clip[16]);
+/* Reads a face back to the CPU, and waits for the GPU meanwhile. So ism.h can choose VPLs from a map that was
+   drawn here.
+   face     below face_count
+   texels   gets side x side of them, as rsm_map_texels has them
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or there is no such face); GLBK_ERR_ALLOC, GLBK_ERR_LOST */
 GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map);
+/* Frees what glbk_rsm_map_create made, and zeroes the struct. NULL and a zeroed map are allowed. */
 
-typedef struct glbk_rsm_renderer_desc {
-    uint32_t width, height;
-    int      interpolate, denoise;      /* not 0: memory for glbk_rsm_interpolate, for glbk_rsm_denoise */
-    uint32_t lights_per_pass;           /* pixel lights that one pass adds up, at most 32768: a pass must not outlast
-                                           the driver's patience. 0 = 4096 */
+/* ---- rsm: the renderer ---- */
+
+typedef struct glbk_rsm_renderer_desc { /* zero it, then set what you care about */
+    uint32_t width;                     /* pixels of the picture, 1 to ctx->max_side; both must be set */
+    uint32_t height;
+    int      interpolate;               /* not 0: makes room for glbk_rsm_interpolate */
+    int      denoise;                   /* not 0: makes room for glbk_rsm_denoise */
+    uint32_t lights_per_pass;           /* pixel lights that one pass adds up, at most 32768; 0 = 4096. Give
+                                           fewer if the driver stops passes that take long */
 } glbk_rsm_renderer_desc;
 
 #define GLBK_RSM_PROGRAM_COUNT 24u
 
-typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
-    glbk_program programs[GLBK_RSM_PROGRAM_COUNT];  /* compiled when first needed */
-    glbk_texture sums[3], grids[3], history[2], kept[2], lights;     /* kept: what was seen with a history */
-    glbk_target  targets[3], grid_targets[3], history_targets[2], lights_target;
-    glbk_texture pattern, noise, materials;
-    rsm_gather_desc tables;             /* what the three are made of, without its pointers */
-    uint32_t     point_count, noise_side, material_count;
-    glbk_buffer  frame, object;
-    glbk_rsm_frame values;
-    glbk_rsm_drawn drawn;
-    float        before[16];
-    uint32_t     width, height, lights_per_pass, direct, bounce, remembers;
-    int          has_before, drawing, filtered;
-    glbk_result  failed;                /* first of glbk_rsm_object while drawing */
-    int          compute;               /* gathering and filtering dispatch: ctx->compute when it was made */
-    glbk_buffer  counts, open[2], wanted, marks;        /* then, with interpolate: lists of pixels */
+typedef struct glbk_rsm_renderer {      /* the light of a picture; read only; zeroed = none */
+    glbk_program    programs[GLBK_RSM_PROGRAM_COUNT];   /* compiled when they are first needed */
+    glbk_texture    sums[3];            /* pictures: direct light, bounced light, and one to draw to */
+    glbk_texture    grids[3];           /* grids of interpolation; by compute one */
+    glbk_texture    history[2];         /* what the filter remembers of light, */
+    glbk_texture    kept[2];            /* and of what was seen with it */
+    glbk_texture    lights;             /* the list of pixel lights */
+    glbk_target     targets[3];         /* of sums, */
+    glbk_target     grid_targets[3];    /* of grids, */
+    glbk_target     history_targets[2]; /* of history and kept, */
+    glbk_target     lights_target;      /* of lights */
+    glbk_texture    pattern;            /* tables of glbk_rsm_tables_upload */
+    glbk_texture    noise;
+    glbk_texture    materials;
+    rsm_gather_desc tables;             /* what these three are made of, without its pointers */
+    uint32_t        point_count;        /* points of the pattern */
+    uint32_t        noise_side;         /* texels a side of the noise; 0 = none */
+    uint32_t        material_count;
+    glbk_buffer     frame;              /* uniform blocks: of passes, */
+    glbk_buffer     object;             /* of objects that are drawn */
+    glbk_rsm_frame  values;             /* what they hold, or will hold */
+    glbk_rsm_drawn  drawn;
+    float           before[16];         /* world to clip space of the last frame */
+    uint32_t        width;
+    uint32_t        height;
+    uint32_t        lights_per_pass;
+    uint32_t        direct;             /* which of sums holds direct light; 9 = none */
+    uint32_t        bounce;             /* which holds bounced light, 3 and 4 being history; 9 = none */
+    uint32_t        remembers;          /* 1 + which history is the newest; 0 = none */
+    int             has_before;         /* not 0: before is set */
+    int             drawing;            /* not 0: within a glbk_rsm_draw_fn */
+    int             filtered;           /* not 0: bounced light was filtered */
+    glbk_result     failed;             /* the first error of glbk_rsm_object while drawing */
+    int             compute;            /* not 0: gathering and filtering are done by compute */
+    glbk_buffer     counts;             /* then, with interpolate, lists of pixels: how long they are, */
+    glbk_buffer     open[2];            /* pixels that stay open, */
+    glbk_buffer     wanted;             /* nodes that are wanted, */
+    glbk_buffer     marks;              /* and a bit for each node that was */
 } glbk_rsm_renderer;
 
 GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *desc,
                                               glbk_rsm_renderer *out);
-/* Memory on the GPU: 4 MB, and 48 bytes a pixel, with interpolate 13 more, with denoise 96 more.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_LIMIT */
+/* Makes a renderer for pictures of one size, which glbk_rsm_renderer_free takes back. If ctx->compute is set,
+   it gathers and filters by compute.
+   desc     must be given
+   out      zeroed on errors
+   Memory   on the GPU: 4 MB, and for each pixel 48 bytes, with interpolate 13 more, with denoise 96 more
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL), GLBK_ERR_DESC (a field is out of range), GLBK_ERR_LIMIT;
+            those of textures and targets */
 GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *renderer);
+/* Frees what glbk_rsm_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
 GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *desc);
 /* Returns how many points the pattern of a desc needs: 0 with RSM_PATTERN_FLUX or samples 0, and for NULL. */
 GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                             const rsm_gather_desc *desc, const float *points);
-/* What glbk_rsm_gather and _interpolate need of a desc as textures: its noise, its materials, and the points of its
-   pattern. Not needed for a desc without noise, materials and points; else again wherever these, pattern, samples,
-   interleave, r_min, paper_weights or seed change. Replaces all three.
-   desc     at most 1024 materials, noise_side at most 1024; NULL = all defaults: no tables
-   points   3 floats each, from rsm_pattern_build(pattern, glbk_rsm_point_count(desc), r_min, paper_weights, seed, ..)
-            of the desc; with RSM_PATTERN_MIXED from RSM_PATTERN_LOG_RADIAL and r_min 1 / 192. NULL where the count is 0
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+/* Sets the tables that glbk_rsm_gather and glbk_rsm_interpolate need for a desc: its noise, its materials,
+   and the points of its pattern, all three anew. A desc without any of them needs no call. Otherwise call
+   again whenever they change, or pattern, samples, interleave, r_min, paper_weights or seed do.
+   desc     with at most 1024 materials and a noise_side of at most 1024; NULL = all defaults, which need no
+            tables
+   points   3 floats each, of rsm_pattern_build(pattern, glbk_rsm_point_count(desc), r_min, paper_weights,
+            seed, ..) for the desc; for RSM_PATTERN_MIXED, of RSM_PATTERN_LOG_RADIAL with r_min 1 / 192. NULL
+            if the count is 0
+   Errors   GLBK_ERR_ARGUMENT (NULL, or points that do not go with the pattern); GLBK_ERR_DESC (a field is out
+            of range); GLBK_ERR_LIMIT (a table is too large); GLBK_ERR_ALLOC */
+
+/* ---- rsm: drawing maps ---- */
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
-/* Your scene: for each object glbk_rsm_object, then a draw with attributes 0 position, 1 normal, 2 texture coordinates
-   from your vertex array. An attribute that is not enabled must be zero; normals of zero are those of the triangles. */
+/* Draws your scene. For each object it calls glbk_rsm_object, binds its vertex array and draws. Attributes
+   are 0 position, 1 normal, 2 texture coordinates; one that the array has not enabled must be zero. Where the
+   normal is zero, the triangle's own counts. */
 
-GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_surface *surface,
-                                     uint32_t material);
-/* Only from within a glbk_rsm_draw_fn. Its first error is what the call that draws returns, too.
-   surface   as for glbk_gbuffer_object; a map takes its world, its diffuse colour (metal-rough: times 1 - metallic),
-             color_map, alpha and alpha_cutoff, which the map's alpha at full size is compared with. Use
-             GLBK_SAMPLING_MIPMAPS: flux is filtered then (section 6)
-   material  of its texels: number of a Phong lobe in rsm_gather_desc.materials, from 1; 0 = none
-   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_ORDER */
+GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                     const glbk_surface *surface, uint32_t material);
+/* Sets the surface of the next object that a glbk_rsm_draw_fn draws. Only such a function may call it. The
+   first error of such calls is also what glbk_rsm_map_draw returns.
+   surface   as for glbk_gbuffer_object. A map takes its world, its diffuse colour (of metal-rough ones times
+             1 - metallic), color_map, alpha and alpha_cutoff; alpha is that of the colour map at full size.
+             Sample the colour map with GLBK_SAMPLING_MIPMAPS, so that flux is filtered (section 6)
+   material  number of a Phong lobe of rsm_gather_desc.materials that its texels have, from 1; 0 = none
+   Errors    GLBK_ERR_ARGUMENT (a pointer is NULL), GLBK_ERR_ORDER (the call does not come from a
+             glbk_rsm_draw_fn) */
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
                                        glbk_rsm_draw_fn draw_fn, void *user);
-/* Calls draw_fn once a face. Both sides of triangles, normals turned to the light. */
-GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_gbuffer *seen,
-                                     const glbk_rsm_map *const *maps, uint32_t map_count, const rsm_direct_desc *desc);
-/* Light of all maps themselves, each shadowed by its own. desc NULL = all defaults.
-   seen     of the renderer's size, here and below
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_MISMATCH (a G-buffer of another size) */
+/* Draws a map: place, normal and flux of what its light shines on. Both sides of triangles are drawn, with
+   normals turned to the light.
+   draw_fn  draws your scene; it is called once for each face, and user is given to it
+   Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or something was not created); the first of glbk_rsm_object;
+            those of glbk_program_compile at first use; GLBK_ERR_LOST */
 
-GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_gbuffer *seen,
-                                     glbk_rsm_map *const *maps, uint32_t map_count, const rsm_gather_desc *desc);
-/* Bounced light of all maps at every pixel, from the samples that rsm_gather takes for the same desc.
-   seen     NULL = no pixels: only the list of lights by flux is made, for shaders of your own (glbk_rsm_bind)
-   desc     NULL = all defaults: every texel. noise, materials and a pattern about the receiver need the tables of this
-            desc. A program of your own that is to have near_field, too, needs RSM_SURFACES=1 among its defines
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_MISMATCH (glbk_rsm_tables_upload was not given this desc last;
-            a G-buffer of another size) */
+/* ---- rsm: light ---- */
 
-GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_gbuffer *seen,
-                                          glbk_rsm_map *const *maps, uint32_t map_count,
-                                          const rsm_gather_desc *desc,
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                     const glbk_gbuffer *gbuffer, const glbk_rsm_map *const *maps,
+                                     uint32_t map_count, const rsm_direct_desc *desc);
+/* Computes the direct light of each pixel: that of the lights of all maps, each shadowed by its own map. It
+   takes the place of the direct light that the renderer has.
+   gbuffer    the points that are lit, of the renderer's size, here and below
+   maps       that were drawn or uploaded; map_count at least 1, one pass for each
+   desc       as rsm_direct takes it; NULL = all defaults
+   Errors     GLBK_ERR_ARGUMENT (NULL, no map, or something was not created); GLBK_ERR_DESC (a field is out of
+              range, or one that GL cannot honour); GLBK_ERR_MISMATCH (the G-buffer has another size); those
+              of glbk_program_compile at first use */
+
+GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                     const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
+                                     uint32_t map_count, const rsm_gather_desc *desc);
+/* Computes the bounced light of each pixel by all maps, from the samples that rsm_gather takes for the same
+   desc. It takes the place of the bounced light that the renderer has.
+   gbuffer  the points that are lit; NULL = no pixels: only the list of lights by flux is made, for shaders of
+            your own (glbk_rsm_bind)
+   maps     that were drawn or uploaded; map_count at least 1. Running sums of their flux are made if they are
+            needed
+   desc     NULL = all defaults: every texel is a light. Noise, materials and patterns about the receiver need
+            the tables of this desc (glbk_rsm_tables_upload). A program of your own needs RSM_SURFACES=1 among
+            its defines for near_field
+   Cost     grows with pixels and samples, in passes of lights_per_pass lights
+   Errors   GLBK_ERR_ARGUMENT (NULL, no map, or something was not created); GLBK_ERR_DESC (a field is out of
+            range, or one that GL cannot honour); GLBK_ERR_MISMATCH (glbk_rsm_tables_upload was not given this
+            desc last, or the G-buffer has another size); those of glbk_program_compile at first use */
+
+GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                          const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
+                                          uint32_t map_count, const rsm_gather_desc *desc,
                                           const rsm_interpolation *interpolation);
-/* The same as rsm_interpolate does it: first a low-resolution picture, then the pixels between where 3 of 4 samples
-   suit, then finer grids, at last single pixels, each only where a mask in alpha, or by compute a list, says that
-   something is left: nothing is asked back from the GPU.
-   desc     NULL = all defaults; noise and interleave must be off
-   interpolation   NULL = all defaults
-   Errors   as glbk_rsm_gather; GLBK_ERR_ORDER (a renderer without memory for it) */
+/* Computes bounced light as rsm_interpolate does. First a picture of low resolution is lit, then the pixels
+   between its samples are interpolated where three of four samples suit, then finer grids follow, at last
+   single pixels. Each step works only where a mask in alpha, or by compute a list, says that something is
+   left, so nothing is read back from the GPU.
+   desc            NULL = all defaults; noise and interleave must be off
+   interpolation   NULL = all defaults; its mask must be NULL
+   Errors          as of glbk_rsm_gather; GLBK_ERR_ORDER (the renderer was made without desc.interpolate) */
 
-GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_gbuffer *seen,
-                                      const gifilt_frame *frame, const glbk_texture *motion);
-/* What gifilt_apply does to the bounced light. Once a frame, after it was gathered. Keeps places and normals of the
-   G-buffer for the next frame by itself.
-   frame    NULL = all defaults
-   motion   NULL, or where each pixel's surface was: pixels of the last frame in r and g
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_MISMATCH (a G-buffer of another size), GLBK_ERR_ORDER (nothing is
-            gathered, or it was filtered already; a renderer without memory for it) */
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const gifilt_frame *frame,
+                                      const glbk_texture *motion);
+/* Filters bounced light over frames and neighbours, as gifilt_apply does. Call it once in a frame, after the
+   light was gathered. Places and normals of the G-buffer are kept for the next frame.
+   frame    NULL = all defaults; its motion must be NULL. Without view_projection and motion nothing is found
+            again
+   motion   where each pixel's surface was in the last frame, in pixels, in r and g; NULL = surfaces that
+            moved are new
+   Errors   GLBK_ERR_ARGUMENT (NULL, or something was not created); GLBK_ERR_DESC (a field is out of range);
+            GLBK_ERR_MISMATCH (the G-buffer has another size); GLBK_ERR_ORDER (nothing was gathered, or it was
+            filtered already, or the renderer was made without desc.denoise) */
 GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *renderer);
-/* The next frame starts anew. */
+/* Forgets all frames, so that glbk_rsm_denoise begins anew: for a cut, where nothing of the last frame is
+   seen again. NULL is allowed. */
 
-GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_gbuffer *seen,
-                                      const glbk_pass *pass, const glbk_picture *picture, int direct, int bounced);
-/* Draws albedo (the diffuse colour; metal-rough: times 1 - metallic) / pi times the light that is wanted, linear
-   radiance, to the pass's target; viewports: see glbk_pass.
-   picture   or NULL, see glbk_picture */
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
+                                      const glbk_picture *picture, int direct, int bounced);
+/* Draws irradiance x albedo / pi, which is linear radiance, to the pass's target. The albedo is the
+   G-buffer's diffuse colour, of metal-rough surfaces times 1 - metallic.
+   pass      where the picture is drawn and how it is blended; its viewport says where in the target
+   picture   whether empty pixels and depths are drawn, see glbk_picture; NULL = every pixel, without depths
+   direct    not 0: shows direct light; bounced: not 0: shows bounced light. Light that was not computed is 0
+   Errors    GLBK_ERR_ARGUMENT (NULL), GLBK_ERR_MISMATCH (the G-buffer has another size); those of
+             glbk_begin */
 
 GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *renderer, int bounced, float *rgba);
-/* Irradiance, direct or bounced: 4 floats a pixel. Waits for the GPU. a of bounced light, before glbk_rsm_denoise: 2
-   interpolated, above evaluated, 0 nothing seen. Errors: GLBK_ERR_ORDER (there is no such light yet) */
+/* Reads irradiance, W/m^2, back to the CPU, and waits for the GPU meanwhile.
+   bounced   not 0: bounced light; 0: direct light
+   rgba      gets 4 floats for each pixel, row 0 of the G-buffer first. The last of four says of bounced
+             light, before glbk_rsm_denoise: 2 interpolated, above 2 evaluated, 0 nothing is seen
+   Errors    GLBK_ERR_ARGUMENT (NULL, or a renderer that was not created), GLBK_ERR_ORDER (there is no such
+             light yet) */
 
 GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer, const glbk_rsm_map *map,
                             const glbk_offset *offset);
-/* For a program of yours with rsm_direct, rsm_gather or rsm_bounce among its library files, which is bound: the map's
-   textures and light; with a renderer its list of lights as the last glbk_rsm_gather left it and tables.
-   Either may be NULL. rsm_screen reads the G-buffer: glbk_gbuffer_bind, and glbk_gbuffer_part() among the parts.
-   offset   that rsm has in the program; NULL = none
-   By flux, without interleave, the list holds the samples of one map after the other, of all if they are
-   lights_per_pass or fewer, else their last ones. Where nothing but the list is wanted, a renderer of 1 x 1 pixels
-   and no G-buffer do. */
+/* Binds textures and uniform blocks for a program of your own, which is in use (glbk_begin) and has
+   rsm_direct, rsm_gather or rsm_bounce among its library files. rsm_screen and rsm_bounce read the G-buffer,
+   too: glbk_gbuffer_bind, and glbk_gbuffer_part() among the parts.
+   renderer  its list of lights, as the last glbk_rsm_gather left it, and its tables; NULL = none. By flux,
+             without interleave, the list holds the samples of one map after the other: of all maps if they
+             are lights_per_pass or fewer, otherwise their last ones. A renderer of 1 x 1 pixels and no
+             G-buffer suffice if you want the list alone
+   map       its texels and light; NULL = none
+   offset    the offset that the part rsm has in the program; NULL = none */
 
 /* ==== src/gl_rsm/begin.h ==== */
 
@@ -341,7 +527,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 
 #endif /* GL_RSM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_RSM_IMPLEMENTATION) && !defined(GL_RSM_IMPLEMENTED)
 #define GL_RSM_IMPLEMENTED
@@ -351,7 +537,6 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -373,7 +558,7 @@ static inline void glbk_rsm__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_rsm__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -391,7 +576,7 @@ static inline glbk_rsm__allocator glbk_rsm__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_rsm__alloc(const glbk_rsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -409,7 +594,6 @@ static inline void glbk_rsm__free(const glbk_rsm__allocator *a, void *memory)
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -453,8 +637,8 @@ static inline glbk_rsm__v3 glbk_rsm__v3_cross(glbk_rsm__v3 a, glbk_rsm__v3 b)
     return glbk_rsm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline glbk_rsm__v3 glbk_rsm__v3_normalize(glbk_rsm__v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -471,7 +655,6 @@ static inline glbk_rsm__v3 glbk_rsm__v3_normalize(glbk_rsm__v3 a)
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk_rsm__allocator glbk_rsm__memory(const glbk_context *ctx)
@@ -484,7 +667,7 @@ static inline glbk_rsm__allocator glbk_rsm__memory(const glbk_context *ctx)
 
 
 static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
-    "\n\n\n#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n"
+    "\n\n\n\n#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n"
     "\n#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n"
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n"
     "\n\n#define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n"
@@ -538,31 +721,30 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_rsm_bounce_glsl[] = {
-    "\n\n\nvec2 rsm_turn(ivec2 at)\n"
+    "\n\n\n\nvec2 rsm_turn(ivec2 at)\n"
     "{\n"
-    "uint noise=glbk_rsm_frame.counts.w;\n"
-    "if(noise==0u)return vec2(1.0,0.0);\n"
-    "float angle=2.0*RSM_PI*texelFetch(glbk_rsm_noise,ivec2(uvec2(at)%noise),0).x;\n"
+    "uint noise=glbk_rsm_frame.noise_side;\n"
+    "if(noise==0u)return vec2(1.,.0);\n"
+    "float angle=2.*RSM_PI*texelFetch(glbk_rsm_noise,ivec2(uvec2(at)%noise),0).x;\n"
     "return vec2(cos(angle),sin(angle));\n"
     "}\n"
     "\n\nvec3 rsm_listed(rsm_light l,rsm_receiver r,uint from,uint to)\n"
     "{\n"
-    "return rsm_gather_list(l,r.position,r.normal,from,to,glbk_rsm_frame.pick.w!=0u,glbk_rsm_frame.pattern.y);\n"
+    "return rsm_gather_list(l,r.position,r.normal,from,to,glbk_rsm_frame.material_count!=0u,\n"
+    "glbk_rsm_frame.mixed);\n"
     "}\n"
-    "\nvec3 rsm_about(rsm_light l,rsm_receiver r,vec2 turn,uint first,uint step,uint count)\n"
+    "\n\nvec3 rsm_about(rsm_light l,rsm_receiver r,vec2 turn,uint first,uint step,uint count)\n"
     "{\n"
-    "return rsm_gather_about(l,r.position,r.normal,glbk_rsm_frame.pattern.x,turn,first,step,count,\n"
-    "glbk_rsm_frame.limits,glbk_rsm_frame.pick.w!=0u,glbk_rsm_frame.pattern.y,\n"
-    "glbk_rsm_frame.pattern.z,glbk_rsm_frame.surfaces.x);\n"
+    "return rsm_gather_about(l,r.position,r.normal,rsm_bound_sampling(),turn,first,step,count);\n"
     "}\n"
     "\n\nvec3 rsm_bounce(rsm_receiver r,ivec2 at)\n"
     "{\n"
-    "uint k=glbk_rsm_frame.counts.y,set=rsm_set(at),base=set*glbk_rsm_frame.range.z;\n"
+    "uint k=glbk_rsm_frame.interleave,set=rsm_set(at),base=set*glbk_rsm_frame.set_room;\n"
+    "uint from=glbk_rsm_frame.first_light,to=glbk_rsm_frame.end_light,count=glbk_rsm_frame.point_count;\n"
     "rsm_light l=rsm_bound();\n"
-    "vec3 sum=vec3(0.0);\n"
-    "if(glbk_rsm_frame.range.y>glbk_rsm_frame.range.x)\n"
-    "sum=rsm_listed(l,r,base+glbk_rsm_frame.range.x,base+glbk_rsm_frame.range.y);\n"
-    "if(glbk_rsm_frame.counts.z>0u)sum+=rsm_about(l,r,rsm_turn(at),set,k*k,glbk_rsm_frame.counts.z);\n"
+    "vec3 sum=vec3(.0);\n"
+    "if(to>from)sum=rsm_listed(l,r,base+from,base+to);\n"
+    "if(count>0u)sum+=rsm_about(l,r,rsm_turn(at),set,k*k,count);\n"
     "return sum/RSM_PI;\n"
     "}\n"
 };
@@ -570,63 +752,71 @@ static const char *const glbk__glsl_lib_rsm_bounce_glsl[] = {
 static const char *const glbk__glsl_lib_rsm_bound_glsl[] = {
     "\n\nrsm_light rsm_bound()\n"
     "{\n"
-    "return rsm_light(glbk_rsm_light.position.xyz,glbk_rsm_light.right.xyz,glbk_rsm_light.up.xyz,\n"
-    "glbk_rsm_light.axis.xyz,glbk_rsm_light.value.xyz,glbk_rsm_light.position.w,\n"
-    "glbk_rsm_light.axis.w,glbk_rsm_light.value.w,int(glbk_rsm_light.up.w),\n"
-    "int(glbk_rsm_light.right.w));\n"
+    "rsm_light l;\n"
+    "l.position=glbk_rsm_light.position.xyz;\n"
+    "l.right=glbk_rsm_light.right.xyz;\n"
+    "l.up=glbk_rsm_light.up.xyz;\n"
+    "l.axis=glbk_rsm_light.axis.xyz;\n"
+    "l.value=glbk_rsm_light.value.xyz;\n"
+    "l.extent=glbk_rsm_light.extent;\n"
+    "l.cos_half=glbk_rsm_light.cos_half;\n"
+    "l.side=float(glbk_rsm_light.side);\n"
+    "l.faces=int(glbk_rsm_light.face_count);\n"
+    "l.kind=int(glbk_rsm_light.kind);\n"
+    "return l;\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
-    "\n\n#define RSM_CHUNK 64u\n"
+    "\n\n\n#define RSM_CHUNK 64u\n"
     "shared uvec4 rsm_chunk[4u*RSM_CHUNK];\n"
     "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n"
     "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
-    "\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
+    "\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 to=rsm_to_light(l,p),d=p-l.position;\n"
     "float d2=dot(d,d),cosine=dot(n,to),along= -dot(l.axis,to);\n"
-    "if(!(cosine>0.0))return 0.0;\n"
+    "if(!(cosine>.0))return .0;\n"
     "if(l.kind==RSM_SUN)return cosine;\n"
-    "if(!(d2>0.0))return 0.0;\n"
-    "if(l.kind==RSM_SPOT&& !(along>=l.cos_half))return 0.0;\n"
+    "if(!(d2>.0))return .0;\n"
+    "if(l.kind==RSM_SPOT&& !(along>=l.cos_half))return .0;\n"
     "if(l.kind==RSM_SQUARE_SPOT){\n"
     "vec3 q=rsm_to_face(l,0,p);\n"
-    "if(!(q.z>0.0&&abs(q.x)<=1.0&&abs(q.y)<=1.0))return 0.0;\n"
+    "if(!(q.z>.0&&abs(q.x)<=1.&&abs(q.y)<=1.))return .0;\n"
     "}\n"
-    "if(l.kind==RSM_PATCH)cosine*=max(along,0.0);\n"
+    "if(l.kind==RSM_PATCH)cosine*=max(along,.0);\n"
     "return cosine/d2;\n"
     "}\n"
-    "\n\nfloat rsm_pcf(rsm_light l,vec3 p,float cosine,int taps,float bias,float slope_bias)\n"
+    "\n\n\n\nfloat rsm_pcf(rsm_light l,vec3 p,float cosine,int taps,float bias,float slope_bias)\n"
     "{\n"
     "int face=rsm_face_of_direction(l,p-l.position),size=int(l.side);\n"
-    "if(face>=l.faces)return 0.0;\n"
+    "if(face>=l.faces)return .0;\n"
     "vec3 q=rsm_to_face(l,face,p);\n"
-    "if(l.kind!=RSM_SUN&& !(q.z>0.0))return 0.0;\n"
-    "if(!(abs(q.x)<=1.0&&abs(q.y)<=1.0))return l.kind==RSM_SUN?1.0:0.0;\n"
-    "float texel=2.0/l.side*l.extent*(l.kind==RSM_SUN?1.0:q.z);\n"
-    "float slope=cosine<1.0?min(sqrt(1.0-cosine*cosine)/max(cosine,0.1),10.0):0.0;\n"
-    "float reach=q.z-texel*(bias+slope_bias*slope*0.7072*float(taps));\n"
-    "vec2 first=(q.xy*0.5+0.5)*l.side-0.5*float(taps-1),f=first-floor(first);\n"
-    "float sum=0.0,total=0.0;\n"
+    "if(l.kind!=RSM_SUN&& !(q.z>.0))return .0;\n"
+    "if(!(abs(q.x)<=1.&&abs(q.y)<=1.))return l.kind==RSM_SUN?1.:.0;\n"
+    "float texel=2./l.side*l.extent*(l.kind==RSM_SUN?1.:q.z);\n"
+    "float slope=cosine<1.?min(sqrt(1.-cosine*cosine)/max(cosine,.1),10.):.0;\n"
+    "float reach=q.z-texel*(bias+slope_bias*slope*.7072*float(taps));\n"
+    "vec2 first=(q.xy*.5+.5)*l.side-.5*float(taps-1),f=first-floor(first);\n"
+    "float sum=.0,total=.0;\n"
     "for(int j=0;j<taps;j++)\n"
     "for(int i=0;i<taps;i++){\n"
-    "vec2 w=vec2(i==0?1.0-f.x:i==taps-1?f.x:1.0,\n"
-    "j==0?1.0-f.y:j==taps-1?f.y:1.0);\n"
-    "float weight=taps==1?1.0:w.x*w.y;\n"
+    "vec2 w=vec2(i==0?1.-f.x:i==taps-1?f.x:1.,\n"
+    "j==0?1.-f.y:j==taps-1?f.y:1.);\n"
+    "float weight=taps==1?1.:w.x*w.y;\n"
     "ivec3 t=ivec3(clamp(ivec2(floor(first))+ivec2(i,j),ivec2(0),ivec2(size-1)),face);\n"
     "total+=weight;\n"
     "if(reach<=uintBitsToFloat(RSM_TEXEL(t,0).w))sum+=weight;\n"
     "}\n"
-    "return total>0.0?sum/total:0.0;\n"
+    "return total>.0?sum/total:.0;\n"
     "}\n"
-    "\n\nvec3 rsm_direct(rsm_light l,vec3 p,vec3 n,int taps,float bias,float slope_bias)\n"
+    "\n\n\nvec3 rsm_direct(rsm_light l,vec3 p,vec3 n,int taps,float bias,float slope_bias)\n"
     "{\n"
     "float light=rsm_unshadowed(l,p,n);\n"
-    "if(light>0.0)light*=rsm_pcf(l,p,dot(n,rsm_to_light(l,p)),taps,bias,slope_bias);\n"
+    "if(light>.0)light*=rsm_pcf(l,p,dot(n,rsm_to_light(l,p)),taps,bias,slope_bias);\n"
     "return light*l.value;\n"
     "}\n"
 };
@@ -637,42 +827,97 @@ static const char *const glbk__glsl_lib_rsm_drawn_glsl[] = {
     "mat4 clip;\n"
     "vec4 albedo;\n"
     "vec4 eye;\n"
-    "vec4 range;\n"
-    "uvec4 kinds;\n"
+    "float near_depth;\n"
+    "float depth_scale;\n"
+    "float alpha_cutoff;\n"
+    "uint material;\n"
+    "uint has_map;\n"
+    "uint face;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
     "}glbk_rsm_drawn;\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_frame_glsl[] = {
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
-    "uvec4 counts;\n"
-    "uvec4 range;\n"
-    "uvec4 pick;\n"
-    "uvec4 grid;\n"
-    "uvec4 mode;\n"
-    "vec4 pattern;\n"
-    "vec4 limits;\n"
-    "vec4 tests;\n"
-    "uvec4 lists;\n"
-    "vec4 surfaces;\n"
+    "uint interleave;\n"
+    "uint point_count;\n"
+    "uint noise_side;\n"
+    "uint material_count;\n"
+    "uint first_light;\n"
+    "uint end_light;\n"
+    "uint set_room;\n"
+    "uint adds;\n"
+    "uint seed;\n"
+    "uint light_count;\n"
+    "uint first_run;\n"
+    "uint taps;\n"
+    "uint width;\n"
+    "uint height;\n"
+    "uint face;\n"
+    "uint stride;\n"
+    "uint mode;\n"
+    "uint step;\n"
+    "uint coarse_step;\n"
+    "uint next_step;\n"
+    "uint fine_step;\n"
+    "uint list_read;\n"
+    "uint list_open;\n"
+    "uint list_wanted;\n"
+    "uint motion;\n"
+    "uint rows_top_first;\n"
+    "uint shows_direct;\n"
+    "uint shows_bounced;\n"
+    "float r_max;\n"
+    "float offset;\n"
+    "float clamp_at;\n"
+    "float near_limit;\n"
+    "float near_field;\n"
+    "float set_count;\n"
+    "float mixed;\n"
+    "float picked;\n"
+    "float bias;\n"
+    "float slope_bias;\n"
+    "float reach;\n"
+    "float contrast;\n"
+    "float normal_cosine;\n"
+    "float plane_slope;\n"
+    "float most_distance;\n"
+    "float history;\n"
     "}glbk_rsm_frame;\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
-    "\n\n\n#ifndef RSM_SURFACES\n"
+    "\n\n\n\n#ifndef RSM_SURFACES\n"
     "#define RSM_SURFACES 0\n"
     "#endif\n"
-    "\n\nfloat rsm_near=0.0;\n"
-    "\nfloat rsm_form(vec3 p,vec3 n,vec3 light,vec3 light_normal,float bound)\n"
+    "\n\nfloat rsm_near=.0;\n"
+    "\nstruct rsm_sampling{\n"
+    "float r_max;\n"
+    "float offset;\n"
+    "float clamp_at;\n"
+    "float near_limit;\n"
+    "float near_field;\n"
+    "float set_count;\n"
+    "float mixed;\n"
+    "float picked;\n"
+    "bool glossy;\n"
+    "};\n"
+    "\nstruct rsm_centre{\n"
+    "vec3 at;\n"
+    "vec3 right,up;\n"
+    "};\n"
+    "\n\n\nfloat rsm_form(vec3 p,vec3 n,vec3 light,vec3 light_normal,float bound)\n"
     "{\n"
     "vec3 d=light-p,most=max(abs(p),abs(light));\n"
-    "float rounding=4e-7*max(max(most.x,most.y),most.z),inverse=1.0/max(dot(d,d),1e-18);\n"
-    "float receives=max(dot(n,d)-rounding,0.0),emits=max(-dot(light_normal,d)-rounding,0.0);\n"
+    "float rounding=4e-7*max(max(most.x,most.y),most.z),inverse=1./max(dot(d,d),1e-18);\n"
+    "float receives=max(dot(n,d)-rounding,.0),emits=max(-dot(light_normal,d)-rounding,.0);\n"
     "float form=(receives*inverse)*(emits*inverse);\n"
     "if(form*dot(d,d)>1e-3)rsm_near=max(rsm_near,inverse);\n"
     "return min(form,bound);\n"
     "}\n"
     "\n#if RSM_SURFACES\n"
-    "\n\nvoid rsm_texel_sides(rsm_light l,int face,vec3 p,vec3 n,out vec3 side,out vec3 other)\n"
+    "\n\n\nvoid rsm_texel_sides(rsm_light l,int face,vec3 p,vec3 n,out vec3 side,out vec3 other)\n"
     "{\n"
     "vec3 a,d;\n"
     "float scale=l.extent/l.side;\n"
@@ -683,11 +928,13 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "d=(p-l.position)/depth;\n"
     "scale*=depth;\n"
     "}\n"
-    "float facing=dot(d,n),least=0.05*length(d),bounded=max(abs(facing),least)*(facing<0.0? -1.0:1.0);\n"
+    "float facing=dot(d,n),least=.05*length(d),\n"
+    "bounded=max(abs(facing),least)*(facing<.0? -1.:1.);\n"
     "vec3 along=d-n*facing;\n"
     "vec2 off=vec2(dot(side,n),dot(other,n)),stretched=off/bounded;\n"
     "if(abs(facing)<least)\n"
-    "stretched+=vec2(dot(side,along),dot(other,along))*((1.0-abs(facing)/least)/dot(along,along));\n"
+    "stretched+=vec2(dot(side,along),dot(other,along))*\n"
+    "((1.-abs(facing)/least)/dot(along,along));\n"
     "side=(side-n*off.x-along*stretched.x)*scale;\n"
     "other=(other-n*off.y-along*stretched.y)*scale;\n"
     "}\n"
@@ -695,15 +942,15 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "{\n"
     "vec3 c=cross(b-a,a);\n"
     "float size=length(c);\n"
-    "return size>0.0?atan(size,dot(a,b))*(dot(n,c)/size):0.0;\n"
+    "return size>.0?atan(size,dot(a,b))*(dot(n,c)/size):.0;\n"
     "}\n"
-    "\nfloat rsm_clipped_edge(vec3 n,vec3 a,vec3 b,inout vec3 leave,inout vec3 come)\n"
+    "\n\n\nfloat rsm_clipped_edge(vec3 n,vec3 a,vec3 b,inout vec3 leave,inout vec3 come)\n"
     "{\n"
     "float ha=dot(n,a),hb=dot(n,b);\n"
-    "if(!(ha>0.0)&& !(hb>0.0))return 0.0;\n"
-    "if(!(ha>0.0&&hb>0.0)){\n"
+    "if(!(ha>.0)&& !(hb>.0))return .0;\n"
+    "if(!(ha>.0&&hb>.0)){\n"
     "vec3 at=a+(b-a)*(ha/(ha-hb));\n"
-    "if(ha>0.0)b=leave=at;\n"
+    "if(ha>.0)b=leave=at;\n"
     "else a=come=at;\n"
     "}\n"
     "return rsm_edge(n,a,b);\n"
@@ -713,108 +960,112 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "vec3 p=c-u-v,q=c+u-v,r=c+u+v,s=c-u+v,leave=c,come=c;\n"
     "float sum=rsm_clipped_edge(n,p,q,leave,come)+rsm_clipped_edge(n,q,r,leave,come);\n"
     "sum+=rsm_clipped_edge(n,r,s,leave,come)+rsm_clipped_edge(n,s,p,leave,come);\n"
-    "return 0.5*abs(sum+rsm_edge(n,leave,come));\n"
+    "return .5*abs(sum+rsm_edge(n,leave,come));\n"
     "}\n"
     "#endif\n"
-    "\n\n\n\nfloat rsm_texel_form(rsm_light l,vec3 p,vec3 n,int face,vec3 light,vec3 light_normal,float bound,float near2)\n"
+    "\n\n\n\nfloat rsm_texel_form(rsm_light l,vec3 p,vec3 n,int face,vec3 light,vec3 light_normal,float bound,\n"
+    "float near2)\n"
     "{\n"
     "float form=rsm_form(p,n,light,light_normal,bound);\n"
     "#if RSM_SURFACES\n"
     "vec3 d=light-p,most=max(abs(p),abs(light)),u,v;\n"
-    "float height= -dot(light_normal,d),d2=dot(d,d),facing= -2.0*dot(n,light_normal);\n"
+    "float height= -dot(light_normal,d),d2=dot(d,d),facing= -2.*dot(n,light_normal);\n"
     "if(!(d2<near2))return form;\n"
-    "if(!(height>4e-7*max(max(most.x,most.y),most.z)))return 0.0;\n"
+    "if(!(height>4e-7*max(max(most.x,most.y),most.z)))return .0;\n"
     "rsm_texel_sides(l,face,light,light_normal,u,v);\n"
-    "float area=4.0*length(cross(u,v)),point=max(dot(n,d)/d2,0.0)*(height/d2);\n"
-    "form=area>0.0?rsm_form_of(n,d,u,v)/area:0.0;\n"
-    "if(form>point&&facing>0.0&&4.0*height*height<area)\n"
-    "form+=min(facing,1.0)*(1.0-2.0*height/sqrt(area))*(point-form);\n"
+    "float area=4.*length(cross(u,v)),point=max(dot(n,d)/d2,.0)*(height/d2);\n"
+    "form=area>.0?rsm_form_of(n,d,u,v)/area:.0;\n"
+    "if(form>point&&facing>.0&&4.*height*height<area)\n"
+    "form+=min(facing,1.)*(1.-2.*height/sqrt(area))*(point-form);\n"
     "form=min(form,bound);\n"
     "#endif\n"
     "return form;\n"
     "}\n"
-    "\n\nvec3 rsm_gloss(rsm_light l,vec3 p,vec3 light,vec3 light_normal,float form,vec3 incident,vec4 material)\n"
+    "\n\n\nvec3 rsm_gloss(rsm_light l,vec3 p,vec3 light,vec3 light_normal,float form,vec3 incident,vec4 material)\n"
     "{\n"
-    "vec3 to=rsm_to_light(l,light),mirror=2.0*dot(light_normal,to)*light_normal-to,d=p-light;\n"
+    "vec3 to=rsm_to_light(l,light),mirror=2.*dot(light_normal,to)*light_normal-to,d=p-light;\n"
     "float c=dot(mirror,d)/max(sqrt(dot(d,d)),1e-9);\n"
-    "if(!(c>0.0))return vec3(0.0);\n"
-    "return incident*material.xyz*(0.5*(material.w+2.0)*pow(min(c,1.0),material.w))*form;\n"
+    "if(!(c>.0))return vec3(.0);\n"
+    "return incident*material.xyz*(.5*(material.w+2.)*pow(min(c,1.),material.w))*form;\n"
     "}\n"
-    "\nfloat rsm_bound_of(float area,float limit_clamp,float near_limit)\n"
+    "\n\nfloat rsm_bound_of(float area,float limit_clamp,float near_limit)\n"
     "{\n"
-    "float bound=limit_clamp>0.0?limit_clamp:3.0e38;\n"
-    "return near_limit>0.0&&area>0.0?min(bound,near_limit*RSM_PI/area):bound;\n"
+    "float bound=limit_clamp>.0?limit_clamp:3.0e38;\n"
+    "return near_limit>.0&&area>.0?min(bound,near_limit*RSM_PI/area):bound;\n"
     "}\n"
     "\n\nvec3 rsm_mixed_place(rsm_light l,ivec3 t)\n"
     "{\n"
     "vec2 q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y));\n"
     "vec3 r,u,a;\n"
-    "if(l.faces==1)return vec3(q*0.5+0.5,0.0);\n"
+    "if(l.faces==1)return vec3(q*.5+.5,.0);\n"
     "rsm_face_frame(l,t.z,r,u,a);\n"
-    "return rsm_normalize(a+r*q.x+u*q.y)*0.5;\n"
+    "return rsm_normalize(a+r*q.x+u*q.y)*.5;\n"
     "}\n"
-    "\n\nvec3 rsm_centre_of(rsm_light l,vec3 p,bool inside,out vec3 right,out vec3 up)\n"
+    "\n\nrsm_centre rsm_centre_of(rsm_light l,vec3 p,bool inside)\n"
     "{\n"
-    "right=up=vec3(0.0);\n"
+    "rsm_centre centre=rsm_centre(vec3(.0),vec3(.0),vec3(.0));\n"
     "if(l.faces!=1){\n"
     "vec3 c=rsm_normalize(p-l.position);\n"
-    "if(!(dot(c,c)>0.25))c=l.axis;\n"
-    "float s=c.z>=0.0?1.0: -1.0,a= -1.0/(s+c.z),b=c.x*c.y*a;\n"
-    "right=vec3(1.0+s*c.x*c.x*a,s*b,-s*c.x);\n"
-    "up=vec3(b,s+c.y*c.y*a,-c.y);\n"
-    "return c;\n"
+    "if(!(dot(c,c)>.25))c=l.axis;\n"
+    "float s=c.z>=.0?1.: -1.,a= -1./(s+c.z),b=c.x*c.y*a;\n"
+    "centre.right=vec3(1.+s*c.x*c.x*a,s*b,-s*c.x);\n"
+    "centre.up=vec3(b,s+c.y*c.y*a,-c.y);\n"
+    "centre.at=c;\n"
+    "return centre;\n"
     "}\n"
-    "vec3 q=rsm_to_face(l,0,p);\n"
-    "if(l.kind!=RSM_SUN&& !(q.z>0.0))q=vec3(0.0);\n"
-    "q=vec3(q.xy*0.5+0.5,0.0);\n"
-    "return inside?vec3(clamp(q.xy,0.02,0.98),0.0):q;\n"
+    "vec3 q=rsm_to_face(l,0,p);\n",
+    "if(l.kind!=RSM_SUN&& !(q.z>.0))q=vec3(.0);\n"
+    "q=vec3(q.xy*.5+.5,.0);\n"
+    "centre.at=inside?vec3(clamp(q.xy,.02,.98),.0):q;\n"
+    "return centre;\n"
     "}\n"
-    "\n\n\nbool rsm_place_sample(rsm_light l,float r_max,vec3 centre,vec3 right,vec3 up,vec3 point,vec2 turn,out ivec3 t,\n",
+    "\n\n\n\nbool rsm_place_sample(rsm_light l,float r_max,rsm_centre centre,vec3 point,vec2 turn,out ivec3 t,\n"
     "out float weight)\n"
     "{\n"
     "vec2 q=vec2(point.x*turn.x-point.y*turn.y,point.x*turn.y+point.y*turn.x);\n"
     "int size=int(l.side);\n"
     "t=ivec3(0);\n"
-    "weight=0.0;\n"
+    "weight=.0;\n"
     "if(l.faces==1){\n"
     "float r=r_max;\n"
-    "if(!(r>0.0)){\n"
+    "if(!(r>.0)){\n"
     "float len=length(q);\n"
-    "vec2 d=len>0.0?q/len:vec2(0.0),room;\n"
-    "room.x=abs(d.x)>1e-9?(d.x>0.0?1.0-centre.x:centre.x)/abs(d.x):4.0;\n"
-    "room.y=abs(d.y)>1e-9?(d.y>0.0?1.0-centre.y:centre.y)/abs(d.y):4.0;\n"
+    "vec2 d=len>.0?q/len:vec2(.0),room;\n"
+    "room.x=abs(d.x)>1e-9?(d.x>.0?1.-centre.at.x:centre.at.x)/abs(d.x):4.;\n"
+    "room.y=abs(d.y)>1e-9?(d.y>.0?1.-centre.at.y:centre.at.y)/abs(d.y):4.;\n"
     "r=min(room.x,room.y);\n"
     "}\n"
     "weight=point.z*r*r*l.side*l.side;\n"
-    "q=(centre.xy+r*q)*l.side;\n"
-    "if(!(r_max>0.0))q=clamp(q,vec2(0.0),vec2(l.side-0.5));\n"
-    "if(any(lessThan(q,vec2(0.0)))||any(greaterThanEqual(q,vec2(l.side))))return false;\n"
+    "q=(centre.at.xy+r*q)*l.side;\n"
+    "if(!(r_max>.0))q=clamp(q,vec2(.0),vec2(l.side-.5));\n"
+    "if(any(lessThan(q,vec2(.0)))||any(greaterThanEqual(q,vec2(l.side))))return false;\n"
     "t=ivec3(ivec2(q),0);\n"
     "return true;\n"
     "}\n"
-    "float r=r_max>0.0&&r_max<1.0?r_max:1.0;\n"
+    "float r=r_max>.0&&r_max<1.?r_max:1.;\n"
     "q*=r;\n"
-    "float s=dot(q,q),k=2.0*sqrt(max(1.0-s,0.0));\n"
-    "vec3 d=centre*(1.0-2.0*s)+right*(q.x*k)+up*(q.y*k),a,fr,fu;\n"
+    "float s=dot(q,q),k=2.*sqrt(max(1.-s,.0));\n"
+    "vec3 d=centre.at*(1.-2.*s)+centre.right*(q.x*k)+centre.up*(q.y*k),a,fr,fu;\n"
     "t.z=rsm_face_of_direction(l,d);\n"
     "if(t.z>=l.faces)return false;\n"
     "rsm_face_frame(l,t.z,fr,fu,a);\n"
     "q=vec2(dot(d,fr),dot(d,fu))/dot(d,a);\n"
-    "t.xy=min(ivec2((q*0.5+0.5)*l.side),ivec2(size-1));\n"
+    "t.xy=min(ivec2((q*.5+.5)*l.side),ivec2(size-1));\n"
     "q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y));\n"
-    "s=1.0+dot(q,q);\n"
+    "s=1.+dot(q,q);\n"
     "weight=point.z*r*r*l.side*l.side*s*sqrt(s);\n"
     "return true;\n"
     "}\n"
-    "\n\nvec3 rsm_gather_list(rsm_light l,vec3 p,vec3 n,uint from,uint to,bool glossy,float mixed)\n"
+    "\n\n\nvec3 rsm_gather_list(rsm_light l,vec3 p,vec3 n,uint from,uint to,bool glossy,float mixed)\n"
     "{\n"
-    "vec3 sum=vec3(0.0),right,up,centre=vec3(0.0);\n"
-    "if(mixed>0.0)centre=rsm_centre_of(l,p,true,right,up)*(l.faces==1?1.0:0.5);\n"
+    "vec3 sum=vec3(.0),centre=vec3(.0);\n"
+    "if(mixed>.0)centre=rsm_centre_of(l,p,true).at*(l.faces==1?1.:.5);\n"
     "for(uint i=from;i<to;i++){\n"
     "vec4 a=uintBitsToFloat(RSM_LIGHT(i,0)),b=uintBitsToFloat(RSM_LIGHT(i,1));\n"
     "uvec4 c=RSM_LIGHT(i,2);\n"
-    "float w=1.0,form=rsm_texel_form(l,p,n,int(c.w>>24),a.xyz,b.xyz,a.w,mixed>0.0?0.0:b.w);\n"
-    "if(mixed>0.0){\n"
+    "float w=1.,near2=mixed>.0?.0:b.w;\n"
+    "float form=rsm_texel_form(l,p,n,int(c.w>>24),a.xyz,b.xyz,a.w,near2);\n"
+    "if(mixed>.0){\n"
     "ivec3 t=ivec3(c.w&4095u,(c.w>>12)&4095u,c.w>>24);\n"
     "vec3 d=rsm_mixed_place(l,t)-centre;\n"
     "w=(dot(d,d)+2.7127e-5)*b.w;\n"
@@ -823,64 +1074,70 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "vec3 light=uintBitsToFloat(c.xyz)*form;\n"
     "if(glossy){\n"
     "uvec4 g=RSM_LIGHT(i,3);\n"
-    "if(g.w!=0u)light+=rsm_gloss(l,p,a.xyz,b.xyz,form,uintBitsToFloat(g.xyz),RSM_MATERIAL(g.w-1u));\n"
+    "if(g.w!=0u)\n"
+    "light+=rsm_gloss(l,p,a.xyz,b.xyz,form,uintBitsToFloat(g.xyz),RSM_MATERIAL(g.w-1u));\n"
     "}\n"
     "sum+=light*w;\n"
     "}\n"
     "return sum;\n"
     "}\n"
-    "\n\n\n\nvec3 rsm_gather_about(rsm_light l,vec3 p,vec3 n,float r_max,vec2 turn,uint first,uint step,uint count,\n"
-    "vec4 limits,bool glossy,float mixed,float picked,float near_field)\n"
+    "\n\n\nvec3 rsm_gather_about(rsm_light l,vec3 p,vec3 n,rsm_sampling s,vec2 turn,uint first,uint step,\n"
+    "uint count)\n"
     "{\n"
-    "vec3 sum=vec3(0.0),right,up,centre=rsm_centre_of(l,p,!(r_max>0.0),right,up);\n"
-    "float total=picked>0.0?rsm_total(l):0.0;\n"
+    "vec3 sum=vec3(.0);\n"
+    "rsm_centre centre=rsm_centre_of(l,p,!(s.r_max>.0));\n"
+    "float total=s.picked>.0?rsm_total(l):.0;\n"
     "for(uint i=0u;i<count;i++){\n"
     "ivec3 t;\n"
     "float weight;\n"
-    "if(!rsm_place_sample(l,r_max,centre,right,up,RSM_POINT_AT(first+i*step),turn,t,weight))continue;\n"
+    "if(!rsm_place_sample(l,s.r_max,centre,RSM_POINT_AT(first+i*step),turn,t,weight))continue;\n"
     "vec4 flux=uintBitsToFloat(RSM_TEXEL(t,2));\n"
     "float mean=rsm_mean3(flux.xyz);\n"
-    "if(!(mean>0.0)&& !glossy)continue;\n"
-    "if(total>0.0){\n"
-    "vec3 d=rsm_mixed_place(l,t)-centre*(l.faces==1?1.0:0.5);\n"
-    "weight*=mixed/((dot(d,d)+2.7127e-5)*picked*mean/total+mixed);\n"
+    "if(!(mean>.0)&& !s.glossy)continue;\n"
+    "if(total>.0){\n"
+    "vec3 d=rsm_mixed_place(l,t)-centre.at*(l.faces==1?1.:.5);\n"
+    "weight*=s.mixed/((dot(d,d)+2.7127e-5)*s.picked*mean/total+s.mixed);\n"
     "}\n"
     "vec3 light=uintBitsToFloat(RSM_TEXEL(t,0).xyz);\n"
     "uvec4 b=RSM_TEXEL(t,1);\n"
     "vec3 light_normal=uintBitsToFloat(b.xyz);\n"
-    "light-=limits.x*light_normal;\n"
-    "float bound=rsm_bound_of(flux.w*weight,limits.y,limits.z);\n"
-    "float form=rsm_texel_form(l,p,n,t.z,light,light_normal,bound,near_field*near_field*flux.w);\n"
+    "light-=s.offset*light_normal;\n"
+    "float bound=rsm_bound_of(flux.w*weight,s.clamp_at,s.near_limit);\n"
+    "float near2=s.near_field*s.near_field*flux.w;\n"
+    "float form=rsm_texel_form(l,p,n,t.z,light,light_normal,bound,near2);\n"
     "vec3 e=flux.xyz*form;\n"
-    "if(glossy&&b.w!=0u)\n"
+    "if(s.glossy&&b.w!=0u)\n"
     "e+=rsm_gloss(l,p,light,light_normal,form,rsm_incident(l,t.z,t.xy)*l.value,\n"
     "RSM_MATERIAL(b.w-1u));\n"
-    "sum+=e*(weight*limits.w);\n"
+    "sum+=e*(weight*s.set_count);\n"
     "}\n"
     "return sum;\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
-    "\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
-    "\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
+    "\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
+    "\n\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
     "{\n"
     "line=ivec2(at/step*step,min((at/step+1)*step,size-1));\n"
-    "share=line.y>line.x?float(at-line.x)/float(line.y-line.x):0.0;\n"
+    "share=line.y>line.x?float(at-line.x)/float(line.y-line.x):.0;\n"
     "}\n"
-    "\nbool rsm_suits(rsm_receiver p,rsm_receiver s,vec4 tests,float reach2)\n"
+    "\n\n\nbool rsm_suits(rsm_receiver p,rsm_receiver s,float reach2)\n"
     "{\n"
     "vec3 d=s.position-p.position;\n"
     "float len=length(d),plane=max(abs(dot(d,p.normal)),abs(dot(d,s.normal)));\n"
-    "if(dot(s.normal,p.normal)<tests.x||plane>tests.y*len)return false;\n"
-    "return(!(tests.z>0.0)||len<=tests.z)&&dot(d,d)<=reach2;\n"
+    "float most=glbk_rsm_frame.most_distance;\n"
+    "if(dot(s.normal,p.normal)<glbk_rsm_frame.normal_cosine)return false;\n"
+    "if(plane>glbk_rsm_frame.plane_slope*len)return false;\n"
+    "return(!(most>.0)||len<=most)&&dot(d,d)<=reach2;\n"
     "}\n"
-    "\n\n\n\nbool rsm_interpolate(ivec2 at,int step,ivec2 size,rsm_receiver p,vec4 tests,float reach,out vec3 result)\n"
+    "\n\n\nbool rsm_interpolate(ivec2 at,int step,ivec2 size,rsm_receiver p,out vec3 result)\n"
     "{\n"
     "ivec2 lx,ly;\n"
     "vec2 f;\n"
     "vec3 value[4];\n"
-    "float low=3.0e38,high=0.0,sum=0.0;\n"
+    "float low=3.0e38,high=.0,sum=.0;\n"
+    "float reach=glbk_rsm_frame.reach,contrast=glbk_rsm_frame.contrast;\n"
     "int good=0,missing= -1;\n"
     "rsm_grid_lines(at.x,step,size.x,lx,f.x);\n"
     "rsm_grid_lines(at.y,step,size.y,ly,f.y);\n"
@@ -891,8 +1148,8 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
     "vec4 node;\n"
     "bool seen=rsm_node(line,s,node);\n"
     "value[k]=node.xyz;\n"
-    "float reach2=reach>0.0?rsm_node_distance2(node.w)*reach*reach:3.0e38;\n"
-    "if(node.w>=0.0|| !seen|| !rsm_suits(p,s,tests,reach2)){\n"
+    "float reach2=reach>.0?rsm_node_distance2(node.w)*reach*reach:3.0e38;\n"
+    "if(node.w>=.0|| !seen|| !rsm_suits(p,s,reach2)){\n"
     "missing=k;\n"
     "continue;\n"
     "}\n"
@@ -902,13 +1159,13 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
     "sum+=mean;\n"
     "good++;\n"
     "}\n"
-    "result=vec3(0.0);\n"
-    "if(good<3||(tests.w>=0.0&&high-low>tests.w*sum/float(good)))return false;\n"
+    "result=vec3(.0);\n"
+    "if(good<3||(contrast>=.0&&high-low>contrast*sum/float(good)))return false;\n"
     "if(missing==0)value[0]=value[1]+value[2]-value[3];\n"
     "if(missing==1)value[1]=value[0]+value[3]-value[2];\n"
     "if(missing==2)value[2]=value[3]+value[0]-value[1];\n"
     "if(missing==3)value[3]=value[2]+value[1]-value[0];\n"
-    "result=max(mix(mix(value[0],value[1],f.x),mix(value[2],value[3],f.x),f.y),vec3(0.0));\n"
+    "result=max(mix(mix(value[0],value[1],f.x),mix(value[2],value[3],f.x),f.y),vec3(.0));\n"
     "return true;\n"
     "}\n"
 };
@@ -920,18 +1177,26 @@ static const char *const glbk__glsl_lib_rsm_light_glsl[] = {
     "vec4 up;\n"
     "vec4 axis;\n"
     "vec4 value;\n"
+    "float extent;\n"
+    "float cos_half;\n"
+    "uint side;\n"
+    "uint face_count;\n"
+    "uint kind;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
+    "uint unused2;\n"
     "}glbk_rsm_light;\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
-    "\n\n\n#ifndef RSM_GROUP\n"
+    "\n\n\n\n#ifndef RSM_GROUP\n"
     "#define RSM_GROUP 64\n"
     "#endif\n"
     "shared uint rsm_open[RSM_GROUP],rsm_wanted[4*RSM_GROUP];\n"
     "shared uint rsm_open_count,rsm_wanted_count,rsm_open_at,rsm_wanted_at;\n"
-    "\nuint rsm_pack_pixel(ivec2 at){return uint(at.x)|uint(at.y)<<16;}\n"
-    "ivec2 rsm_unpack_pixel(uint item){return ivec2(item&65535u,item>>16);}\n"
-    "\n\nbool rsm_item(uint list,out ivec2 at)\n"
+    "\n\nuint rsm_pack_pixel(ivec2 at){return uint(at.x)|uint(at.y)<<16;}\n"
+    "\nivec2 rsm_unpack_pixel(uint item){return ivec2(item&65535u,item>>16);}\n"
+    "\n\n\nbool rsm_item(uint list,out ivec2 at)\n"
     "{\n"
     "uint i=64u*(gl_WorkGroupID.y*gl_NumWorkGroups.x+gl_WorkGroupID.x)+gl_LocalInvocationIndex;\n"
     "bool inside=i<glbk_rsm_counts[4u*list+3u];\n"
@@ -939,22 +1204,22 @@ static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "if(inside)at=rsm_unpack_pixel(glbk_rsm_items[i]);\n"
     "return inside;\n"
     "}\n"
-    "\nvoid rsm_begin_lists()\n"
+    "\n\nvoid rsm_begin_lists()\n"
     "{\n"
     "if(gl_LocalInvocationIndex==0u)rsm_open_count=rsm_wanted_count=0u;\n"
     "barrier();\n"
     "}\n"
-    "\nvoid rsm_add_open(ivec2 at){rsm_open[atomicAdd(rsm_open_count,1u)]=rsm_pack_pixel(at);}\n"
-    "\nvoid rsm_add_wanted(ivec2 at){rsm_wanted[atomicAdd(rsm_wanted_count,1u)]=rsm_pack_pixel(at);}\n"
+    "\n\nvoid rsm_add_open(ivec2 at){rsm_open[atomicAdd(rsm_open_count,1u)]=rsm_pack_pixel(at);}\n"
+    "\n\nvoid rsm_add_wanted(ivec2 at){rsm_wanted[atomicAdd(rsm_wanted_count,1u)]=rsm_pack_pixel(at);}\n"
     "\n\nuint rsm_mark(ivec2 number,ivec2 last){return uint(number.y*(last.x+1)+number.x);}\n"
     "\n\nvoid rsm_want(ivec2 at)\n"
     "{\n"
-    "int fine=int(glbk_rsm_frame.grid.y);\n"
-    "ivec2 number=rsm_node_number(at,fine),last=rsm_node_number(ivec2(glbk_rsm_frame.grid.zw)-1,fine);\n"
+    "int fine=int(glbk_rsm_frame.fine_step);\n"
+    "ivec2 number=rsm_node_number(at,fine),last=rsm_node_number(rsm_picture_side()-1,fine);\n"
     "uint i=rsm_mark(number,last),bit=1u<<(i&31u);\n"
     "if((glbk_rsm_marks[i>>5]&bit)!=0u||(atomicOr(glbk_rsm_marks[i>>5],bit)&bit)!=0u)return;\n"
     "rsm_receiver r;\n"
-    "if(rsm_read(at,r)&&texelFetch(glbk_rsm_coarse,number,0).w>=0.0)rsm_add_wanted(at);\n"
+    "if(rsm_read(at,r)&&texelFetch(glbk_rsm_coarse,number,0).w>=.0)rsm_add_wanted(at);\n"
     "}\n"
     "\n\n\nuint rsm_room(uint list,uint count)\n"
     "{\n"
@@ -966,7 +1231,7 @@ static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "}\n"
     "return at;\n"
     "}\n"
-    "\nvoid rsm_end_lists(uint open_list,uint wanted_list)\n"
+    "\n\nvoid rsm_end_lists(uint open_list,uint wanted_list)\n"
     "{\n"
     "uint i=gl_LocalInvocationIndex;\n"
     "barrier();\n"
@@ -982,17 +1247,20 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "\nconst int RSM_SUN=1,RSM_SPOT=2,RSM_SQUARE_SPOT=3,RSM_POINT=4,RSM_PATCH=5;\n"
     "const float RSM_PI=3.14159265;\n"
     "\nstruct rsm_light{\n"
-    "vec3 position,right,up,axis;\n"
+    "vec3 position;\n"
+    "vec3 right,up,axis;\n"
     "vec3 value;\n"
-    "float extent,cos_half,side;\n"
+    "float extent;\n"
+    "float cos_half;\n"
+    "float side;\n"
     "int faces,kind;\n"
     "};\n"
-    "\nvec3 rsm_normalize(vec3 v)\n"
+    "\n\nvec3 rsm_normalize(vec3 v)\n"
     "{\n"
     "float d=dot(v,v);\n"
-    "return d>0.0?v/sqrt(d):vec3(0.0);\n"
+    "return d>.0?v/sqrt(d):vec3(.0);\n"
     "}\n"
-    "\nvoid rsm_face_frame(rsm_light l,int face,out vec3 r,out vec3 u,out vec3 a)\n"
+    "\n\nvoid rsm_face_frame(rsm_light l,int face,out vec3 r,out vec3 u,out vec3 a)\n"
     "{\n"
     "r=l.right;\n"
     "u=l.up;\n"
@@ -1010,38 +1278,38 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "float z=dot(q,a);\n"
     "return vec3(vec2(dot(q,r),dot(q,u))/(l.kind==RSM_SUN?l.extent:l.extent*z),z);\n"
     "}\n"
-    "\nint rsm_cube_face(vec3 d)\n"
+    "\n\nint rsm_cube_face(vec3 d)\n"
     "{\n"
     "vec3 a=abs(d);\n"
-    "if(a.z>=a.x&&a.z>=a.y)return d.z>=0.0?0:5;\n"
-    "if(a.x>=a.y)return d.x>=0.0?1:2;\n"
-    "return d.y>=0.0?3:4;\n"
+    "if(a.z>=a.x&&a.z>=a.y)return d.z>=.0?0:5;\n"
+    "if(a.x>=a.y)return d.x>=.0?1:2;\n"
+    "return d.y>=.0?3:4;\n"
     "}\n"
-    "\nint rsm_face_of_direction(rsm_light l,vec3 d)\n"
+    "\n\nint rsm_face_of_direction(rsm_light l,vec3 d)\n"
     "{\n"
     "return l.faces==1?0:rsm_cube_face(vec3(dot(d,l.right),dot(d,l.up),dot(d,l.axis)));\n"
     "}\n"
-    "\nfloat rsm_texel_centre(rsm_light l,int i){return(float(i)+0.5)*2.0/l.side-1.0;}\n"
-    "\nvec3 rsm_to_light(rsm_light l,vec3 p){return l.kind==RSM_SUN? -l.axis:rsm_normalize(l.position-p);}\n"
-    "\n\nfloat rsm_solid_angle(rsm_light l,vec3 r,vec3 u,vec3 a,vec2 q,float h)\n"
+    "\n\nfloat rsm_texel_centre(rsm_light l,int i){return(float(i)+.5)*2./l.side-1.;}\n"
+    "\n\nvec3 rsm_to_light(rsm_light l,vec3 p){return l.kind==RSM_SUN? -l.axis:rsm_normalize(l.position-p);}\n"
+    "\n\n\nfloat rsm_solid_angle(rsm_light l,vec3 r,vec3 u,vec3 a,vec2 q,float h)\n"
     "{\n"
-    "float sum=0.0;\n"
-    "int n=h<0.05?2:4;\n"
+    "float sum=.0;\n"
+    "int n=h<.05?2:4;\n"
     "for(int j=0;j<n;j++)\n"
     "for(int i=0;i<n;i++){\n"
     "ivec2 k=ivec2(i,j);\n"
-    "vec2 sign=vec2(greaterThanEqual(k*2,ivec2(n)))*2.0-1.0;\n"
+    "vec2 sign=vec2(greaterThanEqual(k*2,ivec2(n)))*2.-1.;\n"
     "bvec2 outer=equal(k%3,ivec2(0));\n"
-    "vec2 node=n==2?vec2(0.577350269):mix(vec2(0.339981044),vec2(0.861136312),vec2(outer));\n"
-    "vec2 weight=n==2?vec2(0.5):mix(vec2(0.326072577),vec2(0.173927423),vec2(outer));\n"
+    "vec2 node=n==2?vec2(.577350269):mix(vec2(.339981044),vec2(.861136312),vec2(outer));\n"
+    "vec2 weight=n==2?vec2(.5):mix(vec2(.326072577),vec2(.173927423),vec2(outer));\n"
     "vec2 s=q+h*sign*node;\n"
-    "float c=1.0/(1.0+dot(s,s)),f=c*sqrt(c);\n"
-    "if(l.kind==RSM_PATCH)f*=max(dot(l.axis,a+r*s.x+u*s.y)*sqrt(c),0.0);\n"
+    "float c=1./(1.+dot(s,s)),f=c*sqrt(c);\n"
+    "if(l.kind==RSM_PATCH)f*=max(dot(l.axis,a+r*s.x+u*s.y)*sqrt(c),.0);\n"
     "sum+=f*weight.x*weight.y;\n"
     "}\n"
-    "return sum*4.0*h*h;\n"
+    "return sum*4.*h*h;\n"
     "}\n"
-    "\nbool rsm_in_cone(rsm_light l,vec3 r,vec3 u,vec3 a,vec2 q)\n"
+    "\n\nbool rsm_in_cone(rsm_light l,vec3 r,vec3 u,vec3 a,vec2 q)\n"
     "{\n"
     "vec3 d=a+r*q.x+u*q.y;\n"
     "return dot(l.axis,d)>=l.cos_half*length(d);\n"
@@ -1049,7 +1317,7 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "\n\nfloat rsm_incident(rsm_light l,int face,ivec2 t)\n"
     "{\n"
     "float h=l.extent/l.side;\n"
-    "if(l.kind==RSM_SUN)return 4.0*h*h;\n"
+    "if(l.kind==RSM_SUN)return 4.*h*h;\n"
     "vec3 r,u,a;\n"
     "rsm_face_frame(l,face,r,u,a);\n"
     "vec2 q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y))*l.extent;\n"
@@ -1057,50 +1325,51 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "if(l.kind!=RSM_SPOT)return flux;\n"
     "int corners=0,covered=0;\n"
     "for(int k=0;k<4;k++)\n"
-    "corners+=int(rsm_in_cone(l,r,u,a,q+h*vec2((k&1)!=0?1.0: -1.0,(k&2)!=0?1.0: -1.0)));\n"
+    "corners+=int(\n"
+    "rsm_in_cone(l,r,u,a,q+h*vec2((k&1)!=0?1.: -1.,(k&2)!=0?1.: -1.)));\n"
     "if(corners==4)return flux;\n"
-    "if(corners==0&& !rsm_in_cone(l,r,u,a,q))return 0.0;\n"
+    "if(corners==0&& !rsm_in_cone(l,r,u,a,q))return .0;\n"
     "for(int k=0;k<64;k++)\n"
-    "covered+=int(rsm_in_cone(l,r,u,a,q+h*(vec2(float(k&7),float(k>>3))-3.5)*0.25));\n"
-    "return flux*float(covered)*(1.0/64.0);\n"
+    "covered+=int(rsm_in_cone(l,r,u,a,q+h*(vec2(float(k&7),float(k>>3))-3.5)*.25));\n"
+    "return flux*float(covered)*(1./64.);\n"
     "}\n"
-    "\n\nfloat rsm_area(rsm_light l,int face,vec3 p,vec3 n)\n"
+    "\n\n\nfloat rsm_area(rsm_light l,int face,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 r,u,a,to=rsm_to_light(l,p);\n"
     "rsm_face_frame(l,face,r,u,a);\n"
-    "float side=2.0*l.extent/l.side*(l.kind==RSM_SUN?1.0:dot(p-l.position,a));\n"
-    "return side*side*(l.kind==RSM_SUN?1.0:abs(dot(a,to)))/max(abs(dot(n,to)),0.05);\n"
+    "float side=2.*l.extent/l.side*(l.kind==RSM_SUN?1.:dot(p-l.position,a));\n"
+    "return side*side*(l.kind==RSM_SUN?1.:abs(dot(a,to)))/max(abs(dot(n,to)),.05);\n"
     "}\n"
-    "\nfloat rsm_mean3(vec3 v){return(v.x+v.y+v.z)*(1.0/3.0);}\n"
+    "\n\nfloat rsm_mean3(vec3 v){return(v.x+v.y+v.z)*(1./3.);}\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
-    "\n\nuint rsm_hash32(uint x)\n"
+    "\n\n\n\nuint rsm_hash32(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
     "uint word=((state>>((state>>28)+4u))^state)*277803737u;\n"
     "return(word>>22)^word;\n"
     "}\n"
     "\nuint rsm_hash_combine(uint a,uint b){return rsm_hash32(a+0x9e3779b9u*rsm_hash32(b));}\n"
-    "float rsm_to_unit(uint bits){return float(bits>>8)*(1.0/16777216.0);}\n"
+    "float rsm_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n"
     "float rsm_random(uint seed,uint stream,uint i)\n"
     "{\n"
     "return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed,stream),i));\n"
     "}\n"
-    "\nfloat rsm_total(rsm_light l)\n"
+    "\n\nfloat rsm_total(rsm_light l)\n"
     "{\n"
-    "float total=0.0;\n"
+    "float total=.0;\n"
     "for(int f=0;f<l.faces;f++)total+=RSM_ROWS_SUM(int(l.side)-1,f);\n"
     "return total;\n"
     "}\n"
     "\n\n\nbool rsm_pick_texel(rsm_light l,uint i,uint n,uint seed,out ivec3 t,out float weight)\n"
     "{\n"
     "float total=rsm_total(l),u=fract(rsm_to_unit(i*2654435769u)+rsm_random(seed,5u,0u));\n"
-    "float x=min((float(i)+rsm_random(seed,6u,0u))/float(n),0.99999994)*total;\n"
+    "float x=min((float(i)+rsm_random(seed,6u,0u))/float(n),.99999994)*total;\n"
     "int size=int(l.side),low=0,high=size-1;\n"
     "t=ivec3(0);\n"
-    "weight=0.0;\n"
-    "if(!(total>0.0))return false;\n"
+    "weight=.0;\n"
+    "if(!(total>.0))return false;\n"
     "for(int f=0;f+1<l.faces;f++){\n"
     "float sum=RSM_ROWS_SUM(size-1,f);\n"
     "if(t.z!=f||x<sum)continue;\n"
@@ -1113,7 +1382,7 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "else low=middle+1;\n"
     "}\n"
     "t.y=low;\n"
-    "x=min(u,0.99999994)*RSM_ROW_SUM(ivec3(size-1,t.yz));\n"
+    "x=min(u,.99999994)*RSM_ROW_SUM(ivec3(size-1,t.yz));\n"
     "low=0;\n"
     "high=size-1;\n"
     "while(low<high){\n"
@@ -1123,77 +1392,102 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "}\n"
     "t.x=low;\n"
     "float flux=rsm_mean3(uintBitsToFloat(RSM_TEXEL(t,2).xyz));\n"
-    "if(!(flux>0.0))return false;\n"
+    "if(!(flux>.0))return false;\n"
     "weight=total/(float(n)*flux);\n"
     "return true;\n"
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_rsm_sampling_glsl[] = {
+    "\n\nrsm_sampling rsm_bound_sampling()\n"
+    "{\n"
+    "rsm_sampling s;\n"
+    "s.r_max=glbk_rsm_frame.r_max;\n"
+    "s.offset=glbk_rsm_frame.offset;\n"
+    "s.clamp_at=glbk_rsm_frame.clamp_at;\n"
+    "s.near_limit=glbk_rsm_frame.near_limit;\n"
+    "s.near_field=glbk_rsm_frame.near_field;\n"
+    "s.set_count=glbk_rsm_frame.set_count;\n"
+    "s.mixed=glbk_rsm_frame.mixed;\n"
+    "s.picked=glbk_rsm_frame.picked;\n"
+    "s.glossy=glbk_rsm_frame.material_count!=0u;\n"
+    "return s;\n"
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
-    "\n\n#define RSM_NONE 0.0\n"
+    "\n\n\n#define RSM_NONE 0.0\n"
     "#define RSM_OPEN 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
     "#define RSM_EVALUATED 3.0\n"
     "#define RSM_FRESH 4.0\n"
     "\n\n\n#define RSM_NODE_SCALE 1152921504606846976.0\n"
-    "bool rsm_node_fresh(float alpha){return alpha< -1.0;}\n"
-    "float rsm_node_distance2(float alpha)\n"
+    "\n\nbool rsm_node_fresh(float alpha){return alpha< -1.;}\n"
+    "\n\nfloat rsm_node_distance2(float alpha)\n"
     "{\n"
     "return rsm_node_fresh(alpha)? -alpha/RSM_NODE_SCALE: -alpha*RSM_NODE_SCALE;\n"
     "}\n"
-    "float rsm_node_alpha(float distance2)\n"
+    "\n\nfloat rsm_node_alpha(float distance2)\n"
     "{\n"
-    "return-clamp(distance2,4.0/RSM_NODE_SCALE,0.25*RSM_NODE_SCALE)*RSM_NODE_SCALE;\n"
+    "return-clamp(distance2,4./RSM_NODE_SCALE,.25*RSM_NODE_SCALE)*RSM_NODE_SCALE;\n"
     "}\n"
-    "float rsm_node_aged(float alpha){return rsm_node_fresh(alpha)?alpha/RSM_NODE_SCALE/RSM_NODE_SCALE:alpha;}\n"
-    "\nstruct rsm_receiver{vec3 position,normal;float occlusion;};\n"
-    "\nbool rsm_read(ivec2 at,out rsm_receiver r)\n"
+    "\n\nfloat rsm_node_aged(float alpha)\n"
+    "{\n"
+    "return rsm_node_fresh(alpha)?alpha/RSM_NODE_SCALE/RSM_NODE_SCALE:alpha;\n"
+    "}\n"
+    "\nstruct rsm_receiver{\n"
+    "vec3 position,normal;\n"
+    "float occlusion;\n"
+    "};\n"
+    "\n\nivec2 rsm_picture_side(){return ivec2(glbk_rsm_frame.width,glbk_rsm_frame.height);}\n"
+    "\n\nbool rsm_read(ivec2 at,out rsm_receiver r)\n"
     "{\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(at,p);\n"
     "r.position=p.position;\n"
     "r.normal=p.normal;\n"
-    "r.occlusion=1.0-p.occlusion;\n"
+    "r.occlusion=1.-p.occlusion;\n"
     "return seen;\n"
     "}\n"
     "\n\nuint rsm_set(ivec2 at)\n"
     "{\n"
-    "uint k=glbk_rsm_frame.counts.y;\n"
+    "uint k=glbk_rsm_frame.interleave;\n"
     "return uint(at.x)%k+k*(uint(at.y)%k);\n"
     "}\n"
     "\n\nivec2 rsm_node_number(ivec2 at,int step){return(at+step-1)/step;}\n"
-    "\nbool rsm_is_node(ivec2 at,int step,ivec2 size,out ivec2 number)\n"
+    "\n\nbool rsm_is_node(ivec2 at,int step,ivec2 size,out ivec2 number)\n"
     "{\n"
     "number=rsm_node_number(at,step);\n"
     "return(at.x%step==0||at.x==size.x-1)&&(at.y%step==0||at.y==size.y-1);\n"
     "}\n"
-    "\n\nfloat rsm_alike(vec3 p,vec3 n,vec3 q,vec3 m,float cosine,float slope)\n"
+    "\n\n\nfloat rsm_alike(vec3 p,vec3 n,vec3 q,vec3 m)\n"
     "{\n"
     "vec3 d=q-p;\n"
-    "float off=dot(n,d),a=clamp((dot(n,m)-cosine)/(1.0-cosine),0.0,1.0);\n"
-    "return a*max(1.0-off*off/(slope*slope*dot(d,d)+1e-12),0.0);\n"
+    "float cosine=glbk_rsm_frame.normal_cosine,slope=glbk_rsm_frame.plane_slope;\n"
+    "float off=dot(n,d),a=clamp((dot(n,m)-cosine)/(1.-cosine),.0,1.);\n"
+    "return a*max(1.-off*off/(slope*slope*dot(d,d)+1e-12),.0);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
-    "\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
+    "\n\n\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
     "\n\nvec4 rsm_smooth(ivec2 at,rsm_receiver r,vec4 sum)\n"
     "{\n"
-    "vec3 light=sum.xyz*4.0,most=vec3(0.0);\n"
-    "float total=4.0;\n"
+    "vec3 light=sum.xyz*4.,most=vec3(.0);\n"
+    "float total=4.;\n"
     "for(int j= -1;j<=1;j++)\n"
     "for(int i= -1;i<=1;i++){\n"
     "rsm_receiver s;\n"
     "vec3 other;\n"
     "if((i==0&&j==0)|| !rsm_neighbour(at,ivec2(i,j),s,other))continue;\n"
-    "float weight=rsm_alike(r.position,r.normal,s.position,s.normal,glbk_rsm_frame.tests.x,\n"
-    "glbk_rsm_frame.tests.y)*(i!=0&&j!=0?1.0:2.0);\n"
+    "float weight=rsm_alike(r.position,r.normal,s.position,s.normal);\n"
+    "weight*=i!=0&&j!=0?1.:2.;\n"
     "light+=weight*other;\n"
     "total+=weight;\n"
     "most=max(most,other);\n"
     "}\n"
     "light/=total;\n"
-    "if(total<8.0)light=mix(light,min(light,most),vec3(greaterThan(most,vec3(0.0))));\n"
+    "if(total<8.)light=mix(light,min(light,most),vec3(greaterThan(most,vec3(.0))));\n"
     "return vec4(light,sum.w);\n"
     "}\n"
 };
@@ -1202,18 +1496,18 @@ static const char *const glbk__glsl_prog_rsm_begin_comp[] = {
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
-    "int fine=int(glbk_rsm_frame.grid.y);\n"
-    "ivec2 number=ivec2(gl_GlobalInvocationID.xy),size=ivec2(glbk_rsm_frame.grid.zw),first;\n"
+    "int fine=int(glbk_rsm_frame.fine_step);\n"
+    "ivec2 number=ivec2(gl_GlobalInvocationID.xy),size=rsm_picture_side(),first;\n"
     "ivec2 last=rsm_node_number(size-1,fine),at=min(number*fine,size-1);\n"
     "rsm_receiver r;\n"
     "rsm_begin_lists();\n"
     "if(all(lessThanEqual(number,last))){\n"
     "uint i=rsm_mark(number,last);\n"
     "if((i&31u)==0u)glbk_rsm_marks[i>>5]=0u;\n"
-    "imageStore(glbk_rsm_nodes,number,vec4(0.0));\n"
-    "if(rsm_is_node(at,int(glbk_rsm_frame.grid.x),size,first)&&rsm_read(at,r))rsm_add_wanted(at);\n"
+    "imageStore(glbk_rsm_nodes,number,vec4(.0));\n"
+    "if(rsm_is_node(at,int(glbk_rsm_frame.step),size,first)&&rsm_read(at,r))rsm_add_wanted(at);\n"
     "}\n"
-    "rsm_end_lists(0u,glbk_rsm_frame.lists.z);\n"
+    "rsm_end_lists(0u,glbk_rsm_frame.list_wanted);\n"
     "}\n"
 };
 
@@ -1222,11 +1516,14 @@ static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "vec4 sum=glbk_rsm_frame.range.w!=0u?glbk_unpack(texelFetch(glbk_rsm_sum,at,0)):vec4(0.0);\n"
+    "vec4 sum=vec4(.0);\n"
     "rsm_receiver r;\n"
-    "if(rsm_read(at,r))\n"
-    "sum+=vec4(rsm_direct(rsm_bound(),r.position,r.normal,int(glbk_rsm_frame.counts.x),glbk_rsm_frame.limits.x,\n"
-    "glbk_rsm_frame.limits.y),1.0);\n"
+    "if(glbk_rsm_frame.adds!=0u)sum=glbk_unpack(texelFetch(glbk_rsm_sum,at,0));\n"
+    "if(rsm_read(at,r)){\n"
+    "int taps=int(glbk_rsm_frame.taps);\n"
+    "sum+=vec4(rsm_direct(rsm_bound(),r.position,r.normal,taps,glbk_rsm_frame.bias,\n"
+    "glbk_rsm_frame.slope_bias),1.);\n"
+    "}\n"
     "result=glbk_pack(sum);\n"
     "}\n"
 };
@@ -1239,30 +1536,30 @@ static const char *const glbk__glsl_prog_rsm_fill_frag[] = {
     "layout(location=2)out uvec4 rsm_out_flux;\n"
     "\nvoid main()\n"
     "{\n"
-    "uvec4 kinds=glbk_rsm_drawn.kinds;\n"
-    "vec4 albedo=glbk_rsm_drawn.albedo,eye=glbk_rsm_drawn.eye;\n"
-    "vec3 view=eye.w>0.0?eye.xyz-rsm_place:eye.xyz;\n"
+    "vec3 albedo=glbk_rsm_drawn.albedo.xyz;\n"
+    "vec4 eye=glbk_rsm_drawn.eye;\n"
+    "vec3 view=eye.w>.0?eye.xyz-rsm_place:eye.xyz;\n"
     "vec3 flat_normal=rsm_normalize(cross(dFdx(rsm_place),dFdy(rsm_place)));\n"
-    "if(dot(flat_normal,flat_normal)==0.0)flat_normal=rsm_normalize(rsm_facing);\n"
-    "if(dot(flat_normal,view)<0.0)flat_normal= -flat_normal;\n"
-    "vec3 n=dot(rsm_facing,rsm_facing)>0.0?rsm_normalize(rsm_facing):flat_normal;\n"
-    "if(dot(n,flat_normal)<0.0)n= -n;\n"
-    "float opacity=1.0;\n"
-    "if(kinds.y!=0u){\n"
+    "\nif(dot(flat_normal,flat_normal)==.0)flat_normal=rsm_normalize(rsm_facing);\n"
+    "if(dot(flat_normal,view)<.0)flat_normal= -flat_normal;\n"
+    "vec3 n=dot(rsm_facing,rsm_facing)>.0?rsm_normalize(rsm_facing):flat_normal;\n"
+    "if(dot(n,flat_normal)<.0)n= -n;\n"
+    "float opacity=1.;\n"
+    "if(glbk_rsm_drawn.has_map!=0u){\n"
     "vec4 map=texture(glbk_rsm_albedo_map,rsm_uv);\n"
-    "opacity=textureLod(glbk_rsm_albedo_map,rsm_uv,0.0).w;\n"
-    "albedo.xyz*=map.xyz;\n"
+    "opacity=textureLod(glbk_rsm_albedo_map,rsm_uv,.0).w;\n"
+    "albedo*=map.xyz;\n"
     "}\n"
-    "if(opacity<albedo.w)discard;\n"
+    "if(opacity<glbk_rsm_drawn.alpha_cutoff)discard;\n"
     "rsm_light l=rsm_bound();\n"
-    "int face=int(kinds.z);\n"
-    "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*albedo.xyz;\n"
-    "if(!(max(max(flux.x,flux.y),flux.z)<=1e18))flux=vec3(0.0);\n"
+    "int face=int(glbk_rsm_drawn.face);\n"
+    "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*albedo;\n"
+    "if(!(max(max(flux.x,flux.y),flux.z)<=1e18))flux=vec3(.0);\n"
     "rsm_face_frame(l,face,r,u,a);\n"
     "float depth=dot(rsm_place-l.position,a);\n"
-    "gl_FragDepth=clamp((depth-glbk_rsm_drawn.range.x)*glbk_rsm_drawn.range.y,0.0,1.0);\n"
+    "gl_FragDepth=clamp((depth-glbk_rsm_drawn.near_depth)*glbk_rsm_drawn.depth_scale,.0,1.);\n"
     "rsm_out_place=floatBitsToUint(vec4(rsm_place,depth));\n"
-    "rsm_out_normal=uvec4(floatBitsToUint(n),kinds.x);\n"
+    "rsm_out_normal=uvec4(floatBitsToUint(n),glbk_rsm_drawn.material);\n"
     "rsm_out_flux=floatBitsToUint(vec4(flux,rsm_area(l,face,rsm_place,n)));\n"
     "}\n"
 };
@@ -1276,10 +1573,10 @@ static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
     "\nvoid main()\n"
     "{\n"
     "mat3 m=mat3(glbk_rsm_drawn.world);\n"
-    "rsm_place=(glbk_rsm_drawn.world*vec4(position,1.0)).xyz;\n"
+    "rsm_place=(glbk_rsm_drawn.world*vec4(position,1.)).xyz;\n"
     "rsm_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
     "rsm_uv=uv;\n"
-    "gl_Position=glbk_rsm_drawn.clip*vec4(rsm_place,1.0);\n"
+    "gl_Position=glbk_rsm_drawn.clip*vec4(rsm_place,1.);\n"
     "}\n"
 };
 
@@ -1291,21 +1588,22 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "shared bool rsm_awake;\n"
     "\n\nvec3 rsm_bounce_together(rsm_receiver r,ivec2 at,uint set,bool awake)\n"
     "{\n"
-    "uint i=gl_LocalInvocationIndex,sets=glbk_rsm_frame.counts.y*glbk_rsm_frame.counts.y;\n"
-    "uint listed=glbk_rsm_frame.range.y;\n"
-    "int kinds=glbk_rsm_frame.pick.w!=0u?4:3;\n"
+    "uint i=gl_LocalInvocationIndex,sets=glbk_rsm_frame.interleave*glbk_rsm_frame.interleave;\n"
+    "uint listed=glbk_rsm_frame.end_light;\n"
+    "int kinds=glbk_rsm_frame.material_count!=0u?4:3;\n"
     "rsm_light l=rsm_bound();\n"
     "vec2 turn=rsm_turn(at);\n"
-    "vec3 sum=vec3(0.0);\n"
-    "for(uint from=glbk_rsm_frame.range.x;from<listed;from+=RSM_CHUNK){\n"
+    "vec3 sum=vec3(.0);\n"
+    "for(uint from=glbk_rsm_frame.first_light;from<listed;from+=RSM_CHUNK){\n"
     "barrier();\n"
     "if(from+i<listed)\n"
-    "for(int k=0;k<kinds;k++)RSM_LIGHT(i,k)=RSM_LISTED(set*glbk_rsm_frame.range.z+from+i,k);\n"
+    "for(int k=0;k<kinds;k++)\n"
+    "RSM_LIGHT(i,k)=RSM_LISTED(set*glbk_rsm_frame.set_room+from+i,k);\n"
     "barrier();\n"
     "if(awake)sum+=rsm_listed(l,r,0u,min(RSM_CHUNK,listed-from));\n"
     "}\n"
-    "for(uint from=0u;from<glbk_rsm_frame.counts.z;from+=4u*RSM_CHUNK){\n"
-    "uint count=min(4u*RSM_CHUNK,glbk_rsm_frame.counts.z-from);\n"
+    "for(uint from=0u;from<glbk_rsm_frame.point_count;from+=4u*RSM_CHUNK){\n"
+    "uint count=min(4u*RSM_CHUNK,glbk_rsm_frame.point_count-from);\n"
     "barrier();\n"
     "for(uint k=i;k<count;k+=RSM_CHUNK)\n"
     "rsm_chunk[k].xyz=floatBitsToUint(RSM_PATTERN(set+(from+k)*sets));\n"
@@ -1316,23 +1614,23 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint k=glbk_rsm_frame.counts.y,i=gl_LocalInvocationIndex,set=gl_WorkGroupID.z;\n"
-    "ivec2 at,size=ivec2(glbk_rsm_frame.grid.zw);\n"
-    "bool inside,first=glbk_rsm_frame.range.w==0u;\n"
-    "vec4 sum=vec4(0.0);\n"
+    "uint k=glbk_rsm_frame.interleave,i=gl_LocalInvocationIndex,set=gl_WorkGroupID.z;\n"
+    "ivec2 at,size=rsm_picture_side();\n"
+    "bool inside,first=glbk_rsm_frame.adds==0u;\n"
+    "vec4 sum=vec4(.0);\n"
     "rsm_receiver r;\n"
-    "if(glbk_rsm_frame.mode.x==0u){\n"
+    "if(glbk_rsm_frame.mode==0u){\n"
     "at=ivec2((gl_WorkGroupID.xy*8u+uvec2(i&7u,i>>3))*k+uvec2(set%k,set/k));\n"
     "inside=all(lessThan(at,size));\n"
     "}else{\n"
-    "inside=rsm_item(glbk_rsm_frame.lists.x,at);\n"
+    "inside=rsm_item(glbk_rsm_frame.list_read,at);\n"
     "}\n"
     "bool awake=rsm_read(inside?at:ivec2(0),r)&&inside;\n"
     "#if NODES\n"
-    "ivec2 number=rsm_node_number(at,int(glbk_rsm_frame.grid.y));\n"
+    "ivec2 number=rsm_node_number(at,int(glbk_rsm_frame.fine_step));\n"
     "if(awake&& !first){\n"
     "sum=imageLoad(glbk_rsm_nodes,number);\n"
-    "rsm_near=1.0/rsm_node_distance2(sum.w);\n"
+    "rsm_near=1./rsm_node_distance2(sum.w);\n"
     "}\n"
     "#else\n"
     "if(awake&& !first)sum=imageLoad(glbk_rsm_picture,at);\n"
@@ -1344,13 +1642,13 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "if(rsm_awake){\n"
     "vec3 light=rsm_bounce_together(r,at,set,awake);\n"
     "#if NODES\n"
-    "sum=vec4(sum.xyz+light,rsm_node_alpha(1.0/max(rsm_near,1e-30)));\n"
+    "sum=vec4(sum.xyz+light,rsm_node_alpha(1./max(rsm_near,1e-30)));\n"
     "#else\n"
     "sum=vec4(sum.xyz+light*r.occlusion,RSM_FRESH);\n"
     "#endif\n"
     "}\n"
     "if(!inside||(!awake&& !first))return;\n"
-    "if(!awake)sum=vec4(0.0);\n"
+    "if(!awake)sum=vec4(.0);\n"
     "#if NODES\n"
     "imageStore(glbk_rsm_nodes,number,sum);\n"
     "sum=vec4(sum.xyz*r.occlusion,RSM_EVALUATED);\n"
@@ -1360,11 +1658,12 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
-    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
-    "\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
+    "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
     "{\n"
     "ivec2 off=at%step;\n"
-    "ivec2 from=ivec2(off.x==0?max(at.x-step,0):at.x-off.x,off.y==0?max(at.y-step,0):at.y-off.y);\n"
+    "ivec2 from=ivec2(off.x==0?max(at.x-step,0):at.x-off.x,\n"
+    "off.y==0?max(at.y-step,0):at.y-off.y);\n"
     "ivec2 to=min(ivec2(off.x==0?at.x+step-1:at.x,off.y==0?at.y+step-1:at.y),size-1);\n"
     "for(int y=from.y;y<=to.y;y++)\n"
     "for(int x=from.x;x<=to.x;x++)\n"
@@ -1373,46 +1672,48 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 here=ivec2(gl_FragCoord.xy),at=here,size=ivec2(glbk_rsm_frame.grid.zw),number;\n"
-    "int step=int(glbk_rsm_frame.grid.x),coarse=int(glbk_rsm_frame.grid.y),mode=int(glbk_rsm_frame.mode.x);\n"
-    "bool first=glbk_rsm_frame.range.w==0u;\n"
-    "vec4 sum=first&&mode!=2?vec4(0.0):glbk_unpack(texelFetch(glbk_rsm_sum,here,0));\n"
+    "ivec2 here=ivec2(gl_FragCoord.xy),at=here,size=rsm_picture_side(),number;\n"
+    "int step=int(glbk_rsm_frame.step),coarse=int(glbk_rsm_frame.coarse_step);\n"
+    "uint mode=glbk_rsm_frame.mode;\n"
+    "bool first=glbk_rsm_frame.adds==0u;\n"
+    "vec4 sum=first&&mode!=2u?vec4(.0):glbk_unpack(texelFetch(glbk_rsm_sum,here,0));\n"
     "rsm_receiver r;\n"
-    "if(mode==1)at=min(at*step,size-1);\n"
+    "if(mode==1u)at=min(at*step,size-1);\n"
     "bool seen=rsm_read(at,r),evaluate=seen;\n"
     "if(!first){\n"
-    "evaluate=mode==1?rsm_node_fresh(sum.w):sum.w==RSM_FRESH;\n"
-    "}else if(mode==1&&coarse>0){\n"
+    "evaluate=mode==1u?rsm_node_fresh(sum.w):sum.w==RSM_FRESH;\n"
+    "}else if(mode==1u&&coarse>0){\n"
     "if(rsm_is_node(at,coarse,size,number))sum=glbk_unpack(texelFetch(glbk_rsm_coarse,number,0));\n"
     "sum.w=rsm_node_aged(sum.w);\n"
     "evaluate=seen&&sum.w==RSM_NONE&&rsm_wanted(at,step,size);\n"
-    "}else if(mode==2){\n"
+    "}else if(mode==2u){\n"
     "evaluate=sum.w==RSM_OPEN;\n"
-    "sum.xyz*=evaluate?0.0:r.occlusion;\n"
+    "sum.xyz*=evaluate?.0:r.occlusion;\n"
     "}\n"
     "if(evaluate){\n"
-    "if(mode==1&& !first)rsm_near=1.0/rsm_node_distance2(sum.w);\n"
-    "sum.xyz+=rsm_bounce(r,at)*(mode==1?1.0:r.occlusion);\n"
-    "sum.w=mode==1?rsm_node_alpha(1.0/max(rsm_near,1e-30)):RSM_FRESH;\n"
+    "if(mode==1u&& !first)rsm_near=1./rsm_node_distance2(sum.w);\n"
+    "sum.xyz+=rsm_bounce(r,at)*(mode==1u?1.:r.occlusion);\n"
+    "sum.w=mode==1u?rsm_node_alpha(1./max(rsm_near,1e-30)):RSM_FRESH;\n"
     "}\n"
     "result=glbk_pack(sum);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
-    "\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
+    "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
-    "shared vec4 rsm_places[SIDE*SIDE],rsm_lights[SIDE*SIDE];\n"
+    "shared vec4 rsm_places[SIDE*SIDE];\n"
+    "shared vec4 rsm_lights[SIDE*SIDE];\n"
     "shared vec3 rsm_normals[SIDE*SIDE];\n"
-    "\nvoid rsm_load_nodes(int step,int fine,ivec2 size)\n"
+    "\n\nvoid rsm_load_nodes(int step,int fine,ivec2 size)\n"
     "{\n"
     "int i=int(gl_LocalInvocationIndex);\n"
     "ivec2 node=ivec2(i%SIDE,i/SIDE);\n"
     "if(all(lessThanEqual(node,ivec2(15/step+1)))){\n"
     "ivec2 at=min((ivec2(gl_WorkGroupID.xy*16u)/step+node)*step,size-1);\n"
     "rsm_receiver r;\n"
-    "rsm_places[i].w=rsm_read(at,r)?1.0:0.0;\n"
+    "rsm_places[i].w=rsm_read(at,r)?1.:.0;\n"
     "rsm_places[i].xyz=r.position;\n"
     "rsm_normals[i]=r.normal;\n"
     "rsm_lights[i]=texelFetch(glbk_rsm_coarse,rsm_node_number(at,fine),0);\n"
@@ -1421,24 +1722,24 @@ static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
     "}\n"
     "\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
-    "int step=int(glbk_rsm_frame.grid.x);\n"
+    "int step=int(glbk_rsm_frame.step);\n"
     "ivec2 number=rsm_node_number(at,step)-ivec2(gl_WorkGroupID.xy*16u)/step;\n"
     "int i=number.y*SIDE+number.x;\n"
     "node=rsm_lights[i];\n"
-    "s=rsm_receiver(rsm_places[i].xyz,rsm_normals[i],1.0);\n"
-    "return rsm_places[i].w>0.0;\n"
+    "s=rsm_receiver(rsm_places[i].xyz,rsm_normals[i],1.);\n"
+    "return rsm_places[i].w>.0;\n"
     "}\n"
     "#else\n"
     "bool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
-    "node=texelFetch(glbk_rsm_coarse,rsm_node_number(at,int(glbk_rsm_frame.grid.y)),0);\n"
+    "node=texelFetch(glbk_rsm_coarse,rsm_node_number(at,int(glbk_rsm_frame.fine_step)),0);\n"
     "return rsm_read(at,s);\n"
     "}\n"
     "#endif\n"
     "\nvoid main()\n"
     "{\n"
-    "int step=int(glbk_rsm_frame.grid.x),next=int(glbk_rsm_frame.lists.w);\n"
-    "ivec2 at,size=ivec2(glbk_rsm_frame.grid.zw),number,lx,ly;\n"
+    "int step=int(glbk_rsm_frame.step),next=int(glbk_rsm_frame.next_step);\n"
+    "ivec2 at,size=rsm_picture_side(),number,lx,ly;\n"
     "rsm_receiver r;\n"
     "vec3 value;\n"
     "float share;\n"
@@ -1446,25 +1747,26 @@ static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
     "#if RSM_GROUP == 256\n"
     "at=ivec2(gl_WorkGroupID.xy*16u)+ivec2(gl_LocalInvocationIndex&15u,gl_LocalInvocationIndex>>4);\n"
     "bool inside=all(lessThan(at,size));\n"
-    "rsm_load_nodes(step,int(glbk_rsm_frame.grid.y),size);\n"
+    "rsm_load_nodes(step,int(glbk_rsm_frame.fine_step),size);\n"
     "#else\n"
-    "bool inside=rsm_item(glbk_rsm_frame.lists.x,at);\n"
+    "bool inside=rsm_item(glbk_rsm_frame.list_read,at);\n"
     "#endif\n"
     "if(inside&& !rsm_read(at,r)){\n"
-    "imageStore(glbk_rsm_picture,at,vec4(0.0,0.0,0.0,RSM_NONE));\n"
+    "imageStore(glbk_rsm_picture,at,vec4(.0,.0,.0,RSM_NONE));\n"
     "}else if(inside&& !rsm_is_node(at,step,size,number)){\n"
-    "if(rsm_interpolate(at,step,size,r,glbk_rsm_frame.tests,glbk_rsm_frame.pattern.w,value)){\n"
+    "if(rsm_interpolate(at,step,size,r,value)){\n"
     "imageStore(glbk_rsm_picture,at,vec4(value*r.occlusion,RSM_INTERPOLATED));\n"
     "}else{\n"
     "rsm_add_open(at);\n"
     "if(next>0){\n"
     "rsm_grid_lines(at.x,next,size.x,lx,share);\n"
     "rsm_grid_lines(at.y,next,size.y,ly,share);\n"
-    "for(int k=0;k<4;k++)rsm_want(ivec2((k&1)!=0?lx.y:lx.x,(k&2)!=0?ly.y:ly.x));\n"
+    "for(int k=0;k<4;k++)\n"
+    "rsm_want(ivec2((k&1)!=0?lx.y:lx.x,(k&2)!=0?ly.y:ly.x));\n"
     "}\n"
     "}\n"
     "}\n"
-    "rsm_end_lists(glbk_rsm_frame.lists.y,glbk_rsm_frame.lists.z);\n"
+    "rsm_end_lists(glbk_rsm_frame.list_open,glbk_rsm_frame.list_wanted);\n"
     "}\n"
 };
 
@@ -1472,31 +1774,30 @@ static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
-    "node=glbk_unpack(texelFetch(glbk_rsm_coarse,rsm_node_number(at,int(glbk_rsm_frame.grid.x)),0));\n"
+    "node=glbk_unpack(texelFetch(glbk_rsm_coarse,rsm_node_number(at,int(glbk_rsm_frame.step)),0));\n"
     "return rsm_read(at,s);\n"
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),size=ivec2(glbk_rsm_frame.grid.zw),number;\n"
-    "int step=int(glbk_rsm_frame.grid.x);\n"
-    "vec4 sum=vec4(0.0,0.0,0.0,RSM_OPEN);\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),size=rsm_picture_side(),number;\n"
+    "int step=int(glbk_rsm_frame.step);\n"
+    "vec4 sum=vec4(.0,.0,.0,RSM_OPEN);\n"
     "rsm_receiver r;\n"
     "bool seen=rsm_read(at,r);\n"
-    "if(glbk_rsm_frame.range.w!=0u)sum=glbk_unpack(texelFetch(glbk_rsm_sum,at,0));\n"
+    "if(glbk_rsm_frame.adds!=0u)sum=glbk_unpack(texelFetch(glbk_rsm_sum,at,0));\n"
     "else if(!seen)sum.w=RSM_NONE;\n"
     "if(seen&&rsm_is_node(at,step,size,number)){\n"
     "vec4 node=glbk_unpack(texelFetch(glbk_rsm_coarse,number,0));\n"
-    "if(node.w<0.0)sum=vec4(node.xyz,RSM_EVALUATED);\n"
+    "if(node.w<.0)sum=vec4(node.xyz,RSM_EVALUATED);\n"
     "}\n"
     "vec3 value;\n"
-    "if(sum.w==RSM_OPEN&&rsm_interpolate(at,step,size,r,glbk_rsm_frame.tests,glbk_rsm_frame.pattern.w,value))\n"
-    "sum=vec4(value,RSM_INTERPOLATED);\n"
+    "if(sum.w==RSM_OPEN&&rsm_interpolate(at,step,size,r,value))sum=vec4(value,RSM_INTERPOLATED);\n"
     "result=glbk_pack(sum);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
-    "\n\n\n\n#ifndef ALL\n"
+    "\n\n\n\n\n#ifndef ALL\n"
     "#define ALL 0\n"
     "#endif\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1505,15 +1806,15 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "layout(location=3)out uvec4 rsm_out_gloss;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint e=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x),k=glbk_rsm_frame.counts.y,sets=k*k;\n"
-    "uint at=e%glbk_rsm_frame.range.z,seed=glbk_rsm_frame.pick.x,n=glbk_rsm_frame.pick.y;\n"
-    "uint set=e/glbk_rsm_frame.range.z;\n"
-    "if(set>=sets||at<glbk_rsm_frame.range.x||at>=glbk_rsm_frame.range.y)discard;\n"
-    "\nuint run=glbk_rsm_frame.pick.z+at-glbk_rsm_frame.range.x;\n"
+    "uint e=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x),room=glbk_rsm_frame.set_room;\n"
+    "uint sets=glbk_rsm_frame.interleave*glbk_rsm_frame.interleave,set=e/room,at=e%room;\n"
+    "uint seed=glbk_rsm_frame.seed,n=glbk_rsm_frame.light_count,from=glbk_rsm_frame.first_light;\n"
+    "if(set>=sets||at<from||at>=glbk_rsm_frame.end_light)discard;\n"
+    "\nuint run=glbk_rsm_frame.first_run+at-from;\n"
     "uint i=run*sets+(set+sets-rsm_hash_combine(seed,run)%sets)%sets;\n"
     "rsm_light l=rsm_bound();\n"
     "ivec3 t=ivec3(0);\n"
-    "float weight=1.0;\n"
+    "float weight=1.;\n"
     "bool lit=i<n;\n"
     "#if ALL\n"
     "uint size=uint(l.side);\n"
@@ -1523,18 +1824,17 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "#endif\n"
     "vec4 flux=uintBitsToFloat(RSM_TEXEL(t,2)),place=uintBitsToFloat(RSM_TEXEL(t,0));\n"
     "uvec4 normal=RSM_TEXEL(t,1);\n"
-    "vec4 limits=glbk_rsm_frame.limits;\n"
-    "bool glossy=normal.w!=0u&&normal.w<=glbk_rsm_frame.pick.w;\n"
-    "lit=lit&&(rsm_mean3(flux.xyz)>0.0||glossy);\n"
+    "\nbool glossy=normal.w!=0u&&normal.w<=glbk_rsm_frame.material_count;\n"
+    "lit=lit&&(rsm_mean3(flux.xyz)>.0||glossy);\n"
     "if(!lit)normal=uvec4(0u);\n"
-    "float scale=lit?weight*limits.w:0.0;\n"
-    "place.xyz-=limits.x*uintBitsToFloat(normal.xyz);\n"
-    "place.w=rsm_bound_of(flux.w*weight,limits.y,limits.z);\n"
+    "float scale=lit?weight*glbk_rsm_frame.set_count:.0;\n"
+    "place.xyz-=glbk_rsm_frame.offset*uintBitsToFloat(normal.xyz);\n"
+    "place.w=rsm_bound_of(flux.w*weight,glbk_rsm_frame.clamp_at,glbk_rsm_frame.near_limit);\n"
     "rsm_out_place=floatBitsToUint(place);\n"
     "#if ALL\n"
-    "float field=glbk_rsm_frame.surfaces.x,last=field*field*flux.w;\n"
+    "float field=glbk_rsm_frame.near_field,last=field*field*flux.w;\n"
     "#else\n"
-    "float last=lit&&glbk_rsm_frame.pattern.z>0.0?1.0/weight:0.0;\n"
+    "float last=lit&&glbk_rsm_frame.picked>.0?1./weight:.0;\n"
     "#endif\n"
     "rsm_out_normal=uvec4(normal.xyz,floatBitsToUint(last));\n"
     "rsm_out_flux=uvec4(floatBitsToUint(flux.xyz*scale),uint(t.x)|uint(t.y)<<12|uint(t.z)<<24);\n"
@@ -1545,18 +1845,18 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_recall_frag[] = {
-    "\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "layout(location=1)out uvec4 rsm_out_place;\n"
     "layout(location=2)out uvec4 rsm_out_normal;\n"
     "\n\nbool rsm_reproject(ivec2 at,vec3 p,vec2 size,out vec2 q)\n"
     "{\n"
-    "q=vec2(0.0);\n"
-    "if(glbk_rsm_frame.mode.y==2u){\n"
+    "q=vec2(.0);\n"
+    "if(glbk_rsm_frame.motion==2u){\n"
     "q=texelFetch(glbk_rsm_motion,at,0).xy;\n"
-    "}else if(glbk_rsm_frame.mode.y==1u){\n"
-    "vec4 c=glbk_rsm_drawn.clip*vec4(p,1.0);\n"
-    "if(!(c.w>0.0))return false;\n"
-    "q=(vec2(c.x,glbk_rsm_frame.mode.z!=0u? -c.y:c.y)/c.w*0.5+0.5)*size;\n"
+    "}else if(glbk_rsm_frame.motion==1u){\n"
+    "vec4 c=glbk_rsm_drawn.clip*vec4(p,1.);\n"
+    "if(!(c.w>.0))return false;\n"
+    "q=(vec2(c.x,glbk_rsm_frame.rows_top_first!=0u? -c.y:c.y)/c.w*.5+.5)*size;\n"
     "}else{\n"
     "return false;\n"
     "}\n"
@@ -1564,48 +1864,48 @@ static const char *const glbk__glsl_prog_rsm_recall_frag[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),size=ivec2(glbk_rsm_frame.grid.zw);\n"
-    "float most=glbk_rsm_frame.pattern.w;\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),size=rsm_picture_side();\n"
+    "float most=glbk_rsm_frame.history;\n"
     "vec4 now=glbk_unpack(texelFetch(glbk_rsm_sum,at,0));\n"
-    "bool moved=glbk_rsm_frame.mode.y==2u;\n"
+    "bool moved=glbk_rsm_frame.motion==2u;\n"
     "vec2 q;\n"
     "rsm_receiver r,s;\n"
     "bool seen=rsm_read(at,r);\n"
     "rsm_out_place=uvec4(floatBitsToUint(r.position),0u);\n"
     "rsm_out_normal=uvec4(floatBitsToUint(r.normal),0u);\n"
     "if(!seen){\n"
-    "result=glbk_pack(vec4(0.0));\n"
+    "result=glbk_pack(vec4(.0));\n"
     "return;\n"
     "}\n"
-    "now.w=1.0;\n"
-    "if(most>1.0&&rsm_reproject(at,r.position,vec2(size),q)){\n"
+    "now.w=1.;\n"
+    "if(most>1.&&rsm_reproject(at,r.position,vec2(size),q)){\n"
     "\nivec2 other=ivec2(at.x+1<size.x?at.x+1:max(at.x-1,0),at.y);\n"
     "rsm_read(other,s);\n"
     "vec3 d=s.position-r.position;\n"
-    "float reach=dot(d,d)<1e18?16.0*dot(d,d)+1e-12:1e-12,total=0.0;\n"
-    "vec2 centre=floor(q),place=mix(q-0.5,centre,lessThan(abs(q-0.5-centre),vec2(1.0/64.0)));\n"
+    "float reach=dot(d,d)<1e18?16.*dot(d,d)+1e-12:1e-12,total=.0;\n"
+    "vec2 centre=floor(q),\n"
+    "place=mix(q-.5,centre,lessThan(abs(q-.5-centre),vec2(1./64.)));\n"
     "vec2 from=floor(place),f=place-from;\n"
-    "vec4 old=vec4(0.0);\n"
+    "vec4 old=vec4(.0);\n"
     "for(int k=0;k<4;k++){\n"
     "ivec2 there=ivec2(from)+ivec2(k&1,k>>1);\n"
-    "float weight=((k&1)!=0?f.x:1.0-f.x)*((k&2)!=0?f.y:1.0-f.y);\n"
+    "float weight=((k&1)!=0?f.x:1.-f.x)*((k&2)!=0?f.y:1.-f.y);\n"
     "if(any(lessThan(there,ivec2(0)))||any(greaterThanEqual(there,size)))continue;\n"
     "vec4 history=glbk_unpack(texelFetch(glbk_rsm_history,there,0));\n"
-    "if(!(history.w>0.0))continue;\n"
+    "if(!(history.w>.0))continue;\n"
     "s.position=uintBitsToFloat(texelFetch(glbk_rsm_before,ivec3(there,0),0).xyz);\n"
     "s.normal=uintBitsToFloat(texelFetch(glbk_rsm_before,ivec3(there,1),0).xyz);\n"
     "d=s.position-r.position;\n"
     "if(!moved&&dot(d,d)>reach)continue;\n"
-    "weight*=moved?(dot(r.normal,s.normal)>0.5?1.0:0.0)\n"
-    ":rsm_alike(r.position,r.normal,s.position,s.normal,glbk_rsm_frame.tests.x,\n"
-    "glbk_rsm_frame.tests.y);\n"
+    "weight*=moved?(dot(r.normal,s.normal)>.5?1.:.0)\n"
+    ":rsm_alike(r.position,r.normal,s.position,s.normal);\n"
     "total+=weight;\n"
     "old+=weight*history;\n"
     "}\n"
-    "if(total>0.01){\n"
+    "if(total>.01){\n"
     "old/=total;\n"
-    "now.w=min(old.w+1.0,most);\n"
-    "now.xyz=mix(old.xyz,now.xyz,1.0/now.w);\n"
+    "now.w=min(old.w+1.,most);\n"
+    "now.xyz=mix(old.xyz,now.xyz,1./now.w);\n"
     "}\n"
     "}\n"
     "result=glbk_pack(now);\n"
@@ -1617,25 +1917,25 @@ static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=glbk_picture_at();\n"
-    "vec3 light=vec3(0.0);\n"
+    "vec3 light=vec3(.0);\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(at,p);\n"
     "glbk_picture_show(seen,p.position);\n"
-    "if(glbk_rsm_frame.mode.x!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_sum,at,0)).xyz;\n"
-    "if(glbk_rsm_frame.mode.y!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_states,at,0)).xyz;\n"
-    "result=vec4(p.diffuse*(1.0-p.metallic)*light/RSM_PI,1.0);\n"
+    "if(glbk_rsm_frame.shows_direct!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_sum,at,0)).xyz;\n"
+    "if(glbk_rsm_frame.shows_bounced!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_states,at,0)).xyz;\n"
+    "result=vec4(p.diffuse*(1.-p.metallic)*light/RSM_PI,1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
-    "\n\n\n\n\n#ifndef ROWS\n"
+    "\n\n\n\n\n\n#ifndef ROWS\n"
     "#define ROWS 0\n"
     "#endif\n"
     "layout(local_size_x=256)in;\n"
     "shared float rsm_row[2][4096];\n"
     "\nvoid main()\n"
     "{\n"
-    "int size=int(glbk_rsm_light.value.w),now=0;\n"
+    "int size=int(glbk_rsm_light.side),now=0;\n"
     "ivec3 at=ivec3(gl_LocalInvocationIndex,gl_WorkGroupID.xy);\n"
     "for(int x=at.x;x<size;x+=256)\n"
     "#if ROWS\n"
@@ -1646,15 +1946,15 @@ static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
     "rsm_row[0][x]=flux.x+flux.y+flux.z;\n"
     "}\n"
     "#endif\n"
-    "float scale=ROWS==0?1.0/3.0:1.0;\n"
+    "float scale=ROWS==0?1./3.:1.;\n"
     "for(int stride=1;stride<size;stride*=8,now=1-now){\n"
     "barrier();\n"
     "for(int x=at.x;x<size;x+=256){\n"
-    "float sum=0.0;\n"
+    "float sum=.0;\n"
     "for(int k=0;k<8&&x-k*stride>=0;k++)sum+=rsm_row[now][x-k*stride]*scale;\n"
     "rsm_row[1-now][x]=sum;\n"
     "}\n"
-    "scale=1.0;\n"
+    "scale=1.;\n"
     "}\n"
     "for(int x=at.x;x<size;x+=256)\n"
     "imageStore(glbk_rsm_running,ivec3(x,at.yz),uvec4(floatBitsToUint(rsm_row[now][x])));\n"
@@ -1668,9 +1968,9 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
     "layout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec3 at=ivec3(ivec2(gl_FragCoord.xy),int(glbk_rsm_frame.pick.x));\n"
-    "int stride=int(glbk_rsm_frame.pick.y);\n"
-    "float sum=0.0;\n"
+    "ivec3 at=ivec3(ivec2(gl_FragCoord.xy),int(glbk_rsm_frame.face));\n"
+    "int stride=int(glbk_rsm_frame.stride);\n"
+    "float sum=.0;\n"
     "for(int k=0;k<8&&at.x>=0;k++,at.x-=stride){\n"
     "#if FROM == 0\n"
     "sum+=rsm_mean3(uintBitsToFloat(RSM_TEXEL(at,2).xyz));\n"
@@ -1687,11 +1987,12 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
-    "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
+    "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "const int SIDE=18;\n"
-    "shared vec4 rsm_places[SIDE*SIDE],rsm_lights[SIDE*SIDE];\n"
+    "shared vec4 rsm_places[SIDE*SIDE],\n"
+    "rsm_lights[SIDE*SIDE];\n"
     "shared vec3 rsm_normals[SIDE*SIDE];\n"
-    "\nint rsm_here(ivec2 off)\n"
+    "\n\nint rsm_here(ivec2 off)\n"
     "{\n"
     "ivec2 at=ivec2(gl_LocalInvocationID.xy)+1+off;\n"
     "return at.y*SIDE+at.x;\n"
@@ -1699,31 +2000,31 @@ static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
     "\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light)\n"
     "{\n"
     "int i=rsm_here(off);\n"
-    "s=rsm_receiver(rsm_places[i].xyz,rsm_normals[i],1.0);\n"
+    "s=rsm_receiver(rsm_places[i].xyz,rsm_normals[i],1.);\n"
     "light=rsm_lights[i].xyz;\n"
-    "return rsm_places[i].w>0.0;\n"
+    "return rsm_places[i].w>.0;\n"
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "int step=int(glbk_rsm_frame.grid.x),layer=int(gl_WorkGroupID.z);\n"
-    "ivec2 size=ivec2(glbk_rsm_frame.grid.zw),tile=ivec2(gl_WorkGroupID.xy)*16;\n"
+    "int step=int(glbk_rsm_frame.step),layer=int(gl_WorkGroupID.z);\n"
+    "ivec2 size=rsm_picture_side(),tile=ivec2(gl_WorkGroupID.xy)*16;\n"
     "ivec2 from=ivec2(layer%step,layer/step);\n"
     "ivec2 at=(tile+ivec2(gl_LocalInvocationID.xy))*step+from;\n"
     "for(int i=int(gl_LocalInvocationIndex);i<SIDE*SIDE;i+=256){\n"
     "ivec2 there=(tile+ivec2(i%SIDE,i/SIDE)-1)*step+from;\n"
-    "rsm_receiver r=rsm_receiver(vec3(0.0),vec3(0.0),0.0);\n"
+    "rsm_receiver r=rsm_receiver(vec3(.0),vec3(.0),.0);\n"
     "bool seen=all(greaterThanEqual(there,ivec2(0)))&&all(lessThan(there,size));\n"
     "if(seen)seen=rsm_read(there,r);\n"
-    "rsm_places[i]=vec4(r.position,seen?1.0:0.0);\n"
+    "rsm_places[i]=vec4(r.position,seen?1.:.0);\n"
     "rsm_normals[i]=r.normal;\n"
-    "rsm_lights[i]=seen?texelFetch(glbk_rsm_sum,there,0):vec4(0.0);\n"
+    "rsm_lights[i]=seen?texelFetch(glbk_rsm_sum,there,0):vec4(.0);\n"
     "}\n"
     "barrier();\n"
     "if(any(greaterThanEqual(at,size)))return;\n"
     "int here=rsm_here(ivec2(0));\n"
-    "rsm_receiver r=rsm_receiver(rsm_places[here].xyz,rsm_normals[here],1.0);\n"
-    "vec4 sum=vec4(0.0);\n"
-    "if(rsm_places[here].w>0.0)sum=rsm_smooth(at,r,rsm_lights[here]);\n"
+    "rsm_receiver r=rsm_receiver(rsm_places[here].xyz,rsm_normals[here],1.);\n"
+    "vec4 sum=vec4(.0);\n"
+    "if(rsm_places[here].w>.0)sum=rsm_smooth(at,r,rsm_lights[here]);\n"
     "imageStore(glbk_rsm_picture,at,sum);\n"
     "}\n"
 };
@@ -1732,9 +2033,9 @@ static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light)\n"
     "{\n"
-    "ivec2 there=at+off*int(glbk_rsm_frame.grid.x),size=ivec2(glbk_rsm_frame.grid.zw);\n"
+    "ivec2 there=at+off*int(glbk_rsm_frame.step),size=rsm_picture_side();\n"
     "bool inside=all(greaterThanEqual(there,ivec2(0)))&&all(lessThan(there,size));\n"
-    "light=vec3(0.0);\n"
+    "light=vec3(.0);\n"
     "if(!inside|| !rsm_read(there,s))return false;\n"
     "light=glbk_unpack(texelFetch(glbk_rsm_sum,there,0)).xyz;\n"
     "return true;\n"
@@ -1743,7 +2044,7 @@ static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "rsm_receiver r;\n"
-    "vec4 sum=vec4(0.0);\n"
+    "vec4 sum=vec4(.0);\n"
     "if(rsm_read(at,r))sum=rsm_smooth(at,r,glbk_unpack(texelFetch(glbk_rsm_sum,at,0)));\n"
     "result=glbk_pack(sum);\n"
     "}\n"
@@ -1754,7 +2055,7 @@ static const glbk_file glbk__rsm_files[] = {
       "", "" },
     { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 1, "", "",
       "", "" },
-    { "lib/rsm_bounce.glsl", glbk__glsl_lib_rsm_bounce_glsl, 1, "rsm_screen rsm_gather rsm_frame", "",
+    { "lib/rsm_bounce.glsl", glbk__glsl_lib_rsm_bounce_glsl, 1, "rsm_screen rsm_gather rsm_sampling rsm_frame", "",
       "", "" },
     { "lib/rsm_bound.glsl", glbk__glsl_lib_rsm_bound_glsl, 1, "rsm_map rsm_light", "",
       "", "" },
@@ -1768,7 +2069,7 @@ static const glbk_file glbk__rsm_files[] = {
       "", "glbk_rsm_frame" },
     { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 2, "rsm_pick", "",
       "", "" },
-    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 1, "rsm_screen", "",
+    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 1, "rsm_screen rsm_frame", "",
       "", "" },
     { "lib/rsm_light.glsl", glbk__glsl_lib_rsm_light_glsl, 1, "", "",
       "", "glbk_rsm_light" },
@@ -1778,9 +2079,11 @@ static const glbk_file glbk__rsm_files[] = {
       "", "" },
     { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 1, "rsm_access rsm_bound", "",
       "", "" },
+    { "lib/rsm_sampling.glsl", glbk__glsl_lib_rsm_sampling_glsl, 1, "rsm_gather rsm_frame", "",
+      "", "" },
     { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 1, "rsm_access gbuffer rsm_frame", "",
       "", "" },
-    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 1, "rsm_screen rsm_frame", "",
+    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 1, "rsm_screen", "",
       "", "" },
     { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 1, "rsm_lists rsm_frame", "",
       "", "" },
@@ -1826,19 +2129,19 @@ GLBK__PART_CODE(rsm, RSM)
 /* ---- rsm: arguments ---- */
 
 enum {
-    GLBK__RSM_LIST = 1024 * 64, /* pixel lights that the list has room for */
-    GLBK__RSM_TABLE = 1024,     /* values a row of a table; materials, sides of the noise */
-    GLBK__RSM_NONE = 9          /* no picture */
+    GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
+    GLBK__RSM_TABLE = 1024,         /* the most materials, and texels a side of the noise */
+    GLBK__RSM_NONE = 9              /* the number of no picture */
 };
 
-typedef struct glbk__rsm_range {    /* a field, its value and what it may be */
+typedef struct glbk__rsm_range {    /* a field, its value and its range */
     const char *field;
     double      value, low, high;
 } glbk__rsm_range;
 
-/* Logs the first field that is out of its range; what is not a number is out of any. */
-static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function, const glbk__rsm_range *fields,
-                                      size_t count)
+/* Logs the first field that is out of its range. What is not a number is out of any. */
+static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function,
+                                      const glbk__rsm_range *fields, size_t count)
 {
     size_t i;
     for (i = 0; i < count; i++) {
@@ -1849,20 +2152,22 @@ static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
-/* GL's calls take memory and say why they fail by the context's system. */
+/* Checks that a desc has no system: on GL the context's system gives memory and gets messages. */
 static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
 {
-    if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for && !s->progress &&
-        !s->log && !s->user)
+    if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
+        !s->progress && !s->log && !s->user)
         return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.system", "is not zero: on GL the context's counts");
 }
 
-static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
+/* Returns whether three floats are at most so large; 0 for what is not a number. */
+static int glbk__rsm_small(const float *v, float most)
 {
     return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
 }
 
+/* Checks direction, radius and cone of a light. */
 static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *function, const rsm_light *l)
 {
     const glbk_result bad = GLBK_ERR_DESC;
@@ -1876,13 +2181,14 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
         return glbk__bad_value(ctx, bad, function, "light.radius", (double)l->radius, "above 0, at most 1e9");
     if (spot && !(angle > 0.5e-3f && angle <= most))
         return glbk__bad_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
-                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14" : "above 0.0005, at most 1");
+                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
+                                                         : "above 0.0005, at most 1");
     return GLBK_OK;
 }
 
-/* What rsm.h's check of a light refuses, and its defaults. */
-static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function, const rsm_light *light,
-                                         rsm_light *l)
+/* Checks a light as rsm.h does, and writes it with its defaults. */
+static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function,
+                                         const rsm_light *light, rsm_light *l)
 {
     const glbk_result bad = GLBK_ERR_DESC;
     glbk_result result;
@@ -1893,7 +2199,8 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
         return glbk__bad_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
-        return glbk__bad(ctx, bad, function, glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
+        return glbk__bad(ctx, bad, function,
+                         glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
                          "is not finite or beyond 1e9");
     for (i = 0; i < 3; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
@@ -1914,32 +2221,38 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
 
 /* ---- maps and renderers that a call was given ---- */
 
+/* Checks that a map was created. */
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
 {
     if (map && map->texels.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
 }
 
-static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r)
+/* Checks that a renderer was created. */
+static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char *function,
+                                            const glbk_rsm_renderer *r)
 {
     if (r && r->frame.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
-/* Whether a renderer and a G-buffer were made, for pictures of one size. */
-static glbk_result glbk__rsm_seen_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                        const glbk_gbuffer *seen)
+/* Checks that a renderer and a G-buffer were created, for pictures of one size. */
+static glbk_result glbk__rsm_gbuffer_check(const glbk_context *ctx, const char *function,
+                                           const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer)
 {
     const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     if (result != GLBK_OK) return result;
-    if (!seen || !seen->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "seen", seen ? "was not created" : "is NULL");
-    if (seen->width == r->width && seen->height == r->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "seen", "is not of the renderer's size");
+    if (!gbuffer || !gbuffer->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
+                         gbuffer ? "was not created" : "is NULL");
+    if (gbuffer->width == r->width && gbuffer->height == r->height) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
 }
 
-static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                        const glbk_rsm_map *const *maps, uint32_t count)
+/* Checks that a renderer and all maps were created, and that there is a map. */
+static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *function,
+                                        const glbk_rsm_renderer *r, const glbk_rsm_map *const *maps,
+                                        uint32_t count)
 {
     glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     uint32_t i;
@@ -1952,7 +2265,9 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
 
 /* ---- rsm.h's descs: what they say, with their defaults ---- */
 
-static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc, rsm_direct_desc *out)
+/* Checks a desc of direct light as rsm_direct does, and writes it with its defaults. */
+static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc,
+                                          rsm_direct_desc *out)
 {
     static const char function[] = "glbk_rsm_direct";
     glbk_result result;
@@ -1976,8 +2291,9 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     return GLBK_OK;
 }
 
-static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function, const rsm_gather_desc *desc,
-                                          rsm_gather_desc *out)
+/* Checks a desc of bounced light as rsm_gather does, and writes it with its defaults. */
+static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function,
+                                          const rsm_gather_desc *desc, rsm_gather_desc *out)
 {
     const uint32_t k = desc ? desc->interleave : 0;
     glbk_result result;
@@ -1986,7 +2302,8 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     {
         const glbk__rsm_range fields[] = {
             { "desc.pattern", (double)out->pattern, 0, RSM_PATTERN_COUNT - 1 },
-            { "desc.samples", (double)out->samples, 0, out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
+            { "desc.samples", (double)out->samples, 0,
+              out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
             { "desc.r_max", (double)out->r_max, 0, 1e3 },
             { "desc.r_min", (double)out->r_min, 0, 0.99999994 },
             { "desc.offset", (double)out->offset, 0, 1e9 },
@@ -2000,9 +2317,11 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (result != GLBK_OK) return result;
     if (k > 8 || (k & (k - 1)))
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
-    if (out->add) return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+    if (out->add)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->materials && out->material_count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials", "is NULL, and material_count is not 0");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials",
+                         "is NULL, and material_count is not 0");
     if (out->noise && !out->noise_side)
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
     if (!k) out->interleave = 1;
@@ -2011,6 +2330,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     return GLBK_OK;
 }
 
+/* Checks interpolation as rsm_interpolate does, and writes it with its defaults. */
 static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const rsm_interpolation *how,
                                                  rsm_interpolation *out)
 {
@@ -2030,7 +2350,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
             { "interpolation.contrast", (double)out->contrast, -1e6, 1e6 },
             { "interpolation.reach", (double)out->reach, -1e6, 1e6 }
         };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     if (out->mask)
@@ -2044,7 +2365,9 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     return GLBK_OK;
 }
 
-static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame, gifilt_frame *out)
+/* Checks a frame of the filter as gifilt_apply does, and writes it with its defaults. */
+static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame,
+                                         gifilt_frame *out)
 {
     static const char function[] = "glbk_rsm_denoise";
     int i;
@@ -2058,7 +2381,8 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
             { "frame.normal_cosine", (double)out->normal_cosine, 0, 0.99999994 },
             { "frame.plane_slope", (double)out->plane_slope, 0, 1e6 }
         };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     for (i = 0; i < 16 && out->view_projection; i++)
@@ -2066,7 +2390,8 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
             return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
                                    (double)out->view_projection[i], "finite");
     if (out->motion)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion", "is not NULL: on GL motion is a texture");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion",
+                         "is not NULL: on GL motion is a texture");
     if (!out->history) out->history = 8;
     if (!out->passes) out->passes = 2;
     if (out->passes < 0) out->passes = 0;
@@ -2086,7 +2411,7 @@ GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *d)
     return (samples + sets - 1) / sets * sets;
 }
 
-/* Whether the values that a table is made of are those that rsm_gather takes. */
+/* Checks noise and materials as rsm_gather does. */
 static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gather_desc *d)
 {
     static const char function[] = "glbk_rsm_tables_upload";
@@ -2095,7 +2420,8 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     if (side > GLBK__RSM_TABLE)
         return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
     if (count > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0, GLBK__RSM_TABLE);
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
+                               GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
             return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
@@ -2105,15 +2431,16 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
                                            { "desc.materials.specular", (double)m->specular[0], 0, 1 },
                                            { "desc.materials.specular", (double)m->specular[1], 0, 1 },
                                            { "desc.materials.specular", (double)m->specular[2], 0, 1 } };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     return GLBK_OK;
 }
 
-/* Whether the tables on the GPU are those of a checked desc, as far as it needs some. */
-static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                          const rsm_gather_desc *d)
+/* Checks that the tables on the GPU are those of a checked desc, as far as it needs some. */
+static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function,
+                                          const glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     const rsm_gather_desc *t = &r->tables;
     const char *field = NULL;
@@ -2130,32 +2457,33 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
     }
     if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
     if (!field) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field, "is not what glbk_rsm_tables_upload was given last");
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field,
+                     "is not what glbk_rsm_tables_upload was given last");
 }
 
 /* ==== src/gl_rsm/maps.h ==== */
 
 /* ---- rsm: maps ---- */
 
-enum {
+enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,
-    GLBK__RSM_SCAN,
+    GLBK__RSM_SCAN,                 /* each of these two is followed by that of the next steps */
     GLBK__RSM_SCAN_ON,
     GLBK__RSM_SCAN_ROWS,
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
-    GLBK__RSM_DIRECT,
+    GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
     GLBK__RSM_RECALL,
     GLBK__RSM_SMOOTH,
     GLBK__RSM_RESOLVE,
-    GLBK__RSM_DO_SCAN,          /* by compute, from here on */
+    GLBK__RSM_DO_SCAN,              /* by compute, from here on */
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
     GLBK__RSM_DO_NODES,
-    GLBK__RSM_GATHER_SURFACES,  /* of the three, with near_field */
+    GLBK__RSM_GATHER_SURFACES,      /* these three with near_field */
     GLBK__RSM_DO_GATHER_SURFACES,
     GLBK__RSM_DO_NODES_SURFACES,
     GLBK__RSM_DO_BEGIN,
@@ -2164,33 +2492,49 @@ enum {
     GLBK__RSM_DO_SMOOTH
 };
 
+/* The file and the defines of each. */
 static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
-    { "rsm_fill.frag", NULL },          { "rsm_scan.frag", "FROM=0" },
-    { "rsm_scan.frag", "FROM=1" },      { "rsm_scan.frag", "FROM=2" },      { "rsm_scan.frag", "FROM=3" },
-    { "rsm_pick.frag", "ALL=0" },       { "rsm_pick.frag", "ALL=1" },       { "rsm_direct.frag", NULL },
-    { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
-    { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL },
-    { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", "NODES=0" },
-    { "rsm_gather.comp", "NODES=1" },   { "rsm_gather.frag", "RSM_SURFACES=1" },
+    { "rsm_fill.frag", NULL },
+    { "rsm_scan.frag", "FROM=0" },
+    { "rsm_scan.frag", "FROM=1" },
+    { "rsm_scan.frag", "FROM=2" },
+    { "rsm_scan.frag", "FROM=3" },
+    { "rsm_pick.frag", "ALL=0" },
+    { "rsm_pick.frag", "ALL=1" },
+    { "rsm_direct.frag", NULL },
+    { "rsm_gather.frag", NULL },
+    { "rsm_interpolate.frag", NULL },
+    { "rsm_recall.frag", NULL },
+    { "rsm_smooth.frag", NULL },
+    { "rsm_resolve.frag", NULL },
+    { "rsm_scan.comp", "ROWS=0" },
+    { "rsm_scan.comp", "ROWS=1" },
+    { "rsm_gather.comp", "NODES=0" },
+    { "rsm_gather.comp", "NODES=1" },
+    { "rsm_gather.frag", "RSM_SURFACES=1" },
     { "rsm_gather.comp", "NODES=0 RSM_SURFACES=1" },
-    { "rsm_gather.comp", "NODES=1 RSM_SURFACES=1" },                        { "rsm_begin.comp", NULL },
+    { "rsm_gather.comp", "NODES=1 RSM_SURFACES=1" },
+    { "rsm_begin.comp", NULL },
     { "rsm_interpolate.comp", "RSM_GROUP=256" },
-    { "rsm_interpolate.comp", "RSM_GROUP=64" },                             { "rsm_smooth.comp", NULL }
+    { "rsm_interpolate.comp", "RSM_GROUP=64" },
+    { "rsm_smooth.comp", NULL }
 };
 
+/* Returns how many faces the map of a light has. */
 static uint32_t glbk__rsm_face_count(const rsm_light *l)
 {
     if (l->kind == RSM_LIGHT_PATCH) return 5;
     return l->kind == RSM_LIGHT_POINT || (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f) ? 6 : 1;
 }
 
+/* Writes a vector and a fourth number. */
 static void glbk__rsm_set4(float *out, glbk_rsm__v3 v, float w)
 {
     glbk_rsm__v3_store(out, v);
     out[3] = w;
 }
 
-/* The block that shaders know the light by; twin of rsm__map_set. */
+/* Fills the block that shaders know the light by; twin of rsm__map_set. */
 static void glbk__rsm_frame_of(glbk_rsm_map *map)
 {
     const rsm_light *l = &map->light;
@@ -2209,14 +2553,19 @@ static void glbk__rsm_frame_of(glbk_rsm_map *map)
     if ((l->kind == RSM_LIGHT_SPOT && map->face_count == 1) || l->kind == RSM_LIGHT_SQUARE_SPOT)
         extent = tanf(l->cone_half_angle);
     if (l->kind == RSM_LIGHT_SPOT) cos_half = cosf(l->cone_half_angle);
-    glbk__rsm_set4(map->block.position, glbk_rsm__v3_load(l->position), extent);
-    glbk__rsm_set4(map->block.right, right, (float)l->kind);
-    glbk__rsm_set4(map->block.up, up, (float)map->face_count);
-    glbk__rsm_set4(map->block.axis, axis, cos_half);
-    glbk__rsm_set4(map->block.value, glbk_rsm__v3_load(l->value), (float)map->side);
+    glbk__rsm_set4(map->block.position, glbk_rsm__v3_load(l->position), 1);
+    glbk__rsm_set4(map->block.right, right, 0);
+    glbk__rsm_set4(map->block.up, up, 0);
+    glbk__rsm_set4(map->block.axis, axis, 0);
+    glbk__rsm_set4(map->block.value, glbk_rsm__v3_load(l->value), 0);
+    map->block.extent = extent;
+    map->block.cos_half = cos_half;
+    map->block.side = map->side;
+    map->block.face_count = map->face_count;
+    map->block.kind = (uint32_t)l->kind;
 }
 
-/* Directions of a face; twin of rsm__face_frame. */
+/* Finds right, up and axis of a face; twin of rsm__face_frame. */
 static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rsm__v3 *r, glbk_rsm__v3 *u,
                                  glbk_rsm__v3 *a)
 {
@@ -2235,18 +2584,18 @@ static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rs
     }
 }
 
-GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
+/* Computes the matrix that a face is drawn with, world to OpenGL's clip space. */
+static void glbk__rsm_face_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
 {
     glbk_rsm__v3 r, u, a, p;
     float n, f, s, z0, z1;
     int i, perspective;
-    if (!map || !m || face >= map->face_count) return;
     perspective = map->light.kind != RSM_LIGHT_SUN;
     glbk__rsm_face_frame(map, face, &r, &u, &a);
     p = glbk_rsm__v3_load(map->light.position);
     n = map->light.near_depth;
     f = map->light.far_depth;
-    s = 1.0f / map->block.position[3];
+    s = 1.0f / map->block.extent;
     z0 = perspective ? (f + n) / (f - n) : 2.0f / (f - n);
     z1 = perspective ? -2.0f * n * f / (f - n) : -2.0f * n / (f - n) - 1.0f;
     for (i = 0; i < 3; i++) {
@@ -2262,6 +2611,7 @@ GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float 
     m[15] = perspective ? -glbk_rsm__v3_dot(a, p) : 1.0f;
 }
 
+/* Makes an image; layers 0 = no array. */
 static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    uint32_t layers, glbk_texture *out)
 {
@@ -2274,9 +2624,9 @@ static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32
     return glbk_texture_create(ctx, &d, out);
 }
 
-/* Layers first .. first + count - 1 as targets of one framebuffer. */
-static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *texture, uint32_t first, uint32_t count,
-                                    const glbk_texture *depth, glbk_target *out)
+/* Makes a framebuffer of layers first .. first + count - 1 of an image. */
+static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *texture, uint32_t first,
+                                    uint32_t count, const glbk_texture *depth, glbk_target *out)
 {
     glbk_target_desc d;
     uint32_t i;
@@ -2289,17 +2639,21 @@ static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *textu
     return glbk__target_create(ctx, &d, out);
 }
 
+/* Makes all images and framebuffers of a map. */
 static glbk_result glbk__rsm_map_images(glbk_context *ctx, glbk_rsm_map *map)
 {
     uint32_t n = map->side, f, i;
     glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, n, n, 3 * map->face_count, &map->texels);
     if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_DEPTH32F, n, n, 0, &map->depth);
     for (i = 0; i < 2; i++) {
-        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, n, map->face_count, &map->sums[i]);
-        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, 1, map->face_count, &map->rows[i]);
+        if (result == GLBK_OK)
+            result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, n, map->face_count, &map->sums[i]);
+        if (result == GLBK_OK)
+            result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, 1, map->face_count, &map->rows[i]);
         for (f = 0; f < map->face_count && result == GLBK_OK; f++) {
             result = glbk__rsm_target(ctx, &map->sums[i], f, 1, NULL, &map->sum_targets[i][f]);
-            if (result == GLBK_OK) result = glbk__rsm_target(ctx, &map->rows[i], f, 1, NULL, &map->row_targets[i][f]);
+            if (result == GLBK_OK)
+                result = glbk__rsm_target(ctx, &map->rows[i], f, 1, NULL, &map->row_targets[i][f]);
         }
     }
     for (f = 0; f < map->face_count && result == GLBK_OK; f++)
@@ -2307,7 +2661,8 @@ static glbk_result glbk__rsm_map_images(glbk_context *ctx, glbk_rsm_map *map)
     return result;
 }
 
-GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side, glbk_rsm_map *out)
+GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
+                                         glbk_rsm_map *out)
 {
     rsm_light checked;
     glbk_result result;
@@ -2346,7 +2701,8 @@ GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, co
     return glbk_buffer_update(ctx, &map->buffer, 0, sizeof map->block, &map->block);
 }
 
-/* Between rsm_texel, three times 16 bytes, and the three layers of a face: rows of one layer. */
+/* Copies layer k of a face's three layers out of rsm_texels, which are three times 16 bytes, or into them if
+   out is not 0. */
 static void glbk__rsm_shuffle(unsigned char *texels, unsigned char *layer, size_t count, size_t k, int out)
 {
     size_t i;
@@ -2433,6 +2789,7 @@ GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map)
 
 /* ---- rsm: the renderer ---- */
 
+/* Makes pictures of colours, each with its framebuffer. */
 static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height,
                                       glbk_texture *textures, glbk_target *targets)
 {
@@ -2445,8 +2802,9 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, nodes of none after them */
+enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, and one after them */
 
+/* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
@@ -2458,12 +2816,13 @@ static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
     return result;
 }
 
-/* What one frame knew of each pixel, and the place and normal of what it saw there. */
+/* Makes history i: what a frame knew of each pixel, with place and normal of what it saw there. */
 static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t i)
 {
     glbk_target_desc d;
     glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_COLOR, r->width, r->height, 0, &r->history[i]);
-    if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, r->width, r->height, 2, &r->kept[i]);
+    if (result == GLBK_OK)
+        result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, r->width, r->height, 2, &r->kept[i]);
     if (result != GLBK_OK) return result;
     memset(&d, 0, sizeof d);
     d.color[0] = &r->history[i];
@@ -2472,10 +2831,13 @@ static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, ui
     return glbk_target_create(ctx, &d, &r->history_targets[i]);
 }
 
-static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_renderer_desc *d)
+/* Makes all images and lists of a renderer. */
+static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r,
+                                             const glbk_rsm_renderer_desc *d)
 {
     uint32_t w = d->width, h = d->height, i;
-    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &r->lights);
+    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4,
+                                         &r->lights);
     if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
     if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
     if (result == GLBK_OK && d->interpolate)
@@ -2544,9 +2906,9 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Rows of width texels of RGBA32F from count items of n floats. */
-static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n, uint32_t width,
-                                   glbk_texture *out)
+/* Makes a table of rows of width texels from count items of n floats. */
+static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n,
+                                   uint32_t width, glbk_texture *out)
 {
     glbk_rsm__allocator memory = glbk_rsm__memory(ctx);
     uint32_t rows = (count + width - 1) / width, i;
@@ -2566,7 +2928,7 @@ static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_
     return result;
 }
 
-/* What glbk__rsm_tables_check compares. */
+/* Keeps what glbk__rsm_tables_check compares. */
 static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     r->tables = *d;
@@ -2577,8 +2939,8 @@ static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_des
     r->material_count = d->material_count;
 }
 
-GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *r, const rsm_gather_desc *desc,
-                                            const float *points)
+GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *r,
+                                            const rsm_gather_desc *desc, const float *points)
 {
     rsm_gather_desc d;
     glbk_result result;
@@ -2593,7 +2955,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (count && !points)
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL, and the pattern needs some");
     if (!count && points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is not NULL, and the pattern needs none");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                         "is not NULL, and the pattern needs none");
     glbk_texture_free(ctx, &r->pattern);
     glbk_texture_free(ctx, &r->noise);
     glbk_texture_free(ctx, &r->materials);
@@ -2603,22 +2966,25 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (result == GLBK_OK && d.noise)
         result = glbk__rsm_table(ctx, d.noise, d.noise_side * d.noise_side, 1, d.noise_side, &r->noise);
     if (result == GLBK_OK && d.material_count)
-        result = glbk__rsm_table(ctx, d.materials->specular, d.material_count, 4, GLBK__RSM_TABLE, &r->materials);
+        result = glbk__rsm_table(ctx, d.materials->specular, d.material_count, 4, GLBK__RSM_TABLE,
+                                 &r->materials);
     if (result == GLBK_OK) glbk__rsm_remember_tables(r, &d);
     return result;
 }
 
-/* A program, compiled when it is first asked for. */
+/* Compiles a program when it is first asked for. */
 static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     const char *const *names = glbk__rsm_programs[which];
-    const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN || which == GLBK__RSM_DO_SCAN_ROWS;
+    const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
+                      which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
-    if (blind) return glbk_program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
+    if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }
 
-/* A program and r->values as its block; all that a dispatch needs but for textures, images and lists. */
+/* Compiles a program and binds r->values as its block. A dispatch then only needs textures, images and
+   lists. */
 static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     glbk_result result = glbk__rsm_program(ctx, r, which);
@@ -2626,8 +2992,8 @@ static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int 
 }
 
 /* Begins a pass over width x height pixels of a target; textures are bound after it. */
-static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which, const glbk_target *target,
-                                   uint32_t width, uint32_t height)
+static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which,
+                                   const glbk_target *target, uint32_t width, uint32_t height)
 {
     glbk_pass pass;
     glbk_result result = glbk__rsm_ready(ctx, r, which);
@@ -2639,6 +3005,7 @@ static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return glbk_begin(ctx, &pass, &r->programs[which]);
 }
 
+/* Binds what is read of a map. */
 static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -2662,19 +3029,20 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *r, const
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_rsm_materials, &r->materials);
 }
 
-/* For a program of ours: all that it may read but its own pictures. */
-static void glbk__rsm_bind_seen(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                const glbk_rsm_map *map)
+/* Binds all that a program of the library may read, but for pictures that it alone has. */
+static void glbk__rsm_bind_all(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                               const glbk_rsm_map *map)
 {
     glbk_rsm_bind(ctx, r, map, NULL);
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* which was checked */
 }
 
 /* ==== src/gl_rsm/drawing.h ==== */
 
 /* ---- rsm: drawing maps ---- */
 
-/* The block of a surface, as lib/gbuffer.glsl reads what glbk_gbuffer_object makes of it. */
+/* Sets the block of a surface, so that a map has the albedo that lib/gbuffer.glsl reads after
+   glbk_gbuffer_object. */
 static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
 {
     const lsamp_material *m = &s->material;
@@ -2684,20 +3052,22 @@ static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
     memcpy(drawn->world, s->world, sizeof drawn->world);
     if (zero) drawn->world[0] = drawn->world[5] = drawn->world[10] = drawn->world[15] = 1.0f;
     for (i = 0; i < 3; i++) drawn->albedo[i] = m->diffuse[i] * share;
-    drawn->albedo[3] = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
+    drawn->alpha_cutoff = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
 }
 
-GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_surface *s, uint32_t material)
+GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_surface *s,
+                                     uint32_t material)
 {
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
-    if (!r->drawing) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
+    if (!r->drawing)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
     glbk__rsm_set_surface(&r->drawn, s);
-    r->drawn.kinds[0] = material;
-    r->drawn.kinds[1] = s->color_map != NULL;
+    r->drawn.material = material;
+    r->drawn.has_map = s->color_map != NULL;
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     if (result != GLBK_OK) {
         if (r->failed == GLBK_OK) r->failed = result;
@@ -2748,12 +3118,12 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
     if (map->light.kind == RSM_LIGHT_SUN)
         glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_scale(glbk_rsm__v3_load(map->block.axis), -1), 0);
     else glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_load(map->light.position), 1);
-    r->drawn.range[0] = map->light.near_depth;
-    r->drawn.range[1] = 1.0f / (map->light.far_depth - map->light.near_depth);
+    r->drawn.near_depth = map->light.near_depth;
+    r->drawn.depth_scale = 1.0f / (map->light.far_depth - map->light.near_depth);
     map->summed = 0;
     for (face = 0; face < map->face_count && result == GLBK_OK; face++) {
-        glbk_rsm_map_matrix(map, face, r->drawn.clip);
-        r->drawn.kinds[2] = face;
+        glbk__rsm_face_matrix(map, face, r->drawn.clip);
+        r->drawn.face = face;
         result = glbk__rsm_fill(ctx, r, &map->face_targets[face], map, draw_fn, user);
     }
     return result;
@@ -2763,7 +3133,7 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
 
 /* ---- rsm: light ---- */
 
-/* Of the three pictures one that is neither a nor b. */
+/* Returns which of the three pictures is neither a nor b. */
 static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
 {
     uint32_t i = 0;
@@ -2771,29 +3141,30 @@ static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
     return i;
 }
 
-GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                     const glbk_rsm_map *const *maps, uint32_t count, const rsm_direct_desc *desc)
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                     const glbk_rsm_map *const *maps, uint32_t count,
+                                     const rsm_direct_desc *desc)
 {
     uint32_t now = GLBK__RSM_NONE, next, i;
     rsm_direct_desc d;
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_seen_check(ctx, __func__, r, seen);
+    result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result == GLBK_OK) result = glbk__rsm_maps_check(ctx, __func__, r, maps, count);
     if (result == GLBK_OK) result = glbk__rsm_direct_check(ctx, desc, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.counts[0] = d.taps;
-    r->values.limits[0] = d.bias;
-    r->values.limits[1] = d.slope_bias;
+    r->values.taps = d.taps;
+    r->values.bias = d.bias;
+    r->values.slope_bias = d.slope_bias;
     r->direct = GLBK__RSM_NONE;
     for (i = 0; i < count; i++) {
         next = glbk__rsm_other(r->bounce, now);
-        r->values.range[3] = i > 0;
+        r->values.adds = i > 0;
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_DIRECT, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(ctx, r, seen, maps[i]);
+        glbk__rsm_bind_all(ctx, r, gbuffer, maps[i]);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, &r->sums[now < 3 ? now : glbk__rsm_other(next, next)]);
         glbk_draw_screen(ctx);
         now = next;
@@ -2802,18 +3173,20 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Steps of a running sum along x in all faces of a map: the first from `from`, the others from what is there. */
-static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from, uint32_t height,
-                                  glbk_target targets[2][6], int *at)
+/* Does all steps of running sums along x, in all faces of a map: the first by program `from`, the others by
+   the one after it. *at gets which of the targets holds the sums. */
+static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from,
+                                  uint32_t height, glbk_target targets[2][6], int *at)
 {
     uint32_t stride, face;
     int next = 0;
     for (stride = 1; stride < map->side; stride *= 8) {
         for (face = 0; face < map->face_count; face++) {
             glbk_result result;
-            r->values.pick[0] = face;
-            r->values.pick[1] = stride;
-            result = glbk__rsm_begin(ctx, r, stride == 1 ? from : from + 1, &targets[next][face], map->side, height);
+            r->values.face = face;
+            r->values.stride = stride;
+            result = glbk__rsm_begin(ctx, r, stride == 1 ? from : from + 1, &targets[next][face], map->side,
+                                     height);
             if (result != GLBK_OK) return result;
             glbk__rsm_bind_map(ctx, map, NULL);
             if (stride == 1 && from == GLBK__RSM_SCAN) glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sums, NULL);
@@ -2825,7 +3198,7 @@ static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_
     return GLBK_OK;
 }
 
-/* The same by a group a row of all faces; then a group a face. */
+/* Does the same by compute: with a group for each row of all faces, then with a group for each face. */
 static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     int rows;
@@ -2835,13 +3208,15 @@ static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glb
         if (result != GLBK_OK) return result;
         glbk__rsm_bind_map(ctx, map, NULL);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_running, rows ? &map->rows[0] : &map->sums[0]);
-        result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SCAN + rows], rows ? 1 : map->side, map->face_count, 1);
+        result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SCAN + rows], rows ? 1 : map->side,
+                               map->face_count, 1);
         if (result != GLBK_OK) return result;
     }
     map->summed = 1;
     return GLBK_OK;
 }
 
+/* Makes the running sums of a map, unless they are there. */
 static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     glbk_result result;
@@ -2854,62 +3229,87 @@ static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_r
     return result;
 }
 
-typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
-    glbk_context         *ctx;
-    glbk_rsm_renderer    *r;
-    const glbk_gbuffer   *seen;                                 /* NULL: only the list is made */
-    glbk_rsm_map *const  *maps;
-    uint32_t              count, sets, by_flux, about, room;    /* lights of a map by flux, points about the receiver */
-    int mixed, all, apart, listed; /* apart: a list a map; listed: it holds all that is needed */
-    uint32_t              seed;
-    glbk_texture         *pictures;                             /* where it adds up */
-    glbk_target          *targets;
-    uint32_t              width, height, now, kept;             /* kept: a picture that must stay */
-    const glbk_texture   *states, *coarse;
-    const glbk_buffer    *items;                                /* compute: the pixels, or NULL: all */
-    int                   begun;
+typedef struct glbk__rsm_run {      /* one glbk_rsm_gather or glbk_rsm_interpolate */
+    glbk_context        *ctx;
+    glbk_rsm_renderer   *r;
+    const glbk_gbuffer  *gbuffer;   /* NULL: only the list is made */
+    glbk_rsm_map *const *maps;
+    uint32_t             count;     /* maps */
+    uint32_t             sets;      /* sets of pixels that have lights and points of their own */
+    uint32_t             by_flux;   /* lights of a map by flux */
+    uint32_t             about;     /* points about the receiver */
+    uint32_t             room;      /* lights of a set that the list holds */
+    uint32_t             seed;
+    int                  mixed;     /* not 0: RSM_PATTERN_MIXED */
+    int                  all;       /* not 0: every texel is a light */
+    int                  apart;     /* not 0: each map has a list of its own */
+    int                  listed;    /* not 0: the list holds all that is needed */
+    int                  begun;     /* not 0: the picture holds light */
+    glbk_texture        *pictures;  /* where light adds up */
+    glbk_target         *targets;
+    uint32_t             width;     /* of these */
+    uint32_t             height;
+    uint32_t             now;       /* the picture that holds the light */
+    uint32_t             kept;      /* a picture that must stay */
+    const glbk_texture  *states;    /* what each pixel's light is, while it is interpolated */
+    const glbk_texture  *coarse;    /* the grid before */
+    const glbk_buffer   *items;     /* compute: the pixels; NULL = all */
 } glbk__rsm_run;
 
-/* Lights first .. of a map into places from .. to - 1 of each set of the list. */
+/* Picks lights of a map, from number `first` on, into places from .. to - 1 of each set of the list. */
 static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t lights, uint32_t first,
                                   uint32_t from, uint32_t to)
 {
     glbk_rsm_renderer *r = g->r;
     glbk_result result;
-    uint32_t last = (g->sets - 1) * r->values.range[2] + to, rows = (last + 1023) / 1024;
-    r->values.range[0] = from;
-    r->values.range[1] = to;
-    r->values.pick[0] = g->seed;
-    r->values.pick[1] = lights;
-    r->values.pick[2] = first;
-    result = glbk__rsm_begin(g->ctx, r, g->all ? GLBK__RSM_PICK_ALL : GLBK__RSM_PICK, &r->lights_target, 1024, rows);
+    uint32_t last = (g->sets - 1) * r->values.set_room + to, rows = (last + 1023) / 1024;
+    r->values.first_light = from;
+    r->values.end_light = to;
+    r->values.seed = g->seed;
+    r->values.light_count = lights;
+    r->values.first_run = first;
+    result = glbk__rsm_begin(g->ctx, r, g->all ? GLBK__RSM_PICK_ALL : GLBK__RSM_PICK, &r->lights_target, 1024,
+                             rows);
     if (result != GLBK_OK) return result;
     glbk__rsm_bind_map(g->ctx, map, NULL);
     glbk_draw_screen(g->ctx);
     return GLBK_OK;
 }
 
-/* What glbk__rsm_add does, in place: on all pixels of the picture, or on those of a list. */
+/* Runs as many groups as an earlier dispatch has counted: x, y, z of list `list` in r->counts. */
+static glbk_result glbk__rsm_dispatch(glbk_context *ctx, const glbk_rsm_renderer *r, glbk_program *program,
+                                      uint32_t list)
+{
+    if (ctx->lost) return GLBK_ERR_LOST;
+    glbk_program_use(ctx, program);
+    ctx->gl.BindBuffer(GLBK_GL_DISPATCH_INDIRECT_BUFFER, r->counts.name);
+    ctx->gl.DispatchComputeIndirect((ptrdiff_t)16 * (ptrdiff_t)list);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
+}
+
+/* Does what glbk__rsm_add does by compute, in place: on all pixels of the picture, or on those of a list. */
 static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
-    int which = r->values.mode[0] == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
+    int which = r->values.mode == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
     glbk_program *program;
-    uint32_t side = 8 * r->values.counts[1];            /* pixels of a set lie `interleave` apart */
+    uint32_t side = 8 * r->values.interleave;            /* pixels of a set lie `interleave` apart */
     glbk_result result;
-    if (r->values.surfaces[0] > 0.0f) which += GLBK__RSM_DO_GATHER_SURFACES - GLBK__RSM_DO_GATHER;
+    if (r->values.near_field > 0.0f) which += GLBK__RSM_DO_GATHER_SURFACES - GLBK__RSM_DO_GATHER;
     program = &r->programs[which];
     result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, map);
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, map);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     g->begun = 1;
     if (!g->items)
-        return glbk_dispatch(g->ctx, program, (r->width + side - 1) / side, (r->height + side - 1) / side, g->sets);
+        return glbk_dispatch(g->ctx, program, (r->width + side - 1) / side, (r->height + side - 1) / side,
+                             g->sets);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, g->items);
-    return glbk_dispatch_indirect(g->ctx, program, &r->counts, 16 * (size_t)r->values.lists[0]);
+    return glbk__rsm_dispatch(g->ctx, r, program, r->values.list_read);
 }
 
 /* Adds the first `listed` lights of each set and the points about the receiver to the picture. */
@@ -2918,21 +3318,22 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     glbk_rsm_renderer *r = g->r;
     uint32_t next = glbk__rsm_other(g->kept, g->now);
     const glbk_texture *spare;
-    float size = (float)map->side;
+    const float side = (float)map->side, faces = map->face_count == 1 ? 1.0f : 0.5236f;
     glbk_result result;
-    r->values.range[0] = 0;
-    r->values.range[1] = listed;
-    r->values.range[3] = (uint32_t)g->begun;
-    r->values.counts[2] = about / g->sets;
-    r->values.pattern[1] =
-        g->mixed ? (float)g->about * 0.02764f * (map->face_count == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
-    if (!g->seen) return glbk__put_block(g->ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
+    r->values.first_light = 0;
+    r->values.end_light = listed;
+    r->values.adds = (uint32_t)g->begun;
+    r->values.point_count = about / g->sets;
+    r->values.mixed = g->mixed ? (float)g->about * 0.02764f * faces / (side * side) : 0.0f;
+    if (!g->gbuffer) return glbk__put_block(g->ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (r->compute) return glbk__rsm_do_add(g, map);
-    result = glbk__rsm_begin(g->ctx, r, r->values.surfaces[0] > 0.0f ? GLBK__RSM_GATHER_SURFACES : GLBK__RSM_GATHER,
+    result = glbk__rsm_begin(g->ctx, r,
+                             r->values.near_field > 0.0f ? GLBK__RSM_GATHER_SURFACES : GLBK__RSM_GATHER,
                              &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, map);
-    /* Something of the right kind in every slot: software drivers compile a shader anew for each combination. */
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, map);
+    /* Every slot gets something of the right kind: software drivers compile a shader anew for each
+       combination. */
     spare = &g->pictures[g->now < 3 ? g->now : glbk__rsm_other(next, next)];
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, spare);
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_states, g->states ? g->states : spare);
@@ -2943,8 +3344,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     return GLBK_OK;
 }
 
-/* All maps' light on the pixels that the mode in r->values is about. A list takes as many lights as there is room for;
-   it is picked once where it holds them all. */
+/* Adds the light of all maps to the pixels that r->values.mode names. A list takes as many lights as there is
+   room for. It is picked only once if it holds all of them. */
 static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
 {
     uint32_t m, at = 0, flushed = 0;
@@ -2979,15 +3380,15 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* One pass of compute over all pixels, nodes or open pixels of interpolation. list: number of that with the groups, or
-   NULL and x by y of them. */
-static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list, uint32_t x,
-                                      uint32_t y)
+/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list: the number of the list
+   that tells the groups; NULL = x by y groups. */
+static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
+                                      uint32_t x, uint32_t y)
 {
     glbk_rsm_renderer *r = g->r;
     glbk_result result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, NULL);
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, NULL);
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[0]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
@@ -2996,32 +3397,35 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->open[level & 1]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_wanted, &r->wanted);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_marks, &r->marks);
-    return list ? glbk_dispatch_indirect(g->ctx, &r->programs[which], &r->counts, 16 * (size_t)*list)
+    return list ? glbk__rsm_dispatch(g->ctx, r, &r->programs[which], *list)
                 : glbk_dispatch(g->ctx, &r->programs[which], x, y, 1);
 }
 
-/* Nothing is in the lists, no node of r->grids[0] is evaluated; those of the first grid are wanted. */
+/* Begins interpolation by compute: empties the lists, marks no node of r->grids[0] as evaluated, and lists
+   those of the first grid. */
 static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
     glbk_rsm_renderer *r = g->r;
     uint32_t counts[4 * GLBK__RSM_LISTS], i, fine = d->step, nodes[2];
-    glbk_result result;
     for (i = 1; i < d->levels && fine > 2; i++) fine /= 2;
     for (i = 0; i < GLBK__RSM_LISTS; i++) memcpy(counts + 4 * i, empty, sizeof empty);
     nodes[0] = (r->width - 1 + fine - 1) / fine + 1;
     nodes[1] = (r->height - 1 + fine - 1) / fine + 1;
-    r->values.grid[0] = d->step;
-    r->values.grid[1] = fine;
-    r->values.lists[2] = 0;
-    result =
-        glbk__put_values(g->ctx, GLBK_GL_SHADER_STORAGE_BUFFER, GLBK_SLOT_glbk_rsm_counts, &r->counts, counts);
-    if (result != GLBK_OK) return result;
+    r->values.step = d->step;
+    r->values.fine_step = fine;
+    r->values.list_wanted = 0;
+    /* This goes through the binding that the pass changes anyway: glbk_buffer_update would ask GL for one. */
+    if (g->ctx->lost) return GLBK_ERR_LOST;
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
+    g->ctx->gl.BufferData(GLBK_GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)r->counts.bytes, counts,
+                          GLBK_GL_STREAM_DRAW);
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All
-   grids are in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
+/* Does what glbk__rsm_grids does by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
+   pixels that stay open. All grids are in one, the finest. The picture gets evaluated and interpolated light
+   at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3030,42 +3434,43 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_do_begin(g, d);
     for (step = d->step, level = 0; step > 1 && level < d->levels && result == GLBK_OK; step /= 2, level++) {
-        r->values.mode[0] = 1;
-        r->values.lists[0] = 2 * level;
+        r->values.mode = 1;
+        r->values.list_read = 2 * level;
         g->items = &r->wanted;
         result = glbk__rsm_evaluate(g);
         if (result != GLBK_OK) return result;
-        r->values.grid[0] = step;
-        r->values.lists[0] = before;
-        r->values.lists[1] = 2 * level + 1;
-        r->values.lists[2] = 2 * level + 2;
-        r->values.lists[3] = level + 1 < d->levels && step > 2 ? step / 2 : 0;
+        r->values.step = step;
+        r->values.list_read = before;
+        r->values.list_open = 2 * level + 1;
+        r->values.list_wanted = 2 * level + 2;
+        r->values.next_step = level + 1 < d->levels && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
                                     level ? &before : NULL, (r->width + 15) / 16, (r->height + 15) / 16);
         before = 2 * level + 1;
     }
-    r->values.mode[0] = 2;
-    r->values.lists[0] = before;
+    r->values.mode = 2;
+    r->values.list_read = before;
     g->items = &r->open[before >> 1 & 1];
     return result;
 }
 
-/* Grids of half the step each time, then what is left. Pictures end in r->sums. */
+/* Evaluates grids of half the step each time, and interpolates between their nodes. What is left open, the
+   caller evaluates. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
     uint32_t step = d->step, levels = d->levels, picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
-    r->values.tests[0] = d->normal_cosine;
-    r->values.tests[1] = d->plane_slope;
-    r->values.tests[2] = d->distance;
-    r->values.tests[3] = d->contrast;
-    r->values.pattern[3] = d->reach;
+    r->values.normal_cosine = d->normal_cosine;
+    r->values.plane_slope = d->plane_slope;
+    r->values.most_distance = d->distance;
+    r->values.contrast = d->contrast;
+    r->values.reach = d->reach;
     if (r->compute) return glbk__rsm_do_grids(g, d);
     for (; step > 1 && levels > 0; step /= 2, levels--) {
-        r->values.mode[0] = 1;
-        r->values.grid[1] = coarse < 3 ? r->values.grid[0] : 0;
-        r->values.grid[0] = step;
+        r->values.mode = 1;
+        r->values.coarse_step = coarse < 3 ? r->values.step : 0;
+        r->values.step = step;
         g->pictures = r->grids;
         g->targets = r->grid_targets;
         g->width = (r->width - 2 + step) / step + 1;
@@ -3080,21 +3485,21 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
         if (result != GLBK_OK) return result;
         coarse = g->now;
         next = glbk__rsm_other(r->direct, picture);
-        r->values.range[3] = picture < 3;
+        r->values.adds = picture < 3;
         result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_INTERPOLATE, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(g->ctx, r, g->seen, NULL);
+        glbk__rsm_bind_all(g->ctx, r, g->gbuffer, NULL);
         glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, picture < 3 ? &r->sums[picture] : NULL);
         glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[coarse]);
         glbk_draw_screen(g->ctx);
         picture = next;
     }
-    r->values.mode[0] = 2;
+    r->values.mode = 2;
     g->now = picture;
     return GLBK_OK;
 }
 
-/* What samples are taken, in a checked desc's words, and where they are added up. */
+/* Sets what samples a checked desc takes. */
 static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3109,22 +3514,22 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     g->sets = d->interleave * d->interleave;
     g->room = GLBK__RSM_LIST / g->sets < r->lights_per_pass ? GLBK__RSM_LIST / g->sets : r->lights_per_pass;
     memset(&r->values, 0, sizeof r->values);
-    r->values.counts[1] = d->interleave;
-    r->values.counts[3] = d->noise && g->about ? r->noise_side : 0;
-    r->values.range[2] = g->room;
-    r->values.pick[3] = d->material_count;
-    r->values.grid[2] = r->width;
-    r->values.grid[3] = r->height;
-    r->values.pattern[0] = g->mixed ? 0.0f : d->r_max;
-    r->values.limits[0] = d->offset;
-    r->values.limits[1] = d->clamp;
-    r->values.limits[2] = d->near_limit;
-    r->values.limits[3] = (float)g->sets;
-    r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
-    r->values.surfaces[0] = g->all || g->about ? d->near_field : 0.0f;
+    r->values.interleave = d->interleave;
+    r->values.noise_side = d->noise && g->about ? r->noise_side : 0;
+    r->values.set_room = g->room;
+    r->values.material_count = d->material_count;
+    r->values.width = r->width;
+    r->values.height = r->height;
+    r->values.r_max = g->mixed ? 0.0f : d->r_max;
+    r->values.offset = d->offset;
+    r->values.clamp_at = d->clamp;
+    r->values.near_limit = d->near_limit;
+    r->values.set_count = (float)g->sets;
+    r->values.picked = g->mixed ? (float)g->by_flux : 0.0f;
+    r->values.near_field = g->all || g->about ? d->near_field : 0.0f;
 }
 
-/* Gathers for a checked desc. how: NULL, or interpolation with its defaults. */
+/* Gathers for a checked desc. how: interpolation with its defaults; NULL = at every pixel. */
 static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, const rsm_interpolation *how)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3147,48 +3552,50 @@ static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, 
     g->states = g->coarse = NULL;
     if (r->compute && !how) g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_evaluate(g);
-    if (result == GLBK_OK && g->seen) r->bounce = g->now;
+    if (result == GLBK_OK && g->gbuffer) r->bounce = g->now;
     return result;
 }
 
-/* What both calls check; writes the run and the desc with its defaults. */
+/* Checks what both calls have in common, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, const rsm_gather_desc *desc,
                                        rsm_gather_desc *out)
 {
     glbk_result result;
     if (!g->ctx) return GLBK_ERR_ARGUMENT;
-    result = g->seen ? glbk__rsm_seen_check(g->ctx, function, g->r, g->seen) : GLBK_OK;
+    result = g->gbuffer ? glbk__rsm_gbuffer_check(g->ctx, function, g->r, g->gbuffer) : GLBK_OK;
     if (result == GLBK_OK)
         result = glbk__rsm_maps_check(g->ctx, function, g->r, (const glbk_rsm_map *const *)g->maps, g->count);
     if (result == GLBK_OK) result = glbk__rsm_gather_check(g->ctx, function, desc, out);
     return result == GLBK_OK ? glbk__rsm_tables_check(g->ctx, function, g->r, out) : result;
 }
 
+/* Begins a run with what both calls are given. */
 static void glbk__rsm_run_make(glbk__rsm_run *g, glbk_context *ctx, glbk_rsm_renderer *r,
-                               const glbk_gbuffer *seen, glbk_rsm_map *const *maps, uint32_t count)
+                               const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps, uint32_t count)
 {
     memset(g, 0, sizeof *g);
     g->ctx = ctx;
     g->r = r;
-    g->seen = seen;
+    g->gbuffer = gbuffer;
     g->maps = maps;
     g->count = count;
 }
 
-GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
+GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                      glbk_rsm_map *const *maps, uint32_t count, const rsm_gather_desc *desc)
 {
     glbk__rsm_run g;
     rsm_gather_desc d;
     glbk_result result;
 
-    glbk__rsm_run_make(&g, ctx, r, seen, maps, count);
+    glbk__rsm_run_make(&g, ctx, r, gbuffer, maps, count);
     result = glbk__rsm_run_check(&g, __func__, desc, &d);
     return result == GLBK_OK ? glbk__rsm_gather(&g, &d, NULL) : result;
 }
 
-GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                          glbk_rsm_map *const *maps, uint32_t count, const rsm_gather_desc *desc,
+GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *r,
+                                          const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
+                                          uint32_t count, const rsm_gather_desc *desc,
                                           const rsm_interpolation *interpolation)
 {
     glbk__rsm_run g;
@@ -3196,8 +3603,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     rsm_interpolation how;
     glbk_result result;
 
-    glbk__rsm_run_make(&g, ctx, r, seen, maps, count);
-    result = ctx ? glbk__rsm_seen_check(ctx, __func__, r, seen) : GLBK_ERR_ARGUMENT;
+    glbk__rsm_run_make(&g, ctx, r, gbuffer, maps, count);
+    result = ctx ? glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer) : GLBK_ERR_ARGUMENT;
     if (result == GLBK_OK) result = glbk__rsm_run_check(&g, __func__, desc, &d);
     if (result == GLBK_OK) result = glbk__rsm_interpolation_check(ctx, interpolation, &how);
     if (result != GLBK_OK) return result;
@@ -3212,13 +3619,16 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
 
 /* ---- rsm: filter and picture ---- */
 
-/* bounce counts on: 3 and 4 are the histories. */
+/* Returns the picture of bounced light; NULL: there is none. r->bounce counts on: 3 and 4 are the
+   histories. */
 static const glbk_texture *glbk__rsm_bounced(const glbk_rsm_renderer *r)
 {
     return r->bounce < 3 ? &r->sums[r->bounce] : r->bounce < 5 ? &r->history[r->bounce - 3] : NULL;
 }
 
-static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen, int passes)
+/* Does all passes of the a-trous filter. */
+static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                    int passes)
 {
     uint32_t next;
     int pass;
@@ -3226,11 +3636,12 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
         glbk_result result;
         uint32_t step = 1u << pass, side = 16 * step;
         next = glbk__rsm_other(r->direct, r->bounce);
-        r->values.grid[0] = step;
-        result = r->compute ? glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SMOOTH)
-                            : glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
+        r->values.step = step;
+        result = r->compute
+                     ? glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SMOOTH)
+                     : glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(ctx, r, seen, NULL);
+        glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
         if (r->compute) {
             glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[next]);
@@ -3245,22 +3656,23 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
     return GLBK_OK;
 }
 
-/* Whether there is light to be filtered. */
+/* Checks that there is light to be filtered. */
 static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_rsm_renderer *r,
-                                           const glbk_gbuffer *seen, const glbk_texture *motion)
+                                           const glbk_gbuffer *gbuffer, const glbk_texture *motion)
 {
     static const char function[] = "glbk_rsm_denoise";
-    const glbk_result result = glbk__rsm_seen_check(ctx, function, r, seen);
+    const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
         return glbk__bad(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
-    if (!glbk__rsm_bounced(r)) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
+    if (!glbk__rsm_bounced(r))
+        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
     if (r->filtered) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
     if (!motion || motion->name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
 }
 
-GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                       const gifilt_frame *frame, const glbk_texture *motion)
 {
     uint32_t to;
@@ -3268,24 +3680,24 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_denoise_check(ctx, r, seen, motion);
+    result = glbk__rsm_denoise_check(ctx, r, gbuffer, motion);
     if (result == GLBK_OK) result = glbk__rsm_frame_check(ctx, frame, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.grid[2] = r->width;
-    r->values.grid[3] = r->height;
-    r->values.mode[1] = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
-    r->values.mode[2] = d.rows == GIFILT_ROWS_TOP_FIRST;
-    r->values.pattern[3] = (float)d.history;
-    r->values.tests[0] = d.normal_cosine;
-    r->values.tests[1] = d.plane_slope;
+    r->values.width = r->width;
+    r->values.height = r->height;
+    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
+    r->values.rows_top_first = d.rows == GIFILT_ROWS_TOP_FIRST;
+    r->values.history = (float)d.history;
+    r->values.normal_cosine = d.normal_cosine;
+    r->values.plane_slope = d.plane_slope;
     memcpy(r->drawn.clip, r->before, sizeof r->before);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     to = r->remembers == 1 ? 1 : 0;
     if (result == GLBK_OK)
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(ctx, r, seen, NULL);
+    glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_before, &r->kept[1 - to]);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_history, &r->history[1 - to]);
@@ -3296,7 +3708,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->filtered = 1;
     r->has_before = d.view_projection != NULL;
     if (d.view_projection) memcpy(r->before, d.view_projection, sizeof r->before);
-    return glbk__rsm_smooth(ctx, r, seen, d.passes);
+    return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 
 GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
@@ -3304,24 +3716,26 @@ GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
     if (r) r->remembers = 0;
 }
 
-GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                      const glbk_pass *pass, const glbk_picture *picture, int direct, int bounced)
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                      const glbk_pass *pass, const glbk_picture *picture, int direct,
+                                      int bounced)
 {
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_seen_check(ctx, __func__, r, seen);
+    result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&r->values, 0, sizeof r->values);
-    r->values.mode[0] = direct && r->direct < 3;
-    r->values.mode[1] = bounced && glbk__rsm_bounced(r);
+    r->values.shows_direct = direct && r->direct < 3;
+    r->values.shows_bounced = bounced && glbk__rsm_bounced(r);
     result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
     if (result == GLBK_OK)
-        result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->programs[GLBK__RSM_RESOLVE]);
+        result = glbk__begin_picture(ctx, pass, picture, r->width, r->height,
+                                     &r->programs[GLBK__RSM_RESOLVE]);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(ctx, r, seen, NULL);
+    glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, r->direct < 3 ? &r->sums[r->direct] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_states, glbk__rsm_bounced(r));
     glbk_draw_screen(ctx);
@@ -3337,10 +3751,13 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
     if (result != GLBK_OK) return result;
     if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (bounced)
-        target = r->bounce < 3 ? &r->targets[r->bounce] : r->bounce < 5 ? &r->history_targets[r->bounce - 3] : NULL;
+        target = r->bounce < 3   ? &r->targets[r->bounce]
+                 : r->bounce < 5 ? &r->history_targets[r->bounce - 3]
+                                 : NULL;
     else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
     if (target) return glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba);
-    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light", "is not there yet");
+    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
+                     "is not there yet");
 }
 
 /* ==== src/gl_rsm/end.h ==== */

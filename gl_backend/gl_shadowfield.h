@@ -1,17 +1,18 @@
-/* gl_shadowfield.h - v0.9.0 - shadow fields on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_shadowfield.h - v0.9.0 - shadow fields on OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Brings fields of shadowfield.h onto the GPU: sfield_shade() in shaders of your own, a complete pass that shades a
-   G-buffer, and cubes of new fields drawn and projected by the GPU.
+   It brings fields of shadowfield.h onto the GPU: shaders of your own call sfield_shade(), a complete pass
+   shades a G-buffer, and cubes of new fields are drawn and projected by the GPU.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; gl_gbuffer.h, which has what a camera sees; and
-     shadowfield.h above it, whose fields and entities it takes and whose implementation it calls. The implementations
-     of all three belong into some file of the program.
-   - Fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; gl_gbuffer.h, which has what a camera
+     sees; and shadowfield.h above it, whose fields and entities it takes and whose functions it calls. The
+     implementations of all three belong into some file of the program.
+   - It has fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
 
@@ -32,7 +33,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -48,14 +49,14 @@
            glbk_result result;
 
            memset(&desc, 0, sizeof desc);
-           desc.get_proc_fn = get_proc;                        // a context is current
+           desc.get_proc_fn = get_proc;                     // a context is current
            result = glbk_init(&gl, &desc);
            if (result != GLBK_OK) {
                printf("no GL: %s\n", glbk_result_text(result));
                return result != GLBK_ERR_FUNCTION;
            }
            memset(&source, 0, sizeof source);
-           source.parts[0] = glbk_sfield_part();               // the GLSL of this header
+           source.parts[0] = glbk_sfield_part();            // the GLSL of this header
            source.uses = "sfield_shade";
            source.defines = "SFIELD_BANDS=4";
            source.fragment = fragment;
@@ -66,16 +67,18 @@
            return result != GLBK_OK;
        }
 
-   The whole frame, with a window: examples/09_shadowfield_gl_minimal.c.
+   The whole frame, with a window: examples/09_shadowfield_gl_minimal.c; as complete passes, with own
+   visibility: examples/09b_shadowfield_gl_passes.c.
 
    Configuration
 
      GL_SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code; other files may have that of
                                      gl_backend.h, gl_gbuffer.h and shadowfield.h
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/shadowfield.md.   State: docs/gl-state.md.
+   Layouts: docs/gpu-layouts.md. The technique: docs/shadowfield.md. State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. shadowfield.h lies above. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   shadowfield.h lies above this folder. */
 #include "gl_gbuffer.h"
 #include "../shadowfield.h"
 
@@ -97,189 +100,222 @@ extern "C" {
 
 /* ---- sfield: shadow fields, after shadowfield.h ----
 
-   The fields of a scene are uploaded once, into one table with what the product needs; entities and the sky are in
-   another, so that moving them leaves fields alone. Fields, entities and what is recorded are shadowfield.h's, and so
-   are the numbers of entities: they count from 1, 0 is none. A pixel of the G-buffer (gl_gbuffer.h) is any point to
-   shade: one of the screen, or a vertex. Wavelets and fields of logarithms are shadowfield.h's alone. A frame:
+   The fields of a scene are uploaded once, into one table, with the terms of the product; entities and the
+   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and what is
+   recorded are shadowfield.h's, and so are the numbers of entities: they count from 1, 0 is none. The points
+   that are shaded are the pixels of a G-buffer (gl_gbuffer.h): of the screen, or vertices. A frame:
 
-       glbk_sfield_scene_entities(gl, &scene, entities, count);     // and glbk_sfield_scene_sky
+       glbk_sfield_scene_entities(gl, &scene, entities, count);     // where all is; and glbk_sfield_scene_sky
        glbk_gbuffer_begin(gl, &gbuffer, world_to_clip, eye);        // or _import, or _upload
-       glbk_sfield_self_begin(gl, &renderer, &gbuffer);             // what objects hide of themselves; or _self_upload
-       glbk_sfield_shade(gl, &renderer, &gbuffer, &scene, eye, 0);  // renderer.light has the picture
+       glbk_gbuffer_object(gl, &gbuffer, &surface);                 // for each object, with your draw
+       glbk_sfield_shade(gl, &renderer, &gbuffer, &scene, eye, 0);
 
-   For shaders of your own, lib/sfield_shade.glsl with glbk_sfield_bind, SFIELD_BANDS defined:
+   renderer.light then holds the light at each pixel without the surface's colour. There is no function that
+   resolves it to a picture, as those of other techniques do, since how light meets colour is your lighting
+   pass's matter; it is one line: albedo times light.rgb, and specular colour times gloss.rgb.
+
+   Shaders of your own call lib/sfield_shade.glsl, after glbk_sfield_bind, with SFIELD_BANDS defined:
 
        void sfield_cosine(vec3 n, out float t[SFIELD_COEFS]);
-       sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS]);
+       sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS],
+                                float g[SFIELD_COEFS]);
 
-   World space, normals unit; own: the entity that the point lies on, counted from 1, or 0; t: of sfield_cosine, or own
-   visibility x cosine, turned into the world; g: t times Phong's lobe, read with SFIELD_GLOSS=1 alone. Result: light
-   (rgb irradiance, W/m^2; times albedo / pi it is radiance), gloss, open (first coefficient of what stays visible). */
+       position, normal   world space; the normal is unit
+       own                the entity that the point lies on, counted from 1; 0 = none
+       t                  from sfield_cosine, or own visibility x cosine, turned into the world
+       g                  t times Phong's lobe; it is read with SFIELD_GLOSS=1 alone
 
-#define GLBK_SFIELD_TEXTURES(X)                                                                     \
-    X(usampler2DArray, glbk_sfield_table, 0)    /* terms, fields */                                 \
-    X(usampler2DArray, glbk_sfield_self, 3)     /* own visibility of a picture */                   \
-    X(usampler2D, glbk_sfield_seen, 4)          /* building: samples; texels; integrals of the basis */ \
-    X(usampler2D, glbk_sfield_cube, 5)                                                              \
-    X(usampler2DArray, glbk_sfield_basis, 6)                                                        \
-    X(usampler2DArray, glbk_sfield_moving, 7)   /* sky, entities, rotations */
-
-#define GLBK_SFIELD_CONTENTS_MEMBERS(X)                                                             \
-    X(uvec4, table, 1)          /* texel of the entities, count, lights; 1: go to the sky */        \
-    X(uvec4, parts, 1)          /* texel of the terms, pairs of them; texel of the sky */
-
-#define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)
-
-#define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                               \
-    X(mat4, world, 1)                                                                               \
-    X(mat4, clip, 1)
-
-#define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                                \
-    X(vec4, sphere, 1)          /* centre, radius */                                                \
-    X(uvec4, how, 1)            /* first tile, tiles a column, samples a side of a tile, N */       \
-    X(uvec4, size, 1)           /* eyes a batch, groups of four coefficients */                     \
-    X(vec4, eyes, 256)          /* of each tile: in radii about the centre; 1 / greatest depth */   \
-    X(uvec4, places, 256)       /* face, eye; column, row of the atlas */
-
-#define GLBK_SFIELD_BLOCKS(X)                                                                       \
-    X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                          \
-    X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                              \
-    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                            \
-    X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
-
-#define GLBK_SFIELD_STORAGE(X)
-#define GLBK_SFIELD_IMAGES(X)                                                                       \
-    X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)                                      \
-    X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)                                      \
-    X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2) /* building */                      \
-    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
-
-GLBK__PART(SFIELD)
+   The result has light (irradiance, W/m^2; times albedo / pi it is radiance), gloss, and open, the first
+   coefficient of what stays visible. */
 
 GLBK_DEF const glbk_part *glbk_sfield_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
+   files. */
 
 typedef struct glbk_sfield_scene_desc {
-    const sfield_algebra *algebra;      /* of the fields' bands; must outlive the scene, which turns entities by it */
-    const sfield_field *const *fields;  /* occlusion and source fields of harmonics, as many bands; entities name them
-                                           by these pointers, so they must outlive the scene */
-    size_t                field_count;
-    uint32_t              entity_capacity;      /* most entities, 1..65535 */
-    float                 reach;        /* as in sfield_scene_desc: occluders count up to this many radii, to 1e6; 0 =
-                                           the outermost shell of each */
+    const sfield_algebra      *algebra; /* of the fields' bands; the scene turns entities by it, so it must
+                                           outlive it */
+    const sfield_field *const *fields;  /* occlusion and source fields of harmonics, all of as many bands.
+                                           Entities name them by these pointers, so they must outlive the
+                                           scene */
+    size_t   field_count;
+    uint32_t entity_capacity;           /* the most entities, 1..65535 */
+    float    reach;                     /* as in sfield_scene_desc: occluders count up to this many of their
+                                           radii, to 1e6; 0 = to the outermost shell of each */
 } glbk_sfield_scene_desc;
 
-typedef struct glbk_sfield_field {      /* read only: a field in the table */
+typedef struct glbk_sfield_field {      /* a field in the table; read only */
     const sfield_field *field;
     uint32_t start;                     /* its first texel: what sfield_locate() and sfield_fetch() take */
-    int      source;
-    float    center[3], radius, inscribed, outer;       /* in its own space; outer in radii */
+    int      source;                    /* not 0: a source, else an occlusion field */
+    float    center[3];                 /* in its own space */
+    float    radius;
+    float    inscribed;                 /* radius of the inscribed sphere */
+    float    outer;                     /* the outermost shell, in radii */
 } glbk_sfield_field;
 
 typedef struct glbk_sfield_scene {      /* read only; zeroed = none */
-    glbk_texture table, moving;         /* terms and fields; sky, entities, rotations */
-    glbk_buffer  contents;
-    uint32_t     bands, entity_capacity, entity_count, light_count;
-    glbk_sfield_field *fields;          /* by their pointers, rising */
+    glbk_texture table;                 /* terms and fields */
+    glbk_texture moving;                /* the sky, entities, rotations */
+    glbk_buffer  contents;              /* the uniform block */
+    uint32_t     bands;
+    uint32_t     entity_capacity;
+    uint32_t     entity_count;
+    uint32_t     light_count;           /* entities that shine */
+    glbk_sfield_field *fields;          /* in the order of their pointers */
     size_t       field_count;
-    uint32_t     terms, texels, entities_at;            /* texels: of the table */
-    int          sky;
+    uint32_t     terms;                 /* private, like all that follows: texels of the terms */
+    uint32_t     texels;                /* of the table */
+    uint32_t     entities_at;           /* where they begin */
+    int          sky;                   /* not 0: there is one */
     float        reach;
     const sfield_algebra *algebra;
 } glbk_sfield_scene;
 
 GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfield_scene_desc *desc,
                                               glbk_sfield_scene *out);
-/* Uploads fields; nothing is placed yet, and the sky is black.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC; GLBK_ERR_MISMATCH: a field of wavelets, logarithms, self-visibility or
-            other bands, or a shard; GLBK_ERR_LIMIT: more than 2^28 texels; GLBK_ERR_ALLOC
-   Memory   on the GPU the fields, with coefficients filled up to a multiple of 16; here 56 bytes a field and, while it
-            runs, the longest file of a field (sfield_bytes) and 16 KB */
+/* Uploads fields, and makes room for entities. Nothing is placed yet, and the sky is black.
+   Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
+            and, while it runs, the longest file of a field (sfield_bytes) and 16 KB
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; GLBK_ERR_MISMATCH: a field of
+            wavelets, logarithms, own visibility or other bands, or a shard; GLBK_ERR_LIMIT: more than 2^28
+            texels; GLBK_ERR_ALLOC */
+
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
+/* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
+   NULL. */
 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *scene,
                                                 const sfield_entity *entities, size_t count);
-/* Where everything is now: what sfield_scene_entities takes. Entity 1 is entities[0].
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT (more than entity_capacity); GLBK_ERR_INPUT (a transform, tint or time);
-            GLBK_ERR_MISMATCH (a field that was not uploaded, an occlusion in place of a source): nothing has changed
-            then. GLBK_ERR_ALLOC, GLBK_ERR_LOST: some of them may have moved */
+/* Says where all entities are now, as sfield_scene_entities does; entity 1 is entities[0]. Call it whenever
+   one of them has moved or changed: it uploads all of them, 112 bytes each and their rotations.
+   count    0 .. scene->entity_capacity
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT: more than entity_capacity; GLBK_ERR_INPUT: a transform, tint or
+            time is not usable; GLBK_ERR_MISMATCH: a field was not uploaded, or is of the other kind. Nothing
+            has changed then. After GLBK_ERR_ALLOC and GLBK_ERR_LOST some of them may have moved */
+
 GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene *scene, const float *coefs);
-/* Environment and suns: 3 bands^2 coefficients from sfield_scene_sky; NULL = none. */
+/* Sets the environment and its suns.
+   coefs    3 bands^2 numbers from sfield_scene_sky; NULL = no sky
+   Errors   GLBK_ERR_ARGUMENT */
+
 GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *scene, const glbk_offset *offset);
-/* For your own program with sfield_shade.glsl: compile it with SFIELD_BANDS=scene.bands.
-   offset   that sfield has in the program; NULL = none */
+/* Binds the scene for a program of yours that uses lib/sfield_shade.glsl and is bound (glbk_begin). The
+   program is compiled with SFIELD_BANDS=n, n being scene->bands.
+   offset   what glbk_source.offsets gives this part in the program; NULL = none */
+
+GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes);
+/* Writes the GLSL function sfield_product with its numbers in it, which runs several times as fast as the one
+   that reads them from the table. It is for a program that defines SFIELD_UNROLLED, and goes behind
+   lib/sfield_access.glsl and lib/sfield_field.glsl and before lib/sfield_shade.glsl. It needs no context.
+   out      receives the text, cut to out_bytes and ended by 0; it may be NULL with out_bytes 0
+   Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain
+   by it. */
+
+/* ---- sfield: shading a G-buffer ---- */
 
 typedef struct glbk_sfield_renderer_desc {
-    uint32_t              width, height;
-    const sfield_algebra *algebra;      /* of the scene's bands; read until glbk_sfield_renderer_create returns */
-    int                   gloss;        /* not 0: Phong lobes too, of the G-buffer's Phong materials */
-    int                   self;         /* not 0: room for own visibility, 32 bytes a pixel; 5 to 8 bands: 64 to 128 */
-    uint32_t              self_attribute;       /* location of a mesh's first four coefficients of own visibility; the
-                                                   others follow. 1..12; 0 = 4 */
-    int                   product_in_table;     /* not 0: shaders read the product's terms from the table, as from 5
-                                                   bands on anyway; 0: they are written into the program, which
-                                                   compiles slower and runs several times as fast */
+    uint32_t width;                     /* pixels, 1 .. ctx->max_side, like height */
+    uint32_t height;
+    const sfield_algebra *algebra;      /* of the scene's bands; it is read until glbk_sfield_renderer_create
+                                           returns */
+    int      gloss;                     /* not 0: lobes of the G-buffer's Phong materials are shaded, too */
+    int      self;                      /* not 0: there is room for own visibility, 32 bytes a pixel; for 5 to
+                                           8 bands 64 to 128 */
+    uint32_t self_attribute;            /* location of a mesh's first four coefficients of own visibility,
+                                           which those of the others follow; 1..12, 0 = 4 */
+    int      product_in_table;          /* not 0: shaders read the terms of the product from the table, as
+                                           from 5 bands on anyway. 0: they are written into the program, which
+                                           takes longer to compile and runs several times as fast */
 } glbk_sfield_renderer_desc;
 
 typedef struct glbk_sfield_renderer {   /* read only; zeroed = none */
-    glbk_texture light, gloss;          /* GLBK_FORMAT_COLOR. light: rgb to multiply by albedo, a: the open share of the
-                                           cosine-weighted sphere. gloss: rgb to multiply by the specular colour */
-    glbk_texture self;                  /* own visibility */
-    glbk_target  target, self_target;
-    glbk_program shade, record;
-    glbk_buffer  frame, object;
-    uint32_t     width, height, bands, self_attribute;
-    int          compute;
-    int32_t      position_attribute;    /* that record was compiled for */
+    glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
+                                           share of the cosine-weighted sphere */
+    glbk_texture gloss;                 /* rgb times the specular colour is radiance; none without
+                                           desc.gloss */
+    glbk_texture self;                  /* own visibility; none without desc.self */
+    glbk_target  target;                /* light and gloss */
+    glbk_target  self_target;           /* private, like all that follows but width, height and compute */
+    glbk_program shade;
+    glbk_program record;
+    glbk_buffer  frame;
+    glbk_buffer  object;
+    uint32_t     width;
+    uint32_t     height;
+    uint32_t     bands;
+    uint32_t     self_attribute;
+    int          compute;               /* not 0: it shades by a compute shader */
+    int32_t      position_attribute;    /* the one that record was compiled for */
     float        clip[16];              /* of glbk_sfield_self_begin */
 } glbk_sfield_renderer;
 
-GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes);
-/* sfield_product with its numbers in it, for a program that defines SFIELD_UNROLLED: its text goes after "sfield_access
-   sfield_field" and before lib/sfield_shade.glsl.
-   out      receives it, cut to so many bytes and ended by 0; may be NULL with out_bytes 0
-   Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain by it. */
-
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
+/* Compiles the program that shades and makes its textures.
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and own visibility
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; GLBK_ERR_ALLOC; those of textures,
+            targets and glbk_program_compile */
+
 GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer *renderer);
+/* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
 
-GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                       const glbk_sfield_scene *scene, const float eye[3], int open);
-/* Direct light at all pixels into renderer->light and gloss. The compute path finds entities for 8 x 8 pixels together:
-   points near each other belong in one such block.
-   eye      for lobes; NULL = that of the G-buffer, which knows it where it was drawn or imported
-   open     not 0 = light.a is wanted even where there is no sky
-   Not clamped: ringing may go below 0.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH (a scene of other bands, a G-buffer of another size), GLBK_ERR_LOST */
-GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light, float *gloss);
-/* 4 floats a pixel each, or NULL. Waits for the GPU. Errors GLBK_ERR_MISMATCH: gloss of a renderer without it */
+GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                       const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
+                                       const float eye[3], int open);
+/* Shades all pixels into renderer->light and gloss. Light is not clamped: ringing may take it below 0. The
+   compute path finds entities for blocks of 8 x 8 pixels, so points near each other belong in one block.
+   eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
+   open     not 0: light.a is wanted even if there is no sky
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: the scene has other bands, or the G-buffer another size;
+            GLBK_ERR_LOST */
 
-/* ---- sfield: own visibility, what a point's own object hides ----
+GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light,
+                                      float *gloss);
+/* Waits for the GPU and reads the light of all pixels, as the textures hold it, rows from the bottom up.
+   light, gloss   receive 4 floats a pixel each; NULL = not wanted
+   Errors         GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: gloss of a renderer without it; those of
+                  glbk_target_read */
 
-   sfield_build_self records it for the vertices of a mesh. Pixels of which nothing was given start with the cosine. It
-   is in the space of the entity that the G-buffer names, and turns with it. Renderers with desc.self alone have it; it
-   stays from frame to frame until it is given anew. */
+/* ---- sfield: own visibility, which is what a point's own object leaves open ----
+
+   Fields say what other objects hide of a point; what its own object hides is recorded for the vertices of
+   its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for it, and
+   keeps it from frame to frame until it is given anew; pixels without it take the cosine. It is in the space
+   of the entity that the G-buffer names there, and turns with it. Behind the draws of the G-buffer:
+
+       glbk_sfield_self_begin(gl, &renderer, &gbuffer);
+       glbk_sfield_self_object(gl, &renderer, surface.world);   // for each object with it, and your draw */
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                             const glbk_gbuffer *gbuffer);
-/* Forgets it at all pixels and binds a target with a program, to draw it on what was drawn into the G-buffer, whose
-   depth and matrix count. The program is compiled at first use.
+/* Forgets own visibility at all pixels and binds what draws it anew, onto what was drawn into the G-buffer,
+   whose depth and matrix it uses. The first call compiles a program.
    Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: the G-buffer was not drawn; GLBK_ERR_LIMIT: more than 4 bands;
-            GLBK_ERR_MISMATCH: a renderer without desc.self, a G-buffer of another size, an attribute at two places */
-GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer, const float world[16]);
-/* Then draw the object from your vertex array: its position where the G-buffer has it, four coefficients each from
-   desc.self_attribute on.
-   world    that of its glbk_surface, so that depths are equal; zeros = identity */
+            GLBK_ERR_MISMATCH: the renderer has no desc.self, the G-buffer another size, or an attribute two
+            places */
+
+GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                             const float world[16]);
+/* Makes the draws that follow those of one object: bind its vertex array and draw. The array has the position
+   where the G-buffer has it, and four coefficients each in the attributes from desc.self_attribute on.
+   world    that of its glbk_surface, so that depths are equal; zeros = identity
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: no desc.self; GLBK_ERR_ORDER: glbk_sfield_self_begin has not
+            been called */
+
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row,
                                              uint32_t row_count, const float *const *self);
-/* Whole rows from the CPU: of each pixel bands^2 coefficients from sfield_self, mixed as you like, or NULL = nothing is
-   known. They are kept with 16 bits, to 5e-5. Errors GLBK_ERR_ARGUMENT, GLBK_ERR_MISMATCH as above, GLBK_ERR_ALLOC */
+/* Writes own visibility of whole rows of pixels from memory, for a G-buffer that was uploaded. It is kept
+   with 16 bits, off by 5e-5.
+   self     renderer->width x row_count pointers: bands^2 coefficients from sfield_self, mixed as you like, or
+            NULL where nothing is known
+   Errors   GLBK_ERR_ARGUMENT: NULL, or rows beyond height; GLBK_ERR_MISMATCH: no desc.self; GLBK_ERR_ALLOC */
 
 /* ---- sfield: building on the GPU ----
 
-   Draws what is seen from the sample points of a field, up to 256 faces of cubes at a time in one atlas, counts samples
-   into texels and projects these on harmonics. shadowfield.h asks for it and makes the field:
+   A builder draws what is seen from the sample points of a field, up to 256 faces of cubes at a time in one
+   atlas, counts samples into texels and projects these on harmonics. shadowfield.h asks for it and makes the
+   field:
 
        int see(void *user, const sfield_views *views)
        {
@@ -288,48 +324,142 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
        ... sfield_build_views(&desc, 0, &mesh, see, NULL, &field, NULL); */
 
 typedef void (*glbk_sfield_draw_fn)(void *user, glbk_context *ctx, int32_t instances);
-/* Draws your object, within the sphere: bind its vertex array, attribute 0 the position in the field's space, sources:
-   attribute 1 the radiance of the triangle, and draw so many instances; program and state are ours. */
+/* Draws so many instances of your object, which lies within the field's sphere: it binds a vertex array with
+   the position in the field's space as attribute 0 and, for sources, the radiance of the triangle as
+   attribute 1. It changes neither program nor state. */
 
 typedef struct glbk_sfield_builder_desc {
-    const sfield_desc  *field;      /* the desc that sfield_build_views gets: its basis, bands and cube_side say what is
-                                       projected; NULL = its defaults */
-    const sfield_mesh  *mesh;       /* in the field's space; NULL = draw_fn */
-    int                 source;     /* not 0: radiance, else alpha */
-    const float        *radiance;   /* sources: r, g, b of each triangle of mesh, 0..1e18; other frames by draw_fn */
+    const sfield_desc  *field;      /* the desc that sfield_build_views gets: its basis, bands and cube_side
+                                       say what is projected. NULL = its defaults */
+    const sfield_mesh  *mesh;       /* the object in the field's space; NULL = draw_fn draws it */
+    int                 source;     /* not 0: radiance is built, else alpha */
+    const float        *radiance;   /* sources: r, g, b of each triangle of mesh, 0..1e18, which is one frame;
+                                       draw_fn draws others */
     glbk_sfield_draw_fn draw_fn;    /* used without a mesh */
-    void               *user;
-} glbk_sfield_builder_desc;         /* all is kept by you until glbk_sfield_builder_create returns */
+    void               *user;       /* given to draw_fn */
+} glbk_sfield_builder_desc;         /* keep all of it until glbk_sfield_builder_create returns */
 
-typedef struct glbk_sfield_builder {    /* batch: most eyes of which cubes are kept at once. The rest is private */
-    uint32_t      batch, side, bands, groups, height;
+typedef struct glbk_sfield_builder {    /* read only; zeroed = none */
+    uint32_t      batch;                /* the most eyes of which cubes are kept at once */
+    uint32_t      side;                 /* private, like all that follows: texels a side of a face */
+    uint32_t      bands;                /* 0: texels are wanted, not coefficients */
+    uint32_t      groups;               /* of four coefficients */
+    uint32_t      height;               /* pixels of the atlas */
     int           source;
     glbk_sfield_draw_fn draw_fn;
     void         *user;
-    float         center[3], radius;    /* of your mesh */
-    uint32_t      vertex_array, index_count;
-    glbk_buffer   vertices, indices, block;
-    glbk_texture  seen, depth, cube, coefs, basis;
-    glbk_target   seen_target, cube_target, coef_target;
-    glbk_program  see, sum, project;
-    glbk_sfield_views *views;
+    float         center[3];            /* sphere round your mesh */
+    float         radius;
+    uint32_t      vertex_array;
+    uint32_t      index_count;
+    glbk_buffer   vertices;
+    glbk_buffer   indices;
+    glbk_buffer   block;
+    glbk_texture  seen;                 /* the atlas */
+    glbk_texture  depth;
+    glbk_texture  cube;
+    glbk_texture  coefs;
+    glbk_texture  basis;                /* what it integrates to over texels */
+    glbk_target   seen_target;
+    glbk_target   cube_target;
+    glbk_target   coef_target;
+    glbk_program  see;
+    glbk_program  sum;
+    glbk_program  project;
+    struct glbk_sfield_views *views;    /* the block's values */
     uint32_t     *words;                /* what was read back */
     int           compute;
 } glbk_sfield_builder;
 
 GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
                                                 glbk_sfield_builder *out);
+/* Makes a builder for one object.
+   Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here what
+            is read back of a batch, and while it runs the mesh or the basis
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; GLBK_ERR_INPUT: what sfield_build
+            refuses of a mesh, or radiance that is out of range; GLBK_ERR_ALLOC; those of textures and
+            glbk_program_compile */
+
 GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder,
                                              const sfield_views *views);
-GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *builder);
-/* see       writes views->values. Samples as sfield_build takes them: 64 to 512 a side of a face (sources 256), by
-             distance
-   Memory    on the GPU 4 MB (sources 20), cubes of a batch, the mesh, bands^2 x 24 N^2 bytes; here what is read back of
-             a batch. In glbk_sfield_builder_create once more the mesh, or the basis
-   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_DESC; GLBK_ERR_INPUT (what sfield_build refuses of a mesh; radiance or views
-             that are not finite), GLBK_ERR_ALLOC, GLBK_ERR_LIMIT; `values` may be half written. No float targets are
-             needed */
+/* Draws what is seen from all eyes of views, writes it to views->values and waits for the GPU. Samples are
+   those of sfield_build: 64 to 512 a side of a face (sources 256), by distance. No float targets are needed.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT: views are not finite; those of glbk_begin and of reading.
+            values may be half written then */
 
+GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *builder);
+/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */
+
+/* ==== src/gl_shadowfield/bindings.h ==== */
+
+/* ---- sfield: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+
+/* The two tables, and own visibility of a picture. */
+#define GLBK_SFIELD_SCENE_TEXTURES(X)                   \
+    X(usampler2DArray, glbk_sfield_table, 0)            \
+    X(usampler2DArray, glbk_sfield_moving, 7)           \
+    X(usampler2DArray, glbk_sfield_self, 3)
+
+/* Building: samples of tiles, texels of cubes, integrals of the basis over texels. */
+#define GLBK_SFIELD_BUILD_TEXTURES(X)                   \
+    X(usampler2D, glbk_sfield_seen, 4)                  \
+    X(usampler2D, glbk_sfield_cube, 5)                  \
+    X(usampler2DArray, glbk_sfield_basis, 6)
+
+#define GLBK_SFIELD_TEXTURES(X)                         \
+    GLBK_SFIELD_SCENE_TEXTURES(X)                       \
+    GLBK_SFIELD_BUILD_TEXTURES(X)
+
+/* What the tables hold. */
+#define GLBK_SFIELD_CONTENTS_MEMBERS(X)                                                     \
+    X(uint, entity_texel, 1)        /* where the entities begin, in the table of what moves */ \
+    X(uint, entity_count, 1)                                                                \
+    X(uint, light_count, 1)         /* entities that shine */                               \
+    X(uint, wants_sky, 1)           /* not 0: what is left after all occluders is wanted */ \
+    X(uint, term_texel, 1)          /* where the terms of the product begin */              \
+    X(uint, term_count, 1)          /* texels of them, two terms each */                    \
+    X(uint, sky_texel, 1)           /* where the sky begins, in the table of what moves */  \
+    X(uint, pad, 1)
+
+#define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
+
+/* An object whose own visibility is drawn. */
+#define GLBK_SFIELD_OBJECT_MEMBERS(X)                   \
+    X(mat4, world, 1)                                   \
+    X(mat4, clip, 1)
+
+/* Tiles of an atlas, each a face of an eye's cube. */
+#define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                        \
+    X(vec4, sphere, 1)              /* centre, radius */                                    \
+    X(uint, first_tile, 1)          /* of the column that is drawn */                       \
+    X(uint, rows, 1)                /* tiles of a column */                                 \
+    X(uint, width, 1)               /* samples a side of a tile */                          \
+    X(uint, side, 1)                /* texels a side of a face */                           \
+    X(uint, batch, 1)               /* eyes */                                              \
+    X(uint, groups, 1)              /* of four coefficients */                              \
+    X(uint, pad0, 1) X(uint, pad1, 1)                                                       \
+    GLBK_SFIELD_TILE_MEMBERS(X)
+
+#define GLBK_SFIELD_TILE_MEMBERS(X)                                                         \
+    X(vec4, eyes, 256)              /* in radii about the centre; 1 / greatest depth */     \
+    X(uvec4, places, 256)           /* face, number of the eye; column, row of the atlas */
+
+#define GLBK_SFIELD_BLOCKS(X)                                   \
+    X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)    \
+    X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)          \
+    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)        \
+    X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
+
+#define GLBK_SFIELD_STORAGE(X)
+
+/* What compute shaders write: a picture's light and gloss; cubes and coefficients of a builder. */
+#define GLBK_SFIELD_IMAGES(X)                                           \
+    X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)          \
+    X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)          \
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2)         \
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
+
+GLBK__PART(SFIELD)
 
 /* ==== src/gl_shadowfield/begin.h ==== */
 
@@ -341,7 +471,7 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 
 #endif /* GL_SHADOWFIELD_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_SHADOWFIELD_IMPLEMENTATION) && !defined(GL_SHADOWFIELD_IMPLEMENTED)
 #define GL_SHADOWFIELD_IMPLEMENTED
@@ -351,7 +481,6 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 #include <string.h>
 
 /* ==== src/shared/mem.h ==== */
-
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -373,7 +502,7 @@ static inline void glbk_sfield__default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int glbk_sfield__mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -381,7 +510,8 @@ static inline int glbk_sfield__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int glbk_sfield__stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
@@ -397,7 +527,7 @@ static inline glbk_sfield__allocator glbk_sfield__allocator_make(void *(*alloc_f
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *glbk_sfield__alloc(const glbk_sfield__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -415,7 +545,6 @@ static inline void glbk_sfield__free(const glbk_sfield__allocator *a, void *memo
 }
 
 /* ==== src/shared/v3.h ==== */
-
 
 /* unit v3: three floats */
 
@@ -459,7 +588,8 @@ static inline glbk_sfield__v3 glbk_sfield__v3_cross(glbk_sfield__v3 a, glbk_sfie
     return glbk_sfield__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int glbk_sfield__finite(float x)
 {
     uint32_t bits;
@@ -469,16 +599,16 @@ static inline int glbk_sfield__finite(float x)
 
 /* ==== src/shared/m4.h ==== */
 
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline glbk_sfield__v3 glbk_sfield__m4_point(const float *m, glbk_sfield__v3 p)
 {
-    return glbk_sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+    return glbk_sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int glbk_sfield__m4_is_affine(const float *m)
 {
     int i;
@@ -487,8 +617,9 @@ static inline int glbk_sfield__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int glbk_sfield__m4_is_rigid_uniform(const float *m, float *scale)
 {
     glbk_sfield__v3 x = glbk_sfield__v3_load(m), y = glbk_sfield__v3_load(m + 4), z = glbk_sfield__v3_load(m + 8);
@@ -513,7 +644,6 @@ static inline int glbk_sfield__m4_is_rigid_uniform(const float *m, float *scale)
 
 /* ==== src/shared/gl_memory.h ==== */
 
-
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
 
 static inline glbk_sfield__allocator glbk_sfield__memory(const glbk_context *ctx)
@@ -524,17 +654,17 @@ static inline glbk_sfield__allocator glbk_sfield__memory(const glbk_context *ctx
 
 /* ==== src/shared/message.h ==== */
 
-
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* GLBK_SFIELD__COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define GLBK_SFIELD__COLD __attribute__((cold))
 #else
 #define GLBK_SFIELD__COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct glbk_sfield__logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -543,7 +673,7 @@ typedef struct glbk_sfield__logger {
 
 typedef struct glbk_sfield__message { char text[256]; size_t used; } glbk_sfield__message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline GLBK_SFIELD__COLD void glbk_sfield__message_text(glbk_sfield__message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -560,7 +690,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__message_count(glbk_sfield__mes
     glbk_sfield__message_text(m, digits + at);
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__message *m, const glbk_sfield__logger *logger, const char *field)
 {
     m->used = 0;
@@ -569,9 +699,10 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__mes
     glbk_sfield__message_text(m, field);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     glbk_sfield__message m;
     if (!logger->log) return;
@@ -604,11 +735,11 @@ static const char *const glbk__glsl_lib_sfield_access_glsl[] = {
 
 static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "\nuniform usampler2DArray glbk_sfield_table;\n"
+    "uniform usampler2DArray glbk_sfield_moving;\n"
     "uniform usampler2DArray glbk_sfield_self;\n"
     "uniform usampler2D glbk_sfield_seen;\n"
     "uniform usampler2D glbk_sfield_cube;\n"
     "uniform usampler2DArray glbk_sfield_basis;\n"
-    "uniform usampler2DArray glbk_sfield_moving;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_sfield_light_image;\n"
     "#endif\n"
@@ -625,13 +756,19 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
 
 static const char *const glbk__glsl_lib_sfield_contents_glsl[] = {
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
-    "uvec4 table;\n"
-    "uvec4 parts;\n"
+    "uint entity_texel;\n"
+    "uint entity_count;\n"
+    "uint light_count;\n"
+    "uint wants_sky;\n"
+    "uint term_texel;\n"
+    "uint term_count;\n"
+    "uint sky_texel;\n"
+    "uint pad;\n"
     "}glbk_sfield_contents;\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
-    "\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
+    "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n"
     "#endif\n"
     "#ifndef SFIELD_BANDS\n"
@@ -648,33 +785,34 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "#define SFIELD_NONE 0xffffffffu\n"
     "#define SFIELD_PI 3.14159265\n"
     "#define SFIELD_Y00 0.282094792\n"
-    "\n\nstruct sfield_place{\n"
-    "uint first,shell;\n"
+    "\n\n\nstruct sfield_place{\n"
+    "uint first;\n"
+    "uint shell;\n"
     "vec4 corner;\n"
     "vec2 weight;\n"
     "};\n"
     "\n\nfloat sfield_warp(float u)\n"
     "{\n"
     "float z=u*u;\n"
-    "return u+u*(1.0-z)*(0.273219633+z*(-0.150161507+z*(0.0946681494+z*(-0.0487783181+\n"
-    "z*0.0127531015))));\n"
+    "float p=.0946681494+z*(-.0487783181+z*.0127531015);\n"
+    "return u+u*(1.-z)*(.273219633+z*(-.150161507+z*p));\n"
     "}\n"
-    "\n\nfloat sfield_measure(float d2,uint how)\n"
+    "\n\n\nfloat sfield_measure(float d2,uint how)\n"
     "{\n"
-    "float inverse=1.0/d2,u=min(inverse,1.0);\n"
+    "float inverse=1./d2,u=min(inverse,1.);\n"
     "if((how&2u)!=0u)return-sqrt(d2);\n"
-    "return(how&1u)!=0u||d2<1.0?inverse:u/(1.0+sqrt(1.0-u));\n"
+    "return(how&1u)!=0u||d2<1.?inverse:u/(1.+sqrt(1.-u));\n"
     "}\n"
     "\n\nsfield_place sfield_locate(uint field,vec3 p)\n"
     "{\n"
     "uvec4 head=SFIELD_TEXEL(field);\n"
     "vec3 a=abs(p);\n"
-    "float m=max(max(a.x,a.y),a.z),d2=dot(p,p),inverse=1.0/max(m,1e-20);\n"
+    "float m=max(max(a.x,a.y),a.z),d2=dot(p,p),inverse=1./max(m,1e-20);\n"
     "bool on_x=m==a.x,on_y=m==a.y&& !on_x;\n"
-    "uint face=on_x?(p.x>0.0?0u:1u):on_y?(p.y>0.0?2u:3u):p.z>0.0?4u:5u;\n"
-    "float s=on_x?(p.x>0.0? -p.z:p.z):on_y?p.x:p.z>0.0?p.x: -p.x;\n"
-    "float t=on_y?(p.y>0.0?p.z: -p.z): -p.y;\n"
-    "vec2 grid=(vec2(sfield_warp(s*inverse),sfield_warp(t*inverse))+1.0)*(0.5*float(head.w-1u));\n"
+    "uint face=on_x?(p.x>.0?0u:1u):on_y?(p.y>.0?2u:3u):p.z>.0?4u:5u;\n"
+    "float s=on_x?(p.x>.0? -p.z:p.z):on_y?p.x:p.z>.0?p.x: -p.x;\n"
+    "float t=on_y?(p.y>.0?p.z: -p.z): -p.y;\n"
+    "vec2 grid=(vec2(sfield_warp(s*inverse),sfield_warp(t*inverse))+1.)*(.5*float(head.w-1u));\n"
     "uvec2 at=uvec2(min(grid,vec2(float(head.w)-1.5)));\n"
     "vec2 f=grid-vec2(at);\n"
     "uint low=0u,high=head.z-1u;\n"
@@ -686,15 +824,15 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "vec2 inner=uintBitsToFloat(SFIELD_TEXEL(field+3u+low).xy);\n"
     "vec2 outer=uintBitsToFloat(SFIELD_TEXEL(field+4u+low).xy);\n"
     "float last=uintBitsToFloat(SFIELD_TEXEL(field+2u+head.z).x),q=max(d2,1e-12);\n"
-    "float w=clamp((sfield_measure(q,head.x)-outer.y)/(inner.y-outer.y),0.0,1.0);\n"
+    "float w=clamp((sfield_measure(q,head.x)-outer.y)/(inner.y-outer.y),.0,1.);\n"
     "sfield_place place;\n"
     "place.first=((low*6u+face)*head.w+at.y)*head.w+at.x;\n"
     "place.shell=low;\n"
-    "place.corner=vec4((1.0-f.x)*(1.0-f.y),f.x*(1.0-f.y),(1.0-f.x)*f.y,f.x*f.y);\n"
-    "place.weight=vec2(w,(1.0-w)*min(last/q,1.0));\n"
+    "place.corner=vec4((1.-f.x)*(1.-f.y),f.x*(1.-f.y),(1.-f.x)*f.y,f.x*f.y);\n"
+    "place.weight=vec2(w,(1.-w)*min(last/q,1.));\n"
     "return place;\n"
     "}\n"
-    "\nvec4 sfield_bytes(uint word)\n"
+    "\n\nvec4 sfield_bytes(uint word)\n"
     "{\n"
     "return vec4(float(word&255u),float((word>>8)&255u),float((word>>16)&255u),float(word>>24));\n"
     "}\n"
@@ -712,43 +850,47 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "uint at=scale+uint(4*cell+word);\n"
     "vec4 q=corner.x*sfield_bytes(a[word])+corner.y*sfield_bytes(b[word])+\n"
     "corner.z*sfield_bytes(c[word])+corner.w*sfield_bytes(d[word]);\n"
-    "q=weight*(q*uintBitsToFloat(SFIELD_TEXEL(at))+uintBitsToFloat(SFIELD_TEXEL(at+4u*cells)));\n"
+    "vec4 scales=uintBitsToFloat(SFIELD_TEXEL(at));\n"
+    "vec4 biases=uintBitsToFloat(SFIELD_TEXEL(at+4u*cells));\n"
+    "q=weight*(q*scales+biases);\n"
     "for(int i=0;i<4;i++)\n"
     "if(16*cell+4*word+i<SFIELD_COEFS)v[16*cell+4*word+i]+=q[i];\n"
     "}\n"
     "}\n"
     "}\n"
-    "\n\n\nvoid sfield_fetch(uint field,sfield_place at,uint channel,float time,float weight,out float v[SFIELD_COEFS])\n"
+    "\n\n\n\nvoid sfield_fetch(uint field,sfield_place at,uint channel,float time,float weight,\n"
+    "out float v[SFIELD_COEFS])\n"
     "{\n"
     "uvec4 head=SFIELD_TEXEL(field);\n"
     "uint before=0u,after=0u,shell=6u*head.w*head.w;\n"
-    "float t=0.0;\n"
-    "for(int k=0;k<SFIELD_COEFS;k++)v[k]=0.0;\n"
+    "float t=.0;\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)v[k]=.0;\n"
     "if(head.y>1u){\n"
     "float n=float(head.y);\n"
     "bool loop=(head.x&4u)!=0u;\n"
     "t=time*uintBitsToFloat(SFIELD_TEXEL(field+2u).x);\n"
     "if(loop)t=clamp(t,-1e7,1e7)-n*floor(clamp(t,-1e7,1e7)/n);\n"
-    "t=max(t,0.0);\n"
-    "t=t<n?t:loop?0.0:n;\n"
+    "t=max(t,.0);\n"
+    "t=t<n?t:loop?.0:n;\n"
     "before=min(uint(t),head.y-1u);\n"
     "after=before+1u<head.y?before+1u:loop?0u:before;\n"
-    "t=t-float(before)<1.0?t-float(before):0.0;\n"
+    "t=t-float(before)<1.?t-float(before):.0;\n"
     "}\n"
-    "for(uint i=0u;i<(t>0.0?4u:2u);i++){\n"
+    "for(uint i=0u;i<(t>.0?4u:2u);i++){\n"
     "uint frame=(i<2u?before:after)*head.z,outer=i&1u;\n"
-    "float w=weight*(i<2u?1.0-t:t)*(outer==0u?at.weight.x:at.weight.y);\n"
-    "if(w!=0.0)\n"
-    "sfield_mix(field,(frame+outer)*shell+at.first,frame+at.shell+outer,channel,at.corner,w,v);\n"
+    "float w=weight*(i<2u?1.-t:t)*(outer==0u?at.weight.x:at.weight.y);\n"
+    "if(w!=.0)\n"
+    "sfield_mix(field,(frame+outer)*shell+at.first,frame+at.shell+outer,channel,\n"
+    "at.corner,w,v);\n"
     "}\n"
     "}\n",
-    "\n\n\n\nvoid sfield_rotate(uint rotation,bool back,inout float v[SFIELD_COEFS])\n"
+    "\n\n\n\n\nvoid sfield_rotate(uint rotation,bool back,inout float v[SFIELD_COEFS])\n"
     "{\n"
     "uint row=rotation;\n"
     "for(int l=1;l<SFIELD_BANDS;l++){\n"
     "float sum[2*SFIELD_BANDS];\n"
     "int n=2*l+1,first=l*l;\n"
-    "for(int x=0;x<n;x++)sum[x]=0.0;\n"
+    "for(int x=0;x<n;x++)sum[x]=.0;\n"
     "for(int y=0;y<n;y++)\n"
     "for(int x=0;x<n;x+=4,row++){\n"
     "vec4 m=uintBitsToFloat(SFIELD_ROTATION(row));\n"
@@ -761,7 +903,7 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "for(int x=0;x<n;x++)v[first+x]=sum[x];\n"
     "}\n"
     "}\n"
-    "\n\n\n\n#ifndef SFIELD_UNROLLED\n"
+    "\n\n\n\n\n#ifndef SFIELD_UNROLLED\n"
     "void sfield_product(uvec2 terms,float a[SFIELD_COEFS],float b[SFIELD_COEFS],out float r[SFIELD_COEFS])\n"
     "{\n"
     "r[0]=a[0]*b[0];\n"
@@ -782,19 +924,19 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "#endif\n"
     "\n\nvoid sfield_basis(vec3 d,out float y[SFIELD_COEFS])\n"
     "{\n"
-    "float c=1.0,s=0.0,diagonal=SFIELD_Y00;\n"
+    "float c=1.,s=.0,diagonal=SFIELD_Y00;\n"
     "for(int m=0;m<SFIELD_BANDS;m++){\n"
-    "float older=0.0,now=m>0?1.41421356*diagonal:diagonal,fm=float(m);\n"
+    "float older=.0,now=m>0?1.41421356*diagonal:diagonal,fm=float(m);\n"
     "for(int l=m;l<SFIELD_BANDS;l++){\n"
-    "float fl=float(l),back=l>0?sqrt((fl*fl-fm*fm)/(4.0*fl*fl-1.0)):0.0;\n"
-    "float a=sqrt((4.0*(fl+1.0)*(fl+1.0)-1.0)/((fl+1.0)*(fl+1.0)-fm*fm));\n"
+    "float fl=float(l),back=l>0?sqrt((fl*fl-fm*fm)/(4.*fl*fl-1.)):.0;\n"
+    "float a=sqrt((4.*(fl+1.)*(fl+1.)-1.)/((fl+1.)*(fl+1.)-fm*fm));\n"
     "float next=a*(d.z*now-back*older);\n"
     "y[l*l+l-m]=now*s;\n"
     "y[l*l+l+m]=now*c;\n"
     "older=now;\n"
     "now=next;\n"
     "}\n"
-    "diagonal*=sqrt((2.0*fm+3.0)/(2.0*fm+2.0));\n"
+    "diagonal*=sqrt((2.*fm+3.)/(2.*fm+2.));\n"
     "float turned=c*d.x-s*d.y;\n"
     "s=c*d.y+s*d.x;\n"
     "c=turned;\n"
@@ -802,26 +944,27 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "}\n"
     "\n\nvoid sfield_cosine(vec3 n,out float t[SFIELD_COEFS])\n"
     "{\n"
-    "const float a[8]=float[8](3.14159265,2.09439510,0.785398163,0.0,-0.130899694,0.0,0.0490873852,0.0);\n"
+    "const float a[8]=\n"
+    "float[8](3.14159265,2.09439510,.785398163,.0,-.130899694,.0,.0490873852,.0);\n"
     "sfield_basis(n,t);\n"
     "for(int l=0;l<SFIELD_BANDS;l++)\n"
     "for(int k=l*l;k<(l+1)*(l+1);k++)t[k]*=a[l];\n"
     "}\n"
     "\n\nvoid sfield_lobe(vec3 mirrored,float n,out float t[SFIELD_COEFS])\n"
     "{\n"
-    "float before=(n+2.0)/(n+1.0),now=1.0;\n"
+    "float before=(n+2.)/(n+1.),now=1.;\n"
     "sfield_basis(mirrored,t);\n"
     "t[0]*=before;\n"
     "for(int l=1;l<SFIELD_BANDS;l++){\n"
     "for(int k=l*l;k<(l+1)*(l+1);k++)t[k]*=now;\n"
-    "float next=before*(n-float(l)+1.0)/(n+float(l)+2.0);\n"
+    "float next=before*(n-float(l)+1.)/(n+float(l)+2.);\n"
     "before=now;\n"
     "now=next;\n"
     "}\n"
     "}\n"
-    "\nfloat sfield_dot(float a[SFIELD_COEFS],float b[SFIELD_COEFS])\n"
+    "\n\nfloat sfield_dot(float a[SFIELD_COEFS],float b[SFIELD_COEFS])\n"
     "{\n"
-    "float sum=0.0;\n"
+    "float sum=.0;\n"
     "for(int k=0;k<SFIELD_COEFS;k++)sum+=a[k]*b[k];\n"
     "return sum;\n"
     "}\n"
@@ -834,7 +977,7 @@ static const char *const glbk__glsl_lib_sfield_frame_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
-    "\n\n\n#ifndef SFIELD_GROUP\n"
+    "\n\n\n\n#ifndef SFIELD_GROUP\n"
     "#define SFIELD_GROUP 64u\n"
     "#endif\n"
     "#define SFIELD_ENTITY 7u\n"
@@ -845,37 +988,42 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "shared uint sfield_numbers[SFIELD_LISTED],sfield_turns[SFIELD_LISTED],sfield_listed,sfield_turned;\n"
     "shared vec2 sfield_spans[SFIELD_LISTED];\n"
     "\n\nbool sfield_all(){return sfield_listed>SFIELD_LISTED;}\n"
-    "uint sfield_name(uint i){return sfield_all()?i<<8|255u:sfield_numbers[i]<<8|i;}\n"
-    "\nuvec4 sfield_record(uint name,uint k)\n"
+    "\n\n\nuint sfield_name(uint i){return sfield_all()?i<<8|255u:sfield_numbers[i]<<8|i;}\n"
+    "\n\nuvec4 sfield_record(uint name,uint k)\n"
     "{\n"
-    "if((name&255u)==255u)return SFIELD_MOVING(glbk_sfield_contents.table.x+(name>>8)*SFIELD_ENTITY+k);\n"
-    "return sfield_texels[(name&255u)*SFIELD_ENTITY+k];\n"
+    "if((name&255u)!=255u)return sfield_texels[(name&255u)*SFIELD_ENTITY+k];\n"
+    "return SFIELD_MOVING(glbk_sfield_contents.entity_texel+(name>>8)*SFIELD_ENTITY+k);\n"
     "}\n"
-    "\nuvec4 sfield_rotation_texel(uint i)\n"
+    "\n\nuvec4 sfield_rotation_texel(uint i)\n"
     "{\n"
     "if(i<SFIELD_TURNED)return SFIELD_MOVING(i);\n"
     "return sfield_texels[SFIELD_LISTED*SFIELD_ENTITY+(i& ~SFIELD_TURNED)];\n"
     "}\n"
-    "\n#define SFIELD_COUNT (sfield_all() ? glbk_sfield_contents.table.y : sfield_listed)\n"
+    "\n#define SFIELD_COUNT (sfield_all() ? glbk_sfield_contents.entity_count : sfield_listed)\n"
     "#define SFIELD_NAME(i) sfield_name(i)\n"
     "#define SFIELD_NUMBER(name) (name >> 8)\n"
     "#define SFIELD_RECORD(name, k) sfield_record(name, k)\n"
     "#define SFIELD_NEAR(i) (sfield_all() ? 0.0 : sfield_spans[i].x)\n"
     "#define SFIELD_FAR(i) (sfield_all() ? 3e38 : sfield_spans[i].y)\n"
     "#define SFIELD_ROTATION(i) sfield_rotation_texel(i)\n"
-    "\nvoid sfield_wait()\n"
+    "\n\nvoid sfield_wait()\n"
     "{\n"
     "memoryBarrierShared();\n"
     "barrier();\n"
     "}\n"
-    "\n\nstruct sfield_box{vec3 low,high,normal_low,normal_high;};\n"
-    "\nsfield_box sfield_bound(vec3 position,vec3 normal,bool seen)\n"
+    "\n\nstruct sfield_box{\n"
+    "vec3 low;\n"
+    "vec3 high;\n"
+    "vec3 normal_low;\n"
+    "vec3 normal_high;\n"
+    "};\n"
+    "\n\nsfield_box sfield_bound(vec3 position,vec3 normal,bool seen)\n"
     "{\n"
     "uint me=gl_LocalInvocationIndex;\n"
     "bool counts=seen&&all(lessThan(abs(position),vec3(1e18)));\n"
     "vec3 least[4]=vec3[4](position,-position,normal,-normal);\n"
     "for(uint k=0u;k<4u;k++)\n"
-    "sfield_texels[k*SFIELD_GROUP+me]=floatBitsToUint(vec4(counts?least[k]:vec3(3e38),0.0));\n"
+    "sfield_texels[k*SFIELD_GROUP+me]=floatBitsToUint(vec4(counts?least[k]:vec3(3e38),.0));\n"
     "for(uint rest=SFIELD_GROUP/2u;rest>0u;rest>>=1u){\n"
     "sfield_wait();\n"
     "for(uint k=0u;k<4u&&me<rest;k++){\n"
@@ -889,15 +1037,16 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "sfield_wait();\n"
     "return sfield_box(least[0],-least[1],least[2],-least[3]);\n"
     "}\n"
-    "\n\nvec2 sfield_span(sfield_box b,vec3 p)\n"
+    "\n\n\nvec2 sfield_span(sfield_box b,vec3 p)\n"
     "{\n"
-    "vec3 near=max(max(b.low-p,p-b.high),0.0),far=max(abs(b.low-p),abs(b.high-p));\n"
-    "return vec2(0.99999*dot(near,near),1.00001*dot(far,far));\n"
+    "vec3 near=max(max(b.low-p,p-b.high),.0),far=max(abs(b.low-p),abs(b.high-p));\n"
+    "return vec2(.99999*dot(near,near),1.00001*dot(far,far));\n"
     "}\n"
     "\n\nbool sfield_above(sfield_box b,vec3 p,float radius)\n"
     "{\n"
     "vec3 from=p-b.high,to=p-b.low;\n"
-    "vec3 most=max(max(from*b.normal_low,from*b.normal_high),max(to*b.normal_low,to*b.normal_high));\n"
+    "vec3 most=max(max(from*b.normal_low,from*b.normal_high),\n"
+    "max(to*b.normal_low,to*b.normal_high));\n"
     "vec3 room=1e-6*max(abs(from),abs(to));\n"
     "return most.x+most.y+most.z+room.x+room.y+room.z> -radius;\n"
     "}\n"
@@ -909,13 +1058,15 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "sfield_listed=sfield_turned=0u;\n"
     "sfield_box box=sfield_bound(position,normal,seen);\n"
     "if(box.low.x>box.high.x)return;\n"
-    "for(uint e=me;e<glbk_sfield_contents.table.y;e+=SFIELD_GROUP){\n"
-    "uint at=glbk_sfield_contents.table.x+e*SFIELD_ENTITY;\n"
+    "for(uint e=me;e<glbk_sfield_contents.entity_count;e+=SFIELD_GROUP){\n"
+    "uint at=glbk_sfield_contents.entity_texel+e*SFIELD_ENTITY;\n"
     "vec4 occluder=uintBitsToFloat(SFIELD_MOVING(at)),source=uintBitsToFloat(SFIELD_MOVING(at+1u));\n"
-    "vec2 span=sfield_span(box,occluder.xyz),light=source.w>0.0?sfield_span(box,source.xyz):vec2(0.0);\n"
-    "bool hides=span.x<occluder.w&&sfield_above(box,occluder.xyz,uintBitsToFloat(SFIELD_MOVING(at+3u).w));\n"
-    "if(!hides&& !(source.w>0.0))continue;\n"
-    "span=vec2(source.w>0.0?light.x:span.x,hides?max(span.y,light.y):light.y);\n"
+    "vec2 span=sfield_span(box,occluder.xyz),light=vec2(.0);\n"
+    "float radius=uintBitsToFloat(SFIELD_MOVING(at+3u).w);\n"
+    "bool hides=span.x<occluder.w&&sfield_above(box,occluder.xyz,radius);\n"
+    "if(source.w>.0)light=sfield_span(box,source.xyz);\n"
+    "if(!hides&& !(source.w>.0))continue;\n"
+    "span=vec2(source.w>.0?light.x:span.x,hides?max(span.y,light.y):light.y);\n"
     "uint slot=atomicAdd(sfield_listed,1u);\n"
     "if(slot<SFIELD_LISTED)sfield_texels[slot]=uvec4(e,floatBitsToUint(span),0u);\n"
     "}\n"
@@ -929,13 +1080,14 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "uvec4 other=sfield_texels[k];\n"
     "if(other.y<mine.y||(other.y==mine.y&&other.x<mine.x))rank++;\n"
     "}\n"
-    "sfield_numbers[rank]=mine.x;\n"
+    "sfield_numbers[rank]=mine.x;\n",
     "sfield_spans[rank]=uintBitsToFloat(mine.yz);\n"
     "}\n"
-    "sfield_wait();\n",
-    "for(uint i=me;i<listed*SFIELD_ENTITY;i+=SFIELD_GROUP)\n"
-    "sfield_texels[i]=SFIELD_MOVING(glbk_sfield_contents.table.x+\n"
-    "sfield_numbers[i/SFIELD_ENTITY]*SFIELD_ENTITY+i%SFIELD_ENTITY);\n"
+    "sfield_wait();\n"
+    "for(uint i=me;i<listed*SFIELD_ENTITY;i+=SFIELD_GROUP){\n"
+    "uint entity=glbk_sfield_contents.entity_texel+sfield_numbers[i/SFIELD_ENTITY]*SFIELD_ENTITY;\n"
+    "sfield_texels[i]=SFIELD_MOVING(entity+i%SFIELD_ENTITY);\n"
+    "}\n"
     "sfield_wait();\n"
     "for(uint i=me;i<listed;i+=SFIELD_GROUP){\n"
     "uint at=i*SFIELD_ENTITY+5u,rotation=sfield_texels[at].z;\n"
@@ -972,10 +1124,10 @@ static const char *const glbk__glsl_lib_sfield_point_glsl[] = {
     "uvec4 words=texelFetch(glbk_sfield_self,ivec3(at,layer),0);\n"
     "for(int k=0;k<8;k++){\n"
     "int bits=int((k&1)!=0?words[k>>1]:words[k>>1]<<16)>>16;\n"
-    "if(8*layer+k<SFIELD_COEFS)t[8*layer+k]=float(bits)*(1.5/32767.0);\n"
+    "if(8*layer+k<SFIELD_COEFS)t[8*layer+k]=float(bits)*(1.5/32767.);\n"
     "}\n"
     "}\n"
-    "if(p.entity-1u<glbk_sfield_contents.table.y){\n"
+    "if(p.entity-1u<glbk_sfield_contents.entity_count){\n"
     "uint rotation=SFIELD_MOVING(sfield_at(p.entity-1u)+5u).z;\n"
     "if(rotation!=SFIELD_NONE)sfield_rotate(rotation,false,t);\n"
     "}\n"
@@ -985,30 +1137,35 @@ static const char *const glbk__glsl_lib_sfield_point_glsl[] = {
     "{\n"
     "float t[SFIELD_COEFS],g[SFIELD_COEFS];\n"
     "sfield_start(at,p,t);\n"
-    "for(int k=0;k<SFIELD_COEFS;k++)g[k]=0.0;\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)g[k]=.0;\n"
     "#if SFIELD_GLOSS\n"
     "vec3 view=glbk_sfield_frame.eye.xyz-p.position;\n"
     "float r[SFIELD_COEFS];\n"
-    "if(p.exponent>0.0&&dot(view,view)>0.0){\n"
-    "sfield_lobe(reflect(-normalize(view),p.normal),clamp(p.exponent,1.0,1000.0),r);\n"
-    "sfield_product(glbk_sfield_contents.parts.xy,t,r,g);\n"
+    "if(p.exponent>.0&&dot(view,view)>.0){\n"
+    "sfield_lobe(reflect(-normalize(view),p.normal),clamp(p.exponent,1.,1000.),r);\n"
+    "sfield_product(SFIELD_TERMS,t,r,g);\n"
     "}\n"
     "#endif\n"
     "sfield_sums sums=sfield_shade(p.position,p.normal,p.entity,t,g);\n"
-    "return sfield_sums(sums.light*(1.0/SFIELD_PI),sums.gloss,sums.open/(SFIELD_PI*SFIELD_Y00));\n"
+    "return sfield_sums(sums.light*(1./SFIELD_PI),sums.gloss,sums.open/(SFIELD_PI*SFIELD_Y00));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
-    "\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
+    "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
+    "#define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)\n"
     "#define SFIELD_BATCH 8\n"
     "#define SFIELD_BLOCKERS 4\n"
-    "\nstruct sfield_sums{vec3 light,gloss;float open;};\n"
-    "\n\nuint sfield_at(uint i){return glbk_sfield_contents.table.x+i*SFIELD_ENTITY;}\n"
-    "\n\n\n#ifndef SFIELD_NAME\n"
-    "#define SFIELD_COUNT glbk_sfield_contents.table.y\n"
+    "\nstruct sfield_sums{\n"
+    "vec3 light;\n"
+    "vec3 gloss;\n"
+    "float open;\n"
+    "};\n"
+    "\n\n\nuint sfield_at(uint i){return glbk_sfield_contents.entity_texel+i*SFIELD_ENTITY;}\n"
+    "\n\n\n\n#ifndef SFIELD_NAME\n"
+    "#define SFIELD_COUNT glbk_sfield_contents.entity_count\n"
     "#define SFIELD_NAME(i) i\n"
     "#define SFIELD_NUMBER(name) name\n"
     "#define SFIELD_RECORD(name, k) SFIELD_MOVING(sfield_at(name) + k)\n"
@@ -1016,13 +1173,13 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "#define SFIELD_FAR(i) 3e38\n"
     "#endif\n"
     "#define SFIELD_HIDES 0x80000000u\n"
-    "\nvec3 sfield_turn(uint entity,vec3 v)\n"
+    "\n\nvec3 sfield_turn(uint entity,vec3 v)\n"
     "{\n"
     "return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity,2u).xyz),v),\n"
     "dot(uintBitsToFloat(SFIELD_RECORD(entity,3u).xyz),v),\n"
     "dot(uintBitsToFloat(SFIELD_RECORD(entity,4u).xyz),v));\n"
     "}\n"
-    "\n\n\n\nvoid sfield_find(vec3 position,uint own,float d2,uint id,inout uint first,out float key[SFIELD_BATCH],\n"
+    "\n\n\n\n\nvoid sfield_find(vec3 position,uint own,float d2,uint id,inout uint first,out float key[SFIELD_BATCH],\n"
     "out uint name[SFIELD_BATCH])\n"
     "{\n"
     "uint count=SFIELD_COUNT;\n"
@@ -1036,11 +1193,11 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "if(SFIELD_NUMBER(e)+1u==own)continue;\n"
     "vec4 occluder=uintBitsToFloat(SFIELD_RECORD(e,0u)),source=uintBitsToFloat(SFIELD_RECORD(e,1u));\n"
     "vec3 v=occluder.xyz-position,w=source.xyz-position;\n"
-    "float far=dot(v,v),light=source.w>0.0?dot(w,w):0.0;\n"
+    "float far=dot(v,v),light=source.w>.0?dot(w,w):.0;\n"
     "for(int what=0;what<2;what++){\n"
     "float k=what==0?light:max(far,light);\n"
     "uint n=what==0?e:e|SFIELD_HIDES;\n"
-    "bool there=what==0?source.w>0.0:far<occluder.w;\n"
+    "bool there=what==0?source.w>.0:far<occluder.w;\n"
     "if(!there|| !(k>d2||(k==d2&&(id==SFIELD_NONE||n>id))))continue;\n"
     "for(int i=0;i<SFIELD_BATCH;i++)\n"
     "if(k<key[i]||(k==key[i]&&n<name[i])){\n"
@@ -1054,39 +1211,44 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "}\n"
     "}\n"
     "}\n"
-    "\n\nstruct sfield_blockers{vec4 cone[SFIELD_BLOCKERS];int count;};\n"
-    "\n\nbool sfield_hidden(sfield_blockers b,vec3 v,float sin_a)\n"
+    "\n\nstruct sfield_blockers{\n"
+    "vec4 cone[SFIELD_BLOCKERS];\n"
+    "int count;\n"
+    "};\n"
+    "\n\n\nbool sfield_hidden(sfield_blockers b,vec3 v,float sin_a)\n"
     "{\n"
-    "float cos_a=sqrt(max(1.0-sin_a*sin_a,0.0));\n"
+    "float cos_a=sqrt(max(1.-sin_a*sin_a,.0));\n"
     "bool hidden=false;\n"
     "for(int i=0;i<SFIELD_BLOCKERS;i++){\n"
-    "float cos_b=b.cone[i].w,sin_b=sqrt(max(1.0-cos_b*cos_b,0.0));\n"
-    "hidden=hidden||(i<b.count&&sin_a<sin_b&&dot(v,b.cone[i].xyz)>=cos_a*cos_b+sin_a*sin_b);\n"
+    "float cos_b=b.cone[i].w,sin_b=sqrt(max(1.-cos_b*cos_b,.0));\n"
+    "bool within=dot(v,b.cone[i].xyz)>=cos_a*cos_b+sin_a*sin_b;\n"
+    "hidden=hidden||(i<b.count&&sin_a<sin_b&&within);\n"
     "}\n"
     "return hidden;\n"
     "}\n"
-    "\nvec3 sfield_local(uint entity,vec4 sphere,vec3 position)\n"
+    "\n\nvec3 sfield_local(uint entity,vec4 sphere,vec3 position)\n"
     "{\n"
     "return sfield_turn(entity,position-sphere.xyz)/sphere.w;\n"
     "}\n"
-    "\n\n\nbool sfield_occlusion(uint entity,vec3 position,vec3 normal,inout sfield_blockers met,out float o[SFIELD_COEFS])\n"
+    "\n\n\nbool sfield_occlusion(uint entity,vec3 position,vec3 normal,inout sfield_blockers met,\n"
+    "out float o[SFIELD_COEFS])\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
     "vec4 place=uintBitsToFloat(SFIELD_RECORD(entity,0u));\n"
     "float radius=uintBitsToFloat(SFIELD_RECORD(entity,3u).w);\n"
     "float inscribed=uintBitsToFloat(SFIELD_RECORD(entity,2u).w);\n"
     "vec3 v=place.xyz-position;\n"
-    "float d=length(v),factor=clamp(4.0*(1.0-d*inversesqrt(place.w)),0.0,1.0);\n"
-    "if(!(factor>0.0)|| !(dot(v,normal)> -radius))return false;\n"
+    "float d=length(v),factor=clamp(4.*(1.-d*inversesqrt(place.w)),.0,1.);\n"
+    "if(!(factor>.0)|| !(dot(v,normal)> -radius))return false;\n"
     "if(radius<d&&sfield_hidden(met,v/d,radius/d))return false;\n"
-    "if(inscribed>0.0&&inscribed<d&&factor>=1.0&&met.count<SFIELD_BLOCKERS){\n"
+    "if(inscribed>.0&&inscribed<d&&factor>=1.&&met.count<SFIELD_BLOCKERS){\n"
     "for(int i=0;i<SFIELD_BLOCKERS;i++)\n"
-    "if(i==met.count)met.cone[i]=vec4(v/d,sqrt(1.0-inscribed*inscribed/(d*d)));\n"
+    "if(i==met.count)met.cone[i]=vec4(v/d,sqrt(1.-inscribed*inscribed/(d*d)));\n"
     "met.count++;\n"
     "}\n"
-    "for(int k=0;k<SFIELD_COEFS;k++)o[k]=0.0;\n"
-    "sfield_fetch(what.x,sfield_locate(what.x,sfield_local(entity,vec4(place.xyz,radius),position)),0u,0.0,\n"
-    "factor,o);\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)o[k]=.0;\n"
+    "vec3 local=sfield_local(entity,vec4(place.xyz,radius),position);\n"
+    "sfield_fetch(what.x,sfield_locate(what.x,local),0u,.0,factor,o);\n"
     "if(what.z!=SFIELD_NONE)sfield_rotate(what.z,false,o);\n"
     "return true;\n"
     "}\n"
@@ -1094,21 +1256,22 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "{\n"
     "return c==0u?vec3(sum):c==1u?vec3(rgb.x,sum,sum):vec3(rgb.xy,sum);\n"
     "}\n"
-    "\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],inout sfield_sums sums)\n"
+    "\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
+    "inout sfield_sums sums)\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
     "vec4 sphere=uintBitsToFloat(SFIELD_RECORD(entity,1u));\n"
     "sfield_place place=sfield_locate(what.y,sfield_local(entity,sphere,position));\n"
     "float time=uintBitsToFloat(SFIELD_RECORD(entity,4u).w),v[SFIELD_COEFS];\n"
-    "vec3 light=vec3(0.0),gloss=vec3(0.0),tint=uintBitsToFloat(SFIELD_RECORD(entity,6u).xyz);\n"
+    "vec3 light=vec3(.0),gloss=vec3(.0),tint=uintBitsToFloat(SFIELD_RECORD(entity,6u).xyz);\n"
     "if(what.z!=SFIELD_NONE){\n"
     "sfield_rotate(what.z,true,t);\n"
-    "#if SFIELD_GLOSS\n"
+    "#if SFIELD_GLOSS\n",
     "sfield_rotate(what.z,true,g);\n"
     "#endif\n"
     "}\n"
     "for(uint c=0u;c<SFIELD_TEXEL(what.y+1u).x;c++){\n"
-    "sfield_fetch(what.y,place,c,time,1.0,v);\n",
+    "sfield_fetch(what.y,place,c,time,1.,v);\n"
     "light=sfield_channel(light,c,sfield_dot(v,t));\n"
     "#if SFIELD_GLOSS\n"
     "gloss=sfield_channel(gloss,c,sfield_dot(v,g));\n"
@@ -1117,30 +1280,31 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "sums.light+=light*tint;\n"
     "sums.gloss+=gloss*tint;\n"
     "}\n"
-    "\nvec3 sfield_sky(float t[SFIELD_COEFS])\n"
+    "\n\nvec3 sfield_sky(float t[SFIELD_COEFS])\n"
     "{\n"
-    "uint at=glbk_sfield_contents.parts.z;\n"
-    "vec3 rgb=vec3(0.0);\n"
+    "uint at=glbk_sfield_contents.sky_texel;\n"
+    "vec3 rgb=vec3(.0);\n"
     "for(int k=0;k<SFIELD_COEFS;k++)rgb+=t[k]*uintBitsToFloat(SFIELD_MOVING(at+uint(k)).xyz);\n"
     "return rgb;\n"
     "}\n"
-    "\nvoid sfield_apply(float o[SFIELD_COEFS],inout float t[SFIELD_COEFS])\n"
+    "\n\nvoid sfield_apply(float o[SFIELD_COEFS],inout float t[SFIELD_COEFS])\n"
     "{\n"
     "float r[SFIELD_COEFS];\n"
-    "sfield_product(glbk_sfield_contents.parts.xy,t,o,r);\n"
+    "sfield_product(SFIELD_TERMS,t,o,r);\n"
     "for(int k=0;k<SFIELD_COEFS;k++)t[k]-=r[k];\n"
     "}\n"
     "\n\n\n\n\nsfield_sums sfield_shade(vec3 position,vec3 normal,uint own,float t[SFIELD_COEFS],float g[SFIELD_COEFS])\n"
     "{\n"
-    "sfield_sums sums=sfield_sums(vec3(0.0),vec3(0.0),0.0);\n"
-    "uint count=glbk_sfield_contents.table.y,left=glbk_sfield_contents.table.z,id=SFIELD_NONE,first=0u;\n"
+    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
+    "uint count=glbk_sfield_contents.entity_count,left=glbk_sfield_contents.light_count;\n"
+    "uint id=SFIELD_NONE,first=0u;\n"
     "uint name[SFIELD_BATCH];\n"
-    "if(own-1u<count&&uintBitsToFloat(SFIELD_MOVING(sfield_at(own-1u)+1u).w)>0.0)left--;\n"
-    "bool sky=glbk_sfield_contents.table.w!=0u,more=left>0u||sky;\n"
-    "float d2=0.0,o[SFIELD_COEFS],key[SFIELD_BATCH];\n"
+    "if(own-1u<count&&uintBitsToFloat(SFIELD_MOVING(sfield_at(own-1u)+1u).w)>.0)left--;\n"
+    "bool sky=glbk_sfield_contents.wants_sky!=0u,more=left>0u||sky;\n"
+    "float d2=.0,o[SFIELD_COEFS],key[SFIELD_BATCH];\n"
     "sfield_blockers met;\n"
     "met.count=0;\n"
-    "for(int i=0;i<SFIELD_BLOCKERS;i++)met.cone[i]=vec4(0.0);\n"
+    "for(int i=0;i<SFIELD_BLOCKERS;i++)met.cone[i]=vec4(.0);\n"
     "while(more){\n"
     "sfield_find(position,own,d2,id,first,key,name);\n"
     "for(uint i=0u;i<min(uint(SFIELD_BATCH),2u*count+1u)&&more;i++){\n"
@@ -1177,8 +1341,14 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
 static const char *const glbk__glsl_lib_sfield_views_glsl[] = {
     "\nlayout(std140)uniform glbk_sfield_views_block{\n"
     "vec4 sphere;\n"
-    "uvec4 how;\n"
-    "uvec4 size;\n"
+    "uint first_tile;\n"
+    "uint rows;\n"
+    "uint width;\n"
+    "uint side;\n"
+    "uint batch;\n"
+    "uint groups;\n"
+    "uint pad0;\n"
+    "uint pad1;\n"
     "vec4 eyes[256];\n"
     "uvec4 places[256];\n"
     "}glbk_sfield_views;\n"
@@ -1191,13 +1361,14 @@ static const char *const glbk__glsl_prog_sfield_project_comp[] = {
     "#define SFIELD_GROUPS ((SFIELD_BANDS * SFIELD_BANDS + 3) / 4)\n"
     "layout(local_size_x=64)in;\n"
     "shared vec4 sfield_shares[64*SFIELD_GROUPS];\n"
-    "\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
+    "\n\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint eye=gl_WorkGroupID.x,channel=gl_WorkGroupID.y,side=glbk_sfield_views.how.w,cells=6u*side*side;\n"
+    "uint eye=gl_WorkGroupID.x,channel=gl_WorkGroupID.y;\n"
+    "uint side=glbk_sfield_views.side,cells=6u*side*side;\n"
     "uint me=gl_LocalInvocationID.x;\n"
     "vec4 sum[SFIELD_GROUPS];\n"
-    "for(int g=0;g<SFIELD_GROUPS;g++)sum[g]=vec4(0.0);\n"
+    "for(int g=0;g<SFIELD_GROUPS;g++)sum[g]=vec4(.0);\n"
     "for(uint cell=me;cell<cells;cell+=64u){\n"
     "uint x=cell%(6u*side),y=eye*side+cell/(6u*side);\n"
     "#if SFIELD_SOURCE\n"
@@ -1205,29 +1376,29 @@ static const char *const glbk__glsl_prog_sfield_project_comp[] = {
     "#else\n"
     "float a=uintBitsToFloat(texelFetch(glbk_sfield_cube,ivec2(x/4u,y),0)[x&3u]);\n"
     "#endif\n"
-    "if(a!=0.0)\n"
+    "if(a!=.0)\n"
     "for(int g=0;g<SFIELD_GROUPS;g++)sum[g]+=a*sfield_basis_at(uint(g)*cells+cell);\n"
     "}\n"
     "for(int g=0;g<SFIELD_GROUPS;g++)sfield_shares[me*uint(SFIELD_GROUPS)+uint(g)]=sum[g];\n"
     "memoryBarrierShared();\n"
     "barrier();\n"
     "if(me>=uint(SFIELD_GROUPS))return;\n"
-    "vec4 all=vec4(0.0);\n"
+    "vec4 all=vec4(.0);\n"
     "for(uint i=0u;i<64u;i++)all+=sfield_shares[i*uint(SFIELD_GROUPS)+me];\n"
     "imageStore(glbk_sfield_coefs_image,ivec2(channel*uint(SFIELD_GROUPS)+me,eye),floatBitsToUint(all));\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_sfield_project_frag[] = {
-    "\n\n\n\n\nlayout(location=0)out uvec4 coefs;\n"
-    "\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
+    "\n\n\n\n\n\nlayout(location=0)out uvec4 coefs;\n"
+    "\n\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "int side=int(glbk_sfield_views.how.w);\n"
-    "uint group=uint(at.x)%glbk_sfield_views.size.y,channel=uint(at.x)/glbk_sfield_views.size.y;\n"
+    "int side=int(glbk_sfield_views.side);\n"
+    "uint group=uint(at.x)%glbk_sfield_views.groups,channel=uint(at.x)/glbk_sfield_views.groups;\n"
     "uint cell=group*uint(6*side*side);\n"
-    "vec4 sum=vec4(0.0);\n"
+    "vec4 sum=vec4(.0);\n"
     "#if SFIELD_SOURCE\n"
     "int width=6*side;\n"
     "#else\n"
@@ -1238,10 +1409,10 @@ static const char *const glbk__glsl_prog_sfield_project_frag[] = {
     "vec4 v=uintBitsToFloat(texelFetch(glbk_sfield_cube,ivec2(x,at.y*side+y),0));\n"
     "#if SFIELD_SOURCE\n"
     "float a=channel==0u?v.x:channel==1u?v.y:v.z;\n"
-    "if(a!=0.0)sum+=a*sfield_basis_at(cell);\n"
+    "if(a!=.0)sum+=a*sfield_basis_at(cell);\n"
     "cell++;\n"
     "#else\n"
-    "if(v!=vec4(0.0)){\n"
+    "if(v!=vec4(.0)){\n"
     "sum+=v.x*sfield_basis_at(cell);\n"
     "sum+=v.y*sfield_basis_at(cell+1u);\n"
     "sum+=v.z*sfield_basis_at(cell+2u);\n"
@@ -1255,7 +1426,7 @@ static const char *const glbk__glsl_prog_sfield_project_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_sfield_see_frag[] = {
-    "\n\n\n\n#if SFIELD_SOURCE\n"
+    "\n\n\n\n\n#if SFIELD_SOURCE\n"
     "flat in vec3 sfield_radiance;\n"
     "in float sfield_depth;\n"
     "#endif\n"
@@ -1263,8 +1434,8 @@ static const char *const glbk__glsl_prog_sfield_see_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "#if SFIELD_SOURCE\n"
-    "seen=uvec4(floatBitsToUint(gl_FrontFacing?sfield_radiance:vec3(0.0)),0u);\n"
-    "gl_FragDepth=clamp(gl_FrontFacing?sfield_depth:1.0001*sfield_depth,0.0,1.0);\n"
+    "seen=uvec4(floatBitsToUint(gl_FrontFacing?sfield_radiance:vec3(.0)),0u);\n"
+    "\ngl_FragDepth=clamp(gl_FrontFacing?sfield_depth:1.0001*sfield_depth,.0,1.);\n"
     "#else\n"
     "seen=uvec4(1u);\n"
     "#endif\n"
@@ -1288,13 +1459,13 @@ static const char *const glbk__glsl_prog_sfield_see_vert[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint tile=glbk_sfield_views.how.x+uint(gl_InstanceID);\n"
+    "uint tile=glbk_sfield_views.first_tile+uint(gl_InstanceID);\n"
     "vec4 eye=glbk_sfield_views.eyes[tile];\n"
     "uvec4 place=glbk_sfield_views.places[tile];\n"
     "vec4 sphere=glbk_sfield_views.sphere;\n"
     "vec3 q=sfield_to_face(place.x,(position-sphere.xyz)/sphere.w-eye.xyz);\n"
-    "float rows=float(glbk_sfield_views.how.y);\n"
-    "gl_Position=vec4(q.x,(q.y+(float(2u*place.w)+1.0)*q.z)/rows-q.z,q.y,q.z);\n"
+    "float rows=float(glbk_sfield_views.rows);\n"
+    "gl_Position=vec4(q.x,(q.y+(float(2u*place.w)+1.)*q.z)/rows-q.z,q.y,q.z);\n"
     "#if SFIELD_SOURCE\n"
     "sfield_radiance=radiance;\n"
     "sfield_depth=q.z*eye.w;\n"
@@ -1306,9 +1477,9 @@ static const char *const glbk__glsl_prog_sfield_self_frag[] = {
     "\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "layout(location=0)out uvec4 sfield_out_self0;\n"
     "layout(location=1)out uvec4 sfield_out_self1;\n"
-    "\nuvec2 sfield_halves(vec4 v)\n"
+    "\n\nuvec2 sfield_halves(vec4 v)\n"
     "{\n"
-    "ivec4 q=ivec4(floor(clamp(v*(1.0/1.5),-1.0,1.0)*32767.0+0.5));\n"
+    "ivec4 q=ivec4(floor(clamp(v*(1./1.5),-1.,1.)*32767.+.5));\n"
     "uvec4 u=uvec4(q)&0xffffu;\n"
     "return u.xz|(u.yw<<16);\n"
     "}\n"
@@ -1337,37 +1508,37 @@ static const char *const glbk__glsl_prog_sfield_self_vert[] = {
     "out vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec3 place=(glbk_sfield_object.world*vec4(position,1.0)).xyz;\n"
+    "vec3 place=(glbk_sfield_object.world*vec4(position,1.)).xyz;\n"
     "sfield_self0=self0;\n"
     "sfield_self1=self1;\n"
     "sfield_self2=self2;\n"
     "sfield_self3=self3;\n"
-    "gl_Position=glbk_sfield_object.clip*vec4(place,1.0);\n"
+    "gl_Position=glbk_sfield_object.clip*vec4(place,1.);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_sfield_shade_comp[] = {
-    "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
     "ivec2 size=textureSize(glbk_gbuffer_place,0);\n"
     "bool inside=all(lessThan(at,size));\n"
     "glbk_point p;\n"
-    "sfield_sums sums=sfield_sums(vec3(0.0),vec3(0.0),0.0);\n"
+    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
     "bool seen=glbk_read_point(min(at,size-1),p)&&inside;\n"
     "sfield_list(p.position,p.normal,seen);\n"
     "if(seen)sums=sfield_shade_point(at,p);\n"
     "if(!inside)return;\n"
     "imageStore(glbk_sfield_light_image,at,vec4(sums.light,sums.open));\n"
     "#if SFIELD_GLOSS\n"
-    "imageStore(glbk_sfield_gloss_image,at,vec4(sums.gloss,1.0));\n"
+    "imageStore(glbk_sfield_gloss_image,at,vec4(sums.gloss,1.));\n"
     "#endif\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
-    "\n\n\n\nlayout(location=0)out glbk_color light;\n"
+    "\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
     "#if SFIELD_GLOSS\n"
     "layout(location=1)out glbk_color gloss;\n"
     "#endif\n"
@@ -1375,17 +1546,17 @@ static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "glbk_point p;\n"
-    "sfield_sums sums=sfield_sums(vec3(0.0),vec3(0.0),0.0);\n"
+    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
     "if(glbk_read_point(at,p))sums=sfield_shade_point(at,p);\n"
     "light=glbk_pack(vec4(sums.light,sums.open));\n"
     "#if SFIELD_GLOSS\n"
-    "gloss=glbk_pack(vec4(sums.gloss,1.0));\n"
+    "gloss=glbk_pack(vec4(sums.gloss,1.));\n"
     "#endif\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
-    "\n\n\n\nlayout(local_size_x=32)in;\n"
+    "\n\n\n\n\nlayout(local_size_x=32)in;\n"
     "#if SFIELD_SOURCE\n"
     "shared vec3 sfield_columns[256];\n"
     "#else\n"
@@ -1394,14 +1565,14 @@ static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
     "\nvoid main()\n"
     "{\n"
     "uvec4 place=glbk_sfield_views.places[gl_WorkGroupID.y];\n"
-    "uint width=glbk_sfield_views.how.z,side=glbk_sfield_views.how.w,scale=width/side;\n"
+    "uint width=glbk_sfield_views.width,side=glbk_sfield_views.side,scale=width/side;\n"
     "uint me=gl_LocalInvocationID.x;\n"
     "ivec2 from=ivec2(place.zw*width+uvec2(0u,gl_WorkGroupID.x*scale));\n"
     "ivec2 to=ivec2(place.x*side,place.y*side+gl_WorkGroupID.x);\n"
-    "float share=1.0/float(scale*scale);\n"
+    "float share=1./float(scale*scale);\n"
     "#if SFIELD_SOURCE\n"
     "for(uint x=me;x<width;x+=32u){\n"
-    "vec3 sum=vec3(0.0);\n"
+    "vec3 sum=vec3(.0);\n"
     "for(uint y=0u;y<scale;y++)\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_sfield_seen,from+ivec2(x,y),0).xyz);\n"
     "sfield_columns[x]=sum;\n"
@@ -1409,12 +1580,12 @@ static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
     "memoryBarrierShared();\n"
     "barrier();\n"
     "for(uint x=me;x<side;x+=32u){\n"
-    "vec3 sum=vec3(0.0);\n"
+    "vec3 sum=vec3(.0);\n"
     "for(uint k=0u;k<scale;k++)sum+=sfield_columns[x*scale+k];\n"
     "imageStore(glbk_sfield_cube_image,to+ivec2(x,0),uvec4(floatBitsToUint(sum*share),0u));\n"
     "}\n"
     "#else\n"
-    "vec2 unit=1.0/vec2(textureSize(glbk_sfield_seen,0));\n"
+    "vec2 unit=1./vec2(textureSize(glbk_sfield_seen,0));\n"
     "for(uint x=me;x<width/2u;x+=32u){\n"
     "uvec4 sum=uvec4(0u);\n"
     "for(uint y=0u;y<scale;y+=2u)\n"
@@ -1427,7 +1598,8 @@ static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
     "uvec4 sum=uvec4(0u);\n"
     "for(uint k=0u;k<scale/2u;k++)\n"
     "for(uint i=0u;i<4u;i++)sum[i]+=sfield_columns[(4u*x+i)*(scale/2u)+k];\n"
-    "imageStore(glbk_sfield_cube_image,ivec2(place.x*side/4u+x,to.y),floatBitsToUint(vec4(sum)*share));\n"
+    "ivec2 at=ivec2(place.x*side/4u+x,to.y);\n"
+    "imageStore(glbk_sfield_cube_image,at,floatBitsToUint(vec4(sum)*share));\n"
     "}\n"
     "#endif\n"
     "}\n"
@@ -1439,12 +1611,12 @@ static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "uvec4 place=glbk_sfield_views.places[sfield_tile];\n"
-    "int width=int(glbk_sfield_views.how.z),side=int(glbk_sfield_views.how.w),scale=width/side;\n"
+    "int width=int(glbk_sfield_views.width),side=int(glbk_sfield_views.side),scale=width/side;\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),tile=ivec2(place.zw)*width;\n"
-    "float share=1.0/float(scale*scale);\n"
+    "float share=1./float(scale*scale);\n"
     "#if SFIELD_SOURCE\n"
     "ivec2 from=tile+(at-ivec2(place.xy)*side)*scale;\n"
-    "vec3 sum=vec3(0.0);\n"
+    "vec3 sum=vec3(.0);\n"
     "for(int y=0;y<scale;y++)\n"
     "for(int x=0;x<scale;x++)\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_sfield_seen,from+ivec2(x,y),0).xyz);\n"
@@ -1470,10 +1642,10 @@ static const char *const glbk__glsl_prog_sfield_sum_vert[] = {
     "\nvoid main()\n"
     "{\n"
     "uvec4 place=glbk_sfield_views.places[gl_InstanceID];\n"
-    "uint side=glbk_sfield_views.how.w;\n"
+    "uint side=glbk_sfield_views.side;\n"
     "vec2 corner=vec2(float(gl_VertexID&1)+float(place.x),float(gl_VertexID>>1)+float(place.y));\n"
     "sfield_tile=uint(gl_InstanceID);\n"
-    "gl_Position=vec4(2.0*corner/vec2(6.0,float(glbk_sfield_views.size.x))-1.0,0.0,1.0);\n"
+    "gl_Position=vec4(2.*corner/vec2(6.,float(glbk_sfield_views.batch))-1.,.0,1.);\n"
     "}\n"
 };
 
@@ -1541,7 +1713,7 @@ enum {
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
-/* What the log says of the member `array[index]` of a call's arguments. */
+/* Logs what is wrong with element `index` of an array of a call's arguments, and returns the result. */
 static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result, const char *function,
                                     const char *array, size_t index, const char *text)
 {
@@ -1555,6 +1727,7 @@ static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result,
     return glbk__bad(ctx, result, function, field.text, text);
 }
 
+/* Appends a number. */
 static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
 {
     char digits[12];
@@ -1564,7 +1737,7 @@ static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
     glbk__put(sink, digits + at, sizeof digits - at);
 }
 
-/* The bands that the tables are of, 0 where there are none. */
+/* Returns the bands of an algebra, or 0 without one. */
 static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
 {
     static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
@@ -1572,15 +1745,26 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* What a file of sfield_write says of where things are in it, and what it becomes in the table. */
+/* The header of a file of sfield_write, and where things are in it. */
 typedef struct glbk__sfield_view {
     const uint8_t *bytes;
-    uint32_t kind, bands, shells, side, spacing, frames, loop, channels, samples, stride, cells;
-    size_t   scales, first;                     /* where they begin, bytes */
-    uint64_t texels;
+    uint32_t kind;
+    uint32_t bands;
+    uint32_t shells;
+    uint32_t side;
+    uint32_t spacing;               /* sfield_spacing */
+    uint32_t frames;
+    uint32_t loop;
+    uint32_t channels;
+    uint32_t samples;               /* of all frames and shells */
+    uint32_t stride;                /* bytes of a sample */
+    uint32_t cells;                 /* texels of a sample and channel in the table */
+    size_t   scales;                /* where scales and biases begin, bytes */
+    size_t   first;                 /* where samples begin, bytes */
 } glbk__sfield_view;
 
-/* Texels of a rotation: rows of the blocks from the second band on, each filled up to a multiple of four. */
+/* Returns the texels of a rotation: rows of the blocks from the second band on, each filled up to four
+   numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
 {
     uint32_t l, n = 0;
@@ -1588,6 +1772,7 @@ static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
     return n;
 }
 
+/* Returns the texels of an entity and its rotation. */
 static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
@@ -1598,10 +1783,13 @@ typedef struct glbk__sfield_stage {
     glbk_context *ctx;
     const glbk_texture *table;
     uint32_t *words;
-    size_t    at, count, room;
-    glbk_result result;
+    size_t    at;                   /* where in the table the first of them goes */
+    size_t    count;                /* texels that wait in words */
+    size_t    room;
+    glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
+/* Returns the little-endian number at p; the next one is a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -1615,14 +1803,17 @@ static float glbk__sfield_float(const uint8_t *p)
     return x;
 }
 
-/* Texels of a field: its head, its shells, for each channel of a shell and frame scales and biases, then samples. */
+/* Returns the texels of a field: its head, its shells, scales and biases for each channel of a shell and
+   frame, samples. */
 static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
-    const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1, cells = (info->bands * info->bands + 15) / 16;
+    const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
+                   cells = (info->bands * info->bands + 15) / 16;
     const uint64_t groups = (uint64_t)info->frames * info->shells;
     return 3 + info->shells + (groups * 8 + info->samples) * channels * cells;
 }
 
+/* Reads the header of a file. */
 static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
 {
     size_t groups;
@@ -1643,20 +1834,23 @@ static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
     v->first = v->scales + 8 * groups * v->stride;
 }
 
+/* Uploads the texels that wait. */
 static void glbk__sfield_flush(glbk__sfield_stage *s)
 {
-    if (s->count && s->result == GLBK_OK) s->result = glbk_table_update(s->ctx, s->table, s->at, s->count, s->words);
+    if (s->count && s->result == GLBK_OK)
+        s->result = glbk__table_update(s->ctx, s->table, s->at, s->count, s->words);
     s->at += s->count;
     s->count = 0;
 }
 
+/* Returns the words of the next texel, zeroed. */
 static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
 {
     if (s->count == s->room) glbk__sfield_flush(s);
     return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
 }
 
-/* The numbers of one channel and group: scale, or bias. */
+/* Writes the scales, or the biases, of one channel of a shell and frame. */
 static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_view *v, const uint8_t *from)
 {
     uint32_t k, *texel = NULL;
@@ -1666,7 +1860,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* lib/sfield_field.glsl's sfield_measure. */
+/* Returns what sfield_measure of lib/sfield_field.glsl does. */
 static float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
@@ -1674,6 +1868,7 @@ static float glbk__sfield_measure(float d2, int source, int uniform)
     return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
 }
 
+/* Writes a field. */
 static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
 {
     const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
@@ -1698,8 +1893,8 @@ static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
     for (i = 0; i < groups; i++)
         for (c = 0; c < v->channels; c++)
             for (k = 0; k < 2; k++)
-                glbk__sfield_put_floats(s, v,
-                                        v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
+                glbk__sfield_put_floats(
+                    s, v, v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
     for (i = 0; i < v->samples; i++)
         for (c = 0; c < v->channels; c++) {
             const uint8_t *from = v->bytes + v->first + (size_t)i * v->stride + c * step;
@@ -1710,7 +1905,8 @@ static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
         }
 }
 
-/* Room for the terms of the product, and they in it: sfield_sh_terms. */
+/* Returns the terms of the product in memory of their own, as sfield_sh_terms writes them, or NULL without
+   memory. */
 static uint32_t *glbk__sfield_terms(const glbk_sfield__allocator *memory, const sfield_algebra *algebra,
                                     uint32_t *count)
 {
@@ -1721,21 +1917,24 @@ static uint32_t *glbk__sfield_terms(const glbk_sfield__allocator *memory, const 
     return out;
 }
 
+/* Writes the terms of the product, two a texel. */
 static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms, uint32_t count)
 {
     uint32_t i, *texel = NULL;
     for (i = 0; i < count; i++) {
         float c;
         memcpy(&c, terms + count + i, 4);
-        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i counts it twice */
+        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i would count it
+                                                                           twice */
         if (i % 2 == 0) texel = glbk__sfield_texel(s);
         texel[i % 2 * 2] = terms[i];
         memcpy(texel + i % 2 * 2 + 1, &c, 4);
     }
-    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* factor 0, to a multiple of 4 */
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* terms of factor 0, to a multiple of
+                                                                           4 texels */
 }
 
-/* Why the GPU cannot have a field of this kind; NULL where it can. */
+/* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
 static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 {
     if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
@@ -1746,14 +1945,17 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
+/* Checks what glbk_sfield_scene_create is given. */
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
     size_t i;
     if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (d->field_count && !d->fields) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+    if (d->field_count && !d->fields)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1, 65535);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
+                               65535);
     if (!(d->reach >= 0 && d->reach <= 1e6f))
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
     for (i = 0; i < d->field_count; i++) {
@@ -1764,12 +1966,13 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function, "desc.fields",
-                                    i, why);
+            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+                                    "desc.fields", i, why);
     }
     return GLBK_OK;
 }
 
+/* Compares two fields by their pointers. */
 static int glbk__sfield_by_pointer(const void *a, const void *b)
 {
     const uintptr_t x = (uintptr_t)((const glbk_sfield_field *)a)->field;
@@ -1777,9 +1980,10 @@ static int glbk__sfield_by_pointer(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where each field begins, by its pointer; bytes of the longest file. Returns the texels of all. */
-static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t texels, glbk_sfield_field *fields,
-                                     size_t *most_bytes)
+/* Says of each field where it begins, and raises *most_bytes to the bytes of the longest file. Returns the
+   texels of all. */
+static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t texels,
+                                     glbk_sfield_field *fields, size_t *most_bytes)
 {
     size_t i;
     for (i = 0; i < d->field_count && texels <= (uint64_t)1 << 28; i++) {
@@ -1798,7 +2002,7 @@ static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t t
     return texels;
 }
 
-/* Terms and fields into the table, by way of the bytes of each field's file. */
+/* Uploads terms and fields, by way of the bytes of each field's file. */
 static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk_sfield__allocator *memory,
                                      size_t most_bytes, glbk__sfield_stage *s)
 {
@@ -1824,8 +2028,9 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     return s->result;
 }
 
-static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, const glbk_sfield_scene_desc *d,
-                                       glbk_sfield_scene *out)
+/* Makes the tables of a scene whose bands, entity_capacity, reach and algebra are set. */
+static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
+                                       const glbk_sfield_scene_desc *d, glbk_sfield_scene *out)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint64_t most = (uint64_t)1 << 28;
@@ -1836,7 +2041,8 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
     out->entities_at = out->bands * out->bands;
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
-    out->fields = (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
+    out->fields =
+        (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
     if (!out->fields) return GLBK_ERR_ALLOC;
     out->field_count = d->field_count;
     texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
@@ -1850,10 +2056,11 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, 
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.table = &out->table;
-    s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
+    s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
     if (s.result == GLBK_OK)
-        s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
-    if (s.result == GLBK_OK) s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
+        s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
+    if (s.result == GLBK_OK)
+        s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
     if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
     return s.result == GLBK_OK ? glbk__made(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }
@@ -1895,7 +2102,7 @@ GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *s)
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
-/* The transform of an entity, zeros being the identity. */
+/* Returns the transform of an entity, where zeros are the identity. */
 static const float *glbk__sfield_transform(const sfield_entity *e)
 {
     static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
@@ -1905,26 +2112,29 @@ static const float *glbk__sfield_transform(const sfield_entity *e)
     return upright;
 }
 
-/* Whether the coefficients of its fields have to be turned: the first band does not turn. */
+/* Returns 1 if the coefficients of an entity's fields have to be turned: the first band does not turn. */
 static int glbk__sfield_turns(const float *m, uint32_t bands)
 {
     return bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0);
 }
 
-/* The field as it was uploaded, NULL for NULL and for others. */
+/* Returns the field as it was uploaded, or NULL for NULL and for other fields. */
 static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
 {
     glbk_sfield_field key;
     memset(&key, 0, sizeof key);
     key.field = field;
     if (!field) return NULL;
-    return (const glbk_sfield_field *)bsearch(&key, s->fields, s->field_count, sizeof key, glbk__sfield_by_pointer);
+    return (const glbk_sfield_field *)bsearch(&key, s->fields, s->field_count, sizeof key,
+                                              glbk__sfield_by_pointer);
 }
 
+/* Checks an entity. */
 static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_scene *s, const sfield_entity *e, size_t index)
 {
-    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion), *source = glbk__sfield_find(s, e->source);
+    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
+                            *source = glbk__sfield_find(s, e->source);
     const char *why = NULL;
     float scale;
     int k, wide = 0;
@@ -1936,22 +2146,25 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
     else if (!glbk_sfield__finite(e->time))
         why = "has a time that is not finite";
     if (why) return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "entities", index, why);
-    if (e->occlusion && (!occlusion || occlusion->source)) why = "has an occlusion that is none of the scene's";
+    if (e->occlusion && (!occlusion || occlusion->source))
+        why = "has an occlusion that is none of the scene's";
     if (e->source && (!source || !source->source)) why = "has a source that is none of the scene's";
     return why ? glbk__sfield_bad(ctx, GLBK_ERR_MISMATCH, function, "entities", index, why) : GLBK_OK;
 }
 
+/* Writes the centre and radius of a field in the world. */
 static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, float scale, float *out)
 {
     glbk_sfield__v3_store(out, glbk_sfield__m4_point(m, glbk_sfield__v3_load(f->center)));
     out[3] = scale * f->radius;
 }
 
-/* rotation: the first texel of the entity's rotation. */
+/* Writes the texels of an entity (docs/gpu-layouts.md); rotation is the first texel of its rotation. */
 static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_entity *e, uint32_t rotation,
                                       uint32_t *words)
 {
-    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion), *source = glbk__sfield_find(s, e->source);
+    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
+                            *source = glbk__sfield_find(s, e->source);
     const float *m = glbk__sfield_transform(e);
     float f[4 * GLBK__SFIELD_ENTITY], scale = 1;
     uint32_t r, c;
@@ -1975,8 +2188,9 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
     words[22] = glbk__sfield_turns(m, s->bands) ? rotation : glbk__sfield_none;
 }
 
-/* A rotation, or as many texels where nothing turns. */
-static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e, glbk__sfield_stage *stage)
+/* Writes the rotation of an entity, or as many texels of zeros if nothing turns. */
+static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e,
+                                      glbk__sfield_stage *stage)
 {
     const float *m = glbk__sfield_transform(e), *block;
     uint32_t l, y, x, n, *texel = NULL;
@@ -1995,31 +2209,34 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
+/* Returns the block that says what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
     memset(&contents, 0, sizeof contents);
-    contents.table[0] = s->entities_at;
-    contents.table[1] = s->entity_count;
-    contents.table[2] = s->light_count;
-    contents.table[3] = sky != 0;
-    contents.parts[1] = s->terms;
+    contents.entity_texel = s->entities_at;
+    contents.entity_count = s->entity_count;
+    contents.light_count = s->light_count;
+    contents.wants_sky = sky != 0;
+    contents.term_count = s->terms;
     return contents;
 }
 
+/* Uploads that block. */
 static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);
     return glbk_buffer_update(ctx, &s->contents, 0, sizeof contents, &contents);
 }
 
-/* The entities of a frame, then their rotations. */
-static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene *s, const sfield_entity *entities,
-                                     size_t count)
+/* Uploads the entities of a frame, then their rotations. */
+static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene *s,
+                                     const sfield_entity *entities, size_t count)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint32_t step = glbk__sfield_rotation_texels(s->bands);
-    const size_t texels = count * (GLBK__SFIELD_ENTITY + step), first = s->entities_at + GLBK__SFIELD_ENTITY * count;
+    const size_t texels = count * (GLBK__SFIELD_ENTITY + step),
+                 first = s->entities_at + GLBK__SFIELD_ENTITY * count;
     uint32_t words[4 * GLBK__SFIELD_ENTITY], k;
     glbk__sfield_stage stage;
     size_t i;
@@ -2041,8 +2258,8 @@ static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene 
     return stage.result;
 }
 
-GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s, const sfield_entity *entities,
-                                                size_t count)
+GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s,
+                                                const sfield_entity *entities, size_t count)
 {
     glbk_result result = GLBK_OK;
     uint32_t lights = 0;
@@ -2073,7 +2290,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
-    result = glbk_table_update(ctx, &s->moving, 0, n, words);
+    result = glbk__table_update(ctx, &s->moving, 0, n, words);
     if (result != GLBK_OK) return result;
     s->sky = coefs != NULL;
     return glbk__sfield_tell(ctx, s);
@@ -2092,7 +2309,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
 
 /* ---- sfield: own visibility ---- */
 
-/* All rows without any. */
+/* Makes the texture of own visibility, in which nothing is recorded. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -2108,7 +2325,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.width = r->width;
     texture.height = r->height;
     texture.layers = (r->bands * r->bands + 7) / 8;
-    if (texture.layers < 2) texture.layers = 2;         /* what drawing writes */
+    if (texture.layers < 2) texture.layers = 2;         /* drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
     for (y = 0; y < r->height && result == GLBK_OK; y++)
         result = glbk_texture_update(ctx, &r->self, 0, 0, y, 0, r->width, 1, 1, zeros);
@@ -2116,7 +2333,8 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     return result;
 }
 
-/* Signed 16 bits, 32767 for 1.5: the norm of what is at most a cosine is 1.45. */
+/* Returns a coefficient in signed 16 bits, with 32767 for 1.5: the norm of what is at most a cosine is
+   1.45. */
 static uint32_t glbk__sfield_short(float x)
 {
     x = x * (1 / 1.5f);
@@ -2124,21 +2342,29 @@ static uint32_t glbk__sfield_short(float x)
     return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
 }
 
-static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function, const glbk_sfield_renderer *r)
+/* Checks that a renderer has own visibility. */
+static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function,
+                                           const glbk_sfield_renderer *r)
 {
-    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
-    if (!r->self.name) return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
+    if (!r || !r->shade.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+    if (!r->self.name)
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
 }
 
+/* Checks that a G-buffer has the size of the renderer. */
 static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
-    if (!g || !g->words[0].name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+    if (!g || !g->words[0].name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
     if (g->width != r->width)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                               "that of the renderer");
     if (g->height != r->height)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                               "that of the renderer");
     return GLBK_OK;
 }
 
@@ -2168,7 +2394,8 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
         for (i = 0; i < count; i++) {
             for (k = 0; k < 8 && 8 * layer + k < n && self[i]; k++)
                 words[4 * i + k / 2] |= glbk__sfield_short(self[i][8 * layer + k]) << k % 2 * 16;
-            if (!layer && self[i] && !(words[4 * i] & 0xffffu)) words[4 * i] |= 1;      /* 0 would be: not given */
+            if (!layer && self[i] && !(words[4 * i] & 0xffffu))
+                words[4 * i] |= 1; /* 0 would say: not recorded */
         }
         result = glbk_texture_update(ctx, &r->self, 0, 0, row, layer, r->width, row_count, 1, words);
     }
@@ -2176,10 +2403,11 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     return result;
 }
 
-/* The program for a mesh whose position is at that location. */
+/* Compiles the program for a mesh with its position at that location, unless there is one. */
 static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, int32_t position)
 {
-    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=", " SFIELD_SELF3=" };
+    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+                                          " SFIELD_SELF3=" };
     char defines[100];
     glbk__sink sink;
     uint32_t i;
@@ -2197,7 +2425,7 @@ static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
-    return glbk_program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
+    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g)
@@ -2213,28 +2441,34 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!g->has_depth || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not drawn: its depth or matrix is not known");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
+                         "was not drawn: its depth or matrix is not known");
     if (r->bands > 4)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands, "1..4 to be drawn");
-    if (g->attributes.position >= (int32_t)r->self_attribute && g->attributes.position < (int32_t)r->self_attribute + 4)
+        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
+                               "1..4 to be drawn");
+    if (g->attributes.position >= (int32_t)r->self_attribute &&
+        g->attributes.position < (int32_t)r->self_attribute + 4)
         return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", "is where the position is");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
     target.layer[1] = 1;
     target.depth = &g->depth;
-    if (result == GLBK_OK && !r->self_target.name) result = glbk__target_create(ctx, &target, &r->self_target);
+    if (result == GLBK_OK && !r->self_target.name)
+        result = glbk__target_create(ctx, &target, &r->self_target);
     memset(&pass, 0, sizeof pass);
     pass.target = &r->self_target;
     pass.depth = GLBK_DEPTH_EQUAL;
     if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->record);
-    if (result == GLBK_OK) glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0);      /* may be another */
+    if (result == GLBK_OK)
+        glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
     memcpy(r->clip, g->clip, sizeof r->clip);
     return result;
 }
 
-GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r, const float world[16])
+GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r,
+                                             const float world[16])
 {
     glbk_sfield_object object;
     glbk_result result;
@@ -2260,6 +2494,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* room for the 163 of 4 bands */
 
+/* Makes the textures of light and gloss, and their target. */
 static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
 {
     glbk_texture_desc texture;
@@ -2280,6 +2515,7 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
     return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
 }
 
+/* Appends "ARRAY[N]". */
 static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
 {
     glbk__put_text(sink, array);
@@ -2288,6 +2524,7 @@ static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
     glbk__put_text(sink, "]");
 }
 
+/* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
 static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 {
     glbk__sfield_index(sink, "(a", i);
@@ -2301,8 +2538,9 @@ static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes)
 {
-    static const char head[] = "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
-                               "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
+    static const char head[] =
+        "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
+        "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
     const uint32_t bands = algebra ? glbk__sfield_bands(algebra) : 0;
     uint32_t terms[GLBK__SFIELD_TERMS], k, e, count;
     float factors[GLBK__SFIELD_TERMS];
@@ -2325,7 +2563,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
         for (e = 0; e < count; e++) {
             uint32_t bits;
             if (terms[e] >> 16 != k) continue;
-            memcpy(&bits, &factors[e], 4);      /* the float itself, whatever the locale */
+            memcpy(&bits, &factors[e], 4);      /* its bits are the same in every locale */
             glbk__put_text(&sink, "\n+uintBitsToFloat(");
             glbk__sfield_number(&sink, bits);
             glbk__put_text(&sink, "u)*");
@@ -2338,7 +2576,8 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     return sink.used + 1;
 }
 
-/* The pass's program with the product written out: it goes behind sfield_field and before what calls it. */
+/* Compiles the pass's program with the product written out, which stands behind sfield_field and before what
+   calls it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
                                         int compute, glbk_program *out)
 {
@@ -2371,6 +2610,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     return result;
 }
 
+/* Checks what glbk_sfield_renderer_create is given. */
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
@@ -2409,8 +2649,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     if (result == GLBK_OK)
         result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
                           : glbk__gbuffer_program(ctx, glbk_sfield_part(),
-                                                  out->compute ? "sfield_shade.comp" : "sfield_shade.frag", defines,
-                                                  &out->shade);
+                                                  out->compute ? "sfield_shade.comp" : "sfield_shade.frag",
+                                                  defines, &out->shade);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_sfield_renderer_free(ctx, out);
@@ -2441,15 +2681,18 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!r || !r->shade.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye", "is NULL: lobes need it, and the G-buffer has none");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                         "is NULL: lobes need it, and the G-buffer has none");
     if (s->bands != r->bands)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
+                               "that of the renderer");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -2477,11 +2720,14 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 {
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!r || !r->target.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!r || !r->target.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (gloss && !r->gloss.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss", "is asked of a renderer without desc.gloss");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
+                         "is asked of a renderer without desc.gloss");
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
-    if (gloss && result == GLBK_OK) result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
+    if (gloss && result == GLBK_OK)
+        result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
     return result;
 }
 
@@ -2489,14 +2735,18 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 
 /* ---- sfield: building: meshes, textures and programs ---- */
 
-enum { GLBK__SFIELD_TILES = 256, GLBK__SFIELD_BATCH = 128 };
+enum {
+    GLBK__SFIELD_TILES = 256,       /* the most tiles of an atlas, as the uniform block has them */
+    GLBK__SFIELD_BATCH = 128        /* the most eyes */
+};
 
-/* Floats of an eye's values, of one channel. */
+/* Returns the numbers of an eye and channel: coefficients, or texels of a cube. */
 static size_t glbk__sfield_values(const glbk_sfield_builder *b)
 {
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
+/* Returns the corners of all triangles; the next two return the vertex of a corner and a vertex's place. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -2513,7 +2763,7 @@ static const float *glbk__sfield_vertex(const sfield_mesh *m, size_t i)
     return (const float *)(const void *)((const char *)(const void *)m->positions + i * stride);
 }
 
-/* Corners of triangle t, whose indices are in range; 0 where sfield_build would skip it. */
+/* Writes the corners of triangle t, whose indices are in range. Returns 0 if sfield_build would skip it. */
 static int glbk__sfield_corners(const sfield_mesh *m, size_t t, uint32_t corner[3])
 {
     int i, k;
@@ -2527,7 +2777,7 @@ static int glbk__sfield_corners(const sfield_mesh *m, size_t t, uint32_t corner[
     return 1;
 }
 
-/* The sphere that faces are chosen by; 0 where no triangle is left. */
+/* Fits the sphere by which faces are chosen. Returns 0 if no triangle can be used. */
 static int glbk__sfield_fit(const sfield_mesh *m, glbk_sfield_builder *b)
 {
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
@@ -2555,7 +2805,8 @@ static int glbk__sfield_fit(const sfield_mesh *m, glbk_sfield_builder *b)
     return low[0] <= high[0];
 }
 
-/* Vertices and the indices of good triangles; sources: three corners with their radiance for each. */
+/* Uploads vertices and the indices of usable triangles; of sources, three corners with their radiance for
+   each triangle. */
 static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield_builder_desc *d,
                                             glbk_sfield_builder *b)
 {
@@ -2563,7 +2814,8 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
-    float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex), *v = vertex;
+    float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex),
+          *v = vertex;
     uint32_t *index = (uint32_t *)glbk_sfield__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
     glbk_result result = vertex && index ? GLBK_OK : GLBK_ERR_ALLOC;
 
@@ -2580,13 +2832,15 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
         }
     }
     b->index_count = (uint32_t)n;
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
     if (result == GLBK_OK) result = glbk_indices_create(ctx, n * sizeof *index, index, &b->indices);
     glbk_sfield__free(&memory, vertex);
     glbk_sfield__free(&memory, index);
     return result;
 }
 
+/* Makes the vertex array of the mesh, and leaves GL's state as it was. */
 static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_builder *b)
 {
     int32_t array = 0, buffer = 0, stride = b->source ? 24 : 12;
@@ -2610,8 +2864,9 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     return glbk__leave(ctx);
 }
 
-/* What sfield_build asks of a mesh. */
-static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function, const sfield_mesh *m)
+/* Checks of a mesh what sfield_build checks. */
+static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function,
+                                           const sfield_mesh *m)
 {
     const size_t corners = glbk__sfield_mesh_corners(m);
     glbk_sfield__logger log;
@@ -2625,8 +2880,8 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
                                "0, or a multiple of 4 of at least 12");
     if (!corners || corners % 3 || corners > 0x7fffffffu)
         return glbk__bad_value(ctx, GLBK_ERR_INPUT, function,
-                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count", (double)corners,
-                               "a multiple of 3, > 0 and below 2^31");
+                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
+                               (double)corners, "a multiple of 3, > 0 and below 2^31");
     if (m->vertex_count > 0xffffffffu)
         return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
                                "below 2^32");
@@ -2642,8 +2897,9 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *function, const glbk_sfield_builder_desc *d,
-                                          glbk_sfield_builder *b)
+/* Checks and uploads the mesh of a builder. */
+static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *function,
+                                          const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
     glbk_result result = glbk__sfield_check_mesh(ctx, function, d->mesh);
     size_t i;
@@ -2658,7 +2914,7 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
     return result == GLBK_OK ? glbk__sfield_vertex_array(ctx, b) : result;
 }
 
-/* Where texel (face, x, y) of a cube stands in shadowfield.h's order. */
+/* Returns where texel (face, x, y) of a cube stands in the order of shadowfield.h. */
 static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
 {
     uint32_t morton = 0, bit;
@@ -2666,12 +2922,14 @@ static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, ui
     return face * side * side + morton;
 }
 
-/* Groups of four coefficients, for each of them all texels in rows as the cubes have them: sfield_cube_basis. */
+/* Uploads what the basis integrates to over each texel (sfield_cube_basis): groups of four coefficients, each
+   with all texels in rows as the cubes have them. */
 static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_builder *b)
 {
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint32_t n = b->bands * b->bands, side = b->side, cells = 6 * side * side;
-    float *table = (float *)glbk_sfield__alloc_array(&memory, (size_t)cells * b->groups, 16), of[SFIELD_MAX_COEFS];
+    float *table = (float *)glbk_sfield__alloc_array(&memory, (size_t)cells * b->groups, 16),
+          of[SFIELD_MAX_COEFS];
     uint32_t face, x, y, k;
     glbk_result result;
 
@@ -2684,11 +2942,12 @@ static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_buil
                 (void)sfield_cube_basis(b->bands, side, glbk__sfield_morton(side, face, x, y), of);
                 for (k = 0; k < n; k++) table[4 * (at + (size_t)(k / 4) * cells) + k % 4] = of[k];
             }
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, table, (size_t)cells * b->groups, &b->basis);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, table, (size_t)cells * b->groups, &b->basis);
     glbk_sfield__free(&memory, table);
     return result;
 }
 
+/* Makes the textures that a builder draws to. */
 static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder *b)
 {
     const uint32_t size = !b->source && ctx->max_side >= 2048 ? 2048u : 1024u, channels = b->source ? 3 : 1;
@@ -2713,7 +2972,7 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
     return result;
 }
 
-/* The desc into the builder, with the defaults of sfield_desc. */
+/* Checks a desc and copies it into the builder, with the defaults of sfield_desc. */
 static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
@@ -2726,14 +2985,17 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
     if ((uint32_t)f.basis > SFIELD_BASIS_HAAR)
-        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0, SFIELD_BASIS_HAAR);
+        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
+                               SFIELD_BASIS_HAAR);
     if (f.bands > SFIELD_MAX_BANDS)
         return glbk__bad_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
     if (f.cube_side && (f.cube_side < 4 || f.cube_side > 64 || (f.cube_side & (f.cube_side - 1))))
         return glbk__bad_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
                                "0 or a power of two of 4..64");
-    if (!d->mesh && !d->draw_fn) return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
-    if (d->mesh && d->source && !d->radiance) return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
+    if (!d->mesh && !d->draw_fn)
+        return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+    if (d->mesh && d->source && !d->radiance)
+        return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frames > 1)
         return glbk__bad_value(ctx, bad, function, "desc.field->frames", f.frames,
                                "0 or 1 with a mesh: other frames are drawn by draw_fn");
@@ -2747,6 +3009,7 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     return GLBK_OK;
 }
 
+/* Compiles the programs of a builder. */
 static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_builder *b)
 {
     char defines[] = "SFIELD_SOURCE=0 SFIELD_BANDS=0";
@@ -2754,14 +3017,14 @@ static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_
 
     defines[14] = b->source ? '1' : '0';
     defines[29] = (char)('0' + b->bands);
-    result = glbk_program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+    result = glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_sfield_part(), b->compute ? "sfield_sum.comp" : "sfield_sum.frag",
-                                     defines, &b->sum);
+        result = glbk__program_create(ctx, glbk_sfield_part(),
+                                      b->compute ? "sfield_sum.comp" : "sfield_sum.frag", defines, &b->sum);
     if (result == GLBK_OK && b->bands)
-        result = glbk_program_create(ctx, glbk_sfield_part(),
-                                     b->compute ? "sfield_project.comp" : "sfield_project.frag", defines,
-                                     &b->project);
+        result = glbk__program_create(ctx, glbk_sfield_part(),
+                                      b->compute ? "sfield_project.comp" : "sfield_project.frag", defines,
+                                      &b->project);
     return result;
 }
 
@@ -2821,7 +3084,7 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 
 /* ---- sfield: building: what is seen from sample points ---- */
 
-/* Samples a side of a face from an eye at distance d: what sfield_build takes. */
+/* Returns the samples a side of a face for an eye, which lie as close as those of sfield_build. */
 static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *eye)
 {
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
@@ -2831,7 +3094,8 @@ static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *ey
     return width;
 }
 
-/* Does the sphere (center in radii from the eye) reach into the pyramid of a face? Rather yes. */
+/* Returns 1 if a sphere, whose centre is given in radii from the eye, may reach into the pyramid of a face.
+   In doubt it does: a face that is drawn in vain costs time only. */
 static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
 {
     uint32_t axis = face / 2, k;
@@ -2842,11 +3106,11 @@ static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
     return 1;
 }
 
-/* One atlas: its tiles are drawn column by column, and counted into the cubes. */
+/* Draws the tiles of one atlas, column by column, and counts their samples into the cubes. */
 static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builder *b, uint32_t tiles)
 {
     static const float none[4] = { 0, 0, 0, 0 };
-    const uint32_t width = b->views->how[2], rows = b->views->how[1];
+    const uint32_t width = b->views->width, rows = b->views->rows;
     glbk_pass pass;
     glbk_result result;
     uint32_t first;
@@ -2858,7 +3122,7 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     pass.viewport[3] = (int32_t)(rows * width);
     for (first = 0; first < tiles; first += rows) {
         const int32_t count = (int32_t)(tiles - first < rows ? tiles - first : rows);
-        b->views->how[0] = first;
+        b->views->first_tile = first;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block, b->views);
         pass.viewport[0] = (int32_t)(first / rows * width);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &b->see);
@@ -2870,8 +3134,8 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
         if (b->draw_fn) b->draw_fn(b->user, ctx, count);
         else {
             ctx->gl.BindVertexArray(b->vertex_array);
-            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT, NULL,
-                                          count);
+            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT,
+                                          NULL, count);
         }
     }
     memset(&pass, 0, sizeof pass);
@@ -2888,12 +3152,13 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     return GLBK_OK;
 }
 
-/* The cubes of a batch of eyes that take tiles of one width; faces that see nothing are not drawn. */
-static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, const float *eyes)
+/* Draws the cubes of a batch of eyes that take tiles of one width. Faces that see nothing are not drawn. */
+static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                           const float *eyes)
 {
     static const float none[4] = { 0, 0, 0, 0 };
     glbk_sfield_views *v = b->views;
-    const uint32_t width = v->how[2], rows = b->height / width;
+    const uint32_t width = v->width, rows = b->height / width;
     uint32_t most = rows * rows < GLBK__SFIELD_TILES ? rows * rows : (uint32_t)GLBK__SFIELD_TILES;
     uint32_t tiles = 0, i, face, k;
     glbk_pass pass;
@@ -2904,7 +3169,7 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
     result = glbk_begin(ctx, &pass, &b->see);
     if (result != GLBK_OK) return result;
     glbk_clear(ctx, &b->cube_target, 0, none);
-    v->how[1] = rows;
+    v->rows = rows;
     for (i = 0; i < count && result == GLBK_OK; i++) {
         const float *eye = eyes + 3 * (size_t)i;
         float center[3] = { 0, 0, 0 }, radius = 1, far_depth = 0;
@@ -2933,7 +3198,9 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
     return result == GLBK_OK && tiles ? glbk__sfield_draw_tiles(ctx, b, tiles) : result;
 }
 
-static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+/* Projects the cubes of a batch and reads the coefficients back. */
+static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                           float *values)
 {
     const uint32_t n = b->bands * b->bands, channels = b->source ? 3 : 1, width = b->groups * channels;
     uint32_t i, c;
@@ -2960,23 +3227,28 @@ static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builde
     return result;
 }
 
-static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+/* Reads the texels of the cubes of a batch back. */
+static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                            float *values)
 {
     const uint32_t side = b->side, channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
     const size_t cells = (size_t)6 * side * side;
     uint32_t i, face, x, y, c;
     const uint32_t *from = b->words;
-    glbk_result result = glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
+    glbk_result result =
+        glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
 
     for (i = 0; i < count && result == GLBK_OK; i++, values += channels * cells)
         for (y = 0; y < side; y++)
             for (face = 0; face < 6; face++)
                 for (x = 0; x < side; x++, from += words)
                     for (c = 0; c < channels; c++)
-                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c, sizeof *values);
+                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c,
+                               sizeof *values);
     return result;
 }
 
+/* Checks what glbk_sfield_builder_see is given. */
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
@@ -2987,7 +3259,8 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                          !v ? "views" : !v->eyes ? "views.eyes" : "views.values", "is NULL");
     if (!v->count) return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
     if (!(v->radius > 0) || !glbk_sfield__finite(v->radius))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius, "> 0 and finite");
+        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
+                               "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");
@@ -3010,14 +3283,15 @@ GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_buil
     memset(b->views, 0, sizeof *b->views);
     memcpy(b->views->sphere, v->center, sizeof v->center);
     b->views->sphere[3] = v->radius;
-    b->views->how[3] = b->side;
-    b->views->size[0] = b->batch;
-    b->views->size[1] = b->groups;
+    b->views->side = b->side;
+    b->views->batch = b->batch;
+    b->views->groups = b->groups;
     for (from = 0; from < v->count && result == GLBK_OK;) {
         const float *eyes = v->eyes + 3 * from;
         uint32_t width = glbk__sfield_width(b, eyes), n = 1;
-        while (n < b->batch && from + n < v->count && glbk__sfield_width(b, eyes + 3 * (size_t)n) == width) n++;
-        b->views->how[2] = width;
+        while (n < b->batch && from + n < v->count && glbk__sfield_width(b, eyes + 3 * (size_t)n) == width)
+            n++;
+        b->views->width = width;
         result = glbk__sfield_draw_cubes(ctx, b, n, eyes);
         if (result == GLBK_OK)
             result = b->bands ? glbk__sfield_read_coefs(ctx, b, n, values)

@@ -41,6 +41,8 @@ static int write_text(const char *path, const char *text)
 #define SIZE_vec4 4
 #define SIZE_ivec4 4
 #define SIZE_uvec4 4
+#define SIZE_float 1
+#define SIZE_uint 1
 #define BLOCK(name, slot, members)              \
     {                                           \
         const char *block = #name "_block";     \

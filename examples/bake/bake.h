@@ -57,7 +57,7 @@ int  bk_write(const char *path, const void *data, size_t size, char *error);
 /* object.c: what casts shadows in a scene, or node=NAME of it in its own space. */
 int  bk_object(bk_mesh *out, const char *path, const char *node, char *error);
 void bk_object_free(bk_mesh *mesh);
-/* Its vertices as they are, or with spacing > 0 the points that `render --set spacing=` shades. */
+/* Its vertices as they are, or with spacing > 0 the points that `render --set point_spacing=` shades. */
 int  bk_points_of(bk_points *out, const bk_mesh *mesh, float spacing, char *error);
 void bk_points_free(bk_points *points);
 

@@ -9,13 +9,13 @@
 
 static const rd_key keys[] = {
     { "side", RD_INTEGER, NULL, 1, 1024, "128", "maps a side of the domain" },
-    { "m", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of a map" },
+    { "map_side", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of a map" },
     { "layers", RD_WORD, "z1z2|z1z3_sphere|z1z3_far", 0, 0, "z1z2", "which hit the stored depths lie in front of" },
     { "order", RD_WORD, "auto|scanline|zigzag|zigzag_theta|hilbert", 0, 0, "hilbert",
       "auto: by trial, in every shard" },
     { "packed", RD_WORD, "0|1", 0, 0, "0", "1: entropy-coded file, about half as large; shards are never" },
     { "budget", RD_NUMBER, NULL, 0, 1e6, "0",
-      "MB in memory: takes the side and m, below it, of the least expected error; 0: as given" },
+      "MB in memory: takes the side and map_side, below it, of the least expected error; 0: as given" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
@@ -50,7 +50,7 @@ static cohsm_desc desc_of(const rd_settings *settings, ex_pool *pool)
     static char label[] = "csm maps";
     cohsm_desc d = services(label);
     d.domain.side[0] = d.domain.side[1] = (uint32_t)rd_setting_integer(settings, "side");
-    d.map_side = (uint32_t)rd_setting_integer(settings, "m");
+    d.map_side = (uint32_t)rd_setting_integer(settings, "map_side");
     d.order = (cohsm_order)word(settings, "order", orders);
     d.layers = (cohsm_layers)word(settings, "layers", layers);
     if (d.order != COHSM_ORDER_DEFAULT)
@@ -68,11 +68,11 @@ static cohsm_mesh mesh_of(const bk_mesh *m)
     return mesh;
 }
 
-/* With a budget, side and m are those that cohsm_budget finds; all shards find the same. */
+/* With a budget, side and map_side are those that cohsm_budget finds; all shards find the same. */
 static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, char *error)
 {
     const double budget = rd_setting_number(settings, "budget");
-    char pair[32];
+    char pair[40];
     cohsm_desc d = desc_of(settings, pool);
     cohsm_mesh m = mesh_of(mesh);
     uint32_t side, map_side;
@@ -82,11 +82,12 @@ static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, cha
     result = cohsm_budget(&d, &m, (size_t)(budget * 1e6), &side, &map_side);
     ex_progress(NULL, 1);
     if (result != COHSM_OK)
-        return failed(result == COHSM_ERR_LIMIT ? "budget below what side 8 and m 16 take" : "budget", result, error);
+        return failed(result == COHSM_ERR_LIMIT ? "budget below what side 8 and map_side 16 take" : "budget", result,
+                      error);
     snprintf(pair, sizeof pair, "side=%u", (unsigned)side);
     if (rd_settings_add(settings, pair, error) != 0)
         return -1;
-    snprintf(pair, sizeof pair, "m=%u", (unsigned)map_side);
+    snprintf(pair, sizeof pair, "map_side=%u", (unsigned)map_side);
     return rd_settings_add(settings, pair, error);
 }
 
@@ -94,7 +95,7 @@ static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, cha
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
 {
     double side = rd_setting_number(settings, "side");
-    uint32_t m = (uint32_t)rd_setting_integer(settings, "m");
+    uint32_t m = (uint32_t)rd_setting_integer(settings, "map_side");
     (void)error;
     *units = m * m;
     *seconds = side * side * (10e-9 * (double)mesh->triangles + 15e-9 * (double)*units);
@@ -144,7 +145,7 @@ static void weigh(const rd_settings *settings, const bk_mesh *mesh, bk_work *wor
 {
     enum { VIEWS = 16, MIDDLES = 2048 };
     static float middle[MIDDLES][3];
-    int m = rd_setting_integer(settings, "m");
+    int m = rd_setting_integer(settings, "map_side");
     size_t count = middles(mesh, middle, MIDDLES - 1);
     work->row_units = (uint32_t)m;
     work->overhang = 0.7;
@@ -230,7 +231,7 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
     cohsm_get_info(maps, &i);
     cohsm_free(maps);
     snprintf(line, room,
-             "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"side\": %u, \"maps\": %u, \"m\": %u, "
+             "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"side\": %u, \"maps\": %u, \"map_side\": %u, "
              "\"layers\": \"%s\", \"order\": \"%s\", \"segments\": %llu, \"ratio\": %.3f, \"pixel_begin\": %u, "
              "\"pixel_end\": %u, "
              "\"center\": [%.9g, %.9g, %.9g], \"radius\": %.9g}",

@@ -12,7 +12,7 @@ static const char *const kinds[] = { "none", "occlusion", "source", "self" };
 static const rd_key keys[] = {
     { "kind", RD_WORD, "occlusion|source|self", 0, 0, "occlusion",
       "what the object hides, what its emissive triangles shine, or what it hides from its own points" },
-    { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: spacing of render; 0: the vertices, in their order" },
+    { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: that of render; 0: the vertices, in their order" },
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
     { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },

@@ -181,7 +181,7 @@ static int is_drawn_to(const struct sampler *s, int32_t name)
     real.GetTexParameteriv(s->target, 0x813C /* BASE_LEVEL */, &least);
     real.GetTexParameteriv(s->target, 0x813D /* MAX_LEVEL */, &most);
     for (uint32_t i = 0; i < 5; i++) {
-        const uint32_t at = i < 4 ? GLBK_GL_COLOR_ATTACHMENT0 + i : GLBK_GL_DEPTH_ATTACHMENT;
+        const uint32_t at = i < 4 ? GLBK_GL_COLOR_ATTACHMENT0 + i : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT;
         type = attached = level = 0;
         real.GetFramebufferAttachmentParameteriv(GLBK_GL_DRAW_FRAMEBUFFER, at, 0x8CD0 /* OBJECT_TYPE */, &type);
         if (type != 0x1702 /* TEXTURE */)

@@ -18,6 +18,7 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 
 #define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
 #define MOST_TRIANGLES  100000000u   /* of all meshes, and of all nodes: small files can name one array often */
+#define MOST_LIGHTS     1000u        /* nodes with a light: techniques draw maps for each */
 #define MOST_OBJECTS    100000u      /* nodes with a mesh: techniques spend a millisecond and more on each */
 
 typedef struct image_means { double srgb[3], plain[3]; int has[2]; } image_means;
@@ -403,6 +404,8 @@ static int load_light(loader *l, const gltf_light *from, const float m[16])
     double angle = from->outer_angle;
     if (from->kind < 0 || from->kind > 2 || !(from->intensity > 0) || !(from->intensity < 1e12)) return 0;
     if (from->kind == 2 && (!(angle > 0) || !(angle < 1.5709))) return 0;
+    if (l->scene->light_count == MOST_LIGHTS)
+        return ex_fail(l->error, "%s: more than %u lights", l->path, MOST_LIGHTS);
     if (ex_grow(&l->scene->lights, &l->scene->light_count, sizeof(ex_light)) != 0)
         return ex_fail(l->error, "%s: out of memory", l->path);
     ex_light *light = &l->scene->lights[l->scene->light_count - 1];

@@ -146,6 +146,10 @@ void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of
 /* Loads through whatever glTF parser was built in; see gltf.c. */
 int  ex_gltf_load(ex_scene *scene, const char *path, char *error);
 
+/* Whether stb may read a .hdr file: it is whole, and neither reading nor using it takes more than ex_memory_limit. -1
+   with one line in error. */
+int  ex_hdr_check(const char *path, char *error);
+
 /* stb behind two functions, see png.c. Pixels of read are malloc'ed, 3 floats each. */
 int  ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error);
 

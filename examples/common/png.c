@@ -52,10 +52,7 @@ int ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_
 int ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error)
 {
     int w = 0, h = 0, channels = 0;
-    if (!stbi_is_hdr(path)) return ex_fail(error, "%s: cannot open, or not a Radiance .hdr picture", path);
-    if (stbi_info(path, &w, &h, &channels) && 24.0 * w * h > (double)ex_memory_limit)      /* it and its copy */
-        return ex_fail(error, "%s: %d x %d pixels take more than %.0f MB: --limit-memory", path, w, h,
-                       (double)ex_memory_limit * 1e-6);
+    if (ex_hdr_check(path, error) != 0) return -1;
     float *pixels = stbi_loadf(path, &w, &h, &channels, 3);
     if (!pixels) return ex_fail(error, "%s: %s", path, stbi_failure_reason());
     *width = (uint32_t)w;

@@ -158,11 +158,19 @@ void gal_free(gallery *g)
     memset(g, 0, sizeof *g);
 }
 
+extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
+
 int main(int count, char **values)
 {
     char error[EX_ERROR_SIZE] = "";
     gallery g;
     int result;
+    if (count == 2 && strcmp(values[1], "--version") == 0)
+        return printf("gallery %s\n", dapple_version), 0;
+    if (count == 2 && strcmp(values[1], "--help") == 0)
+        return puts("usage: gallery FOLDER\n"
+                    "       gallery --help | --version\n"
+                    "Makes the pages and the contact sheet of make demo from FOLDER/gallery.tsv and the pictures there."), 0;
     if (count != 2) {
         fprintf(stderr, "gallery: usage: gallery FOLDER\n");
         return 2;

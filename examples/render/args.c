@@ -36,6 +36,14 @@ static int parse_list(const char *text, double *out, int room)
     }
 }
 
+/* Whether all numbers of a list are small enough for what floats make of them: areas, squares of distances. */
+static int are_moderate(const double *numbers, int count)
+{
+    while (count > 0 && fabs(numbers[count - 1]) <= 1e9)
+        count--;
+    return count == 0;
+}
+
 /* Decimal digits only. */
 static int parse_count(const char *text, uint64_t low, uint64_t high, uint64_t *out)
 {
@@ -150,6 +158,8 @@ int rd_light_parse(rd_light_arg *out, const char *text, char *error)
     extra = count - kinds[i].numbers;
     if (count < 0 || (extra != 0 && extra != 1 && extra != 3))
         return fail(error, "--light %.80s: expected %s", text, kinds[i].form);
+    if (!are_moderate(n, kinds[i].numbers))
+        return fail(error, "--light %.80s: its numbers must be -1e9 to 1e9", text);
     out->light.kind = kinds[i].kind;
     problem = set_shape(&out->light, n);
     if (problem)
@@ -233,6 +243,8 @@ static int set_camera(rd_args *args, const char *value, char *error)
     double n[7], view[3], length;
     if (parse_list(value, n, 7) != 7)
         return fail(error, "--camera %.80s: expected px,py,pz,tx,ty,tz,fovy_degrees", value);
+    if (!are_moderate(n, 6))
+        return fail(error, "--camera %.80s: its numbers must be -1e9 to 1e9", value);
     for (int k = 0; k < 3; k++)
         view[k] = n[3 + k] - n[k];
     length = length3(view);

@@ -299,10 +299,10 @@ static int place_of(const char *words, const char *word)
 static void read_options(cs_options *o, const rd_settings *settings)
 {
     o->side = (uint32_t)rd_setting_integer(settings, "side");
-    o->map_side = (uint32_t)rd_setting_integer(settings, "m");
+    o->map_side = (uint32_t)rd_setting_integer(settings, "map_side");
     o->light_side = (uint32_t)rd_setting_integer(settings, "light_side");
-    o->light_map_size = (uint32_t)rd_setting_integer(settings, "light_m");
-    o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_m");
+    o->light_map_size = (uint32_t)rd_setting_integer(settings, "light_map_side");
+    o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_map_side");
     o->layers = (cohsm_layers)(COHSM_LAYERS_Z1Z2 + place_of(layers_words, rd_setting_text(settings, "layers")));
     o->order = (cohsm_order)(COHSM_ORDER_DEFAULT + place_of(order_words, rd_setting_text(settings, "order")));
     o->filter = (cohsm_filter)(COHSM_FILTER_NEAREST + place_of(filter_words, rd_setting_text(settings, "filter")));
@@ -441,7 +441,7 @@ static void report_csm(const void *opaque, rd_report *report)
     report->memory_bytes = state->memory.now + own;
     report->peak_bytes = state->memory.peak;
     rd_json_integer(report->json, "side", state->options.side);
-    rd_json_integer(report->json, "m", state->options.map_side);
+    rd_json_integer(report->json, "map_side", state->options.map_side);
     rd_json_integer(report->json, "blocks", t.blocks);
     rd_json_integer(report->json, "maps", t.maps);
     rd_json_integer(report->json, "segments", t.segments);
@@ -454,7 +454,7 @@ static void report_csm(const void *opaque, rd_report *report)
 
 static const rd_key keys[] = {
     { "side", RD_INTEGER, NULL, 1, 2048, "128", "maps of directions a side of their domain" },
-    { "m", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of each of them" },
+    { "map_side", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of each of them" },
     { "layers", RD_WORD, layers_words, 0, 0, "z1z2", "z1z3: smaller, for closed surfaces with nothing else near" },
     { "order", RD_WORD, order_words, 0, 0, "auto", "how maps follow one another; auto: tries them" },
     { "filter", RD_WORD, filter_words, 0, 0, "nearest", "of map and pixel; pcf and roulette have the same mean" },
@@ -462,11 +462,11 @@ static const rd_key keys[] = {
     { "offset", RD_NUMBER, NULL, 0, 100, "0.5", "of receivers along the geometric normal, in map pixels" },
     { "objects", RD_WORD, "auto|each|whole", 0, 0, "auto", "maps of directions for each mesh, or of all as one" },
     { "sun", RD_WORD, "exact|shared", 0, 0, "exact", "a map of its direction, or the nearest of all directions" },
-    { "hard_m", RD_INTEGER, NULL, 4, 1024, "1024", "pixels a side of the map of a sun, spot or point" },
+    { "hard_map_side", RD_INTEGER, NULL, 4, 1024, "1024", "pixels a side of the map of a sun, spot or point" },
     { "light_maps", RD_WORD, "local|semi", 0, 0, "local", "cube maps of places on a light, or maps of directions" },
     { "lamp_shadow", RD_WORD, "others|own", 0, 0, "others", "of an emissive mesh: does it also shadow its own light" },
     { "light_side", RD_INTEGER, NULL, 1, 128, "8", "places a side of an area light" },
-    { "light_m", RD_INTEGER, NULL, 4, 1024, "256", "pixels a side of a cube's face" },
+    { "light_map_side", RD_INTEGER, NULL, 4, 1024, "256", "pixels a side of a cube's face" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 

@@ -103,10 +103,10 @@ static int build_lights(es_state *s, const rd_job *job, char *error)
     envlt_desc desc;
     envlt_result result;
     memset(&desc, 0, sizeof desc);
-    desc.light_count = (uint32_t)rd_setting_integer(job->settings, "lights");
+    desc.light_count = (uint32_t)rd_setting_integer(job->settings, "light_count");
     desc.method = (envlt_method)(ENVLT_METHOD_STRUCTURED +
                                  place_of(method_words, rd_setting_text(job->settings, "method")));
-    desc.split_sun = rd_setting_integer(job->settings, "sun");
+    desc.split_sun = rd_setting_integer(job->settings, "split_sun");
     desc.hemisphere = rd_setting_integer(job->settings, "hemisphere");
     desc.system.allocator.alloc_fn = counted_alloc;
     desc.system.allocator.free_fn = counted_free;
@@ -306,11 +306,11 @@ static int create_maps(es_state *s, const rd_job *job, char *error)
     envsh_maps_desc desc;
     envsh_result result;
     uint32_t all = s->sky_count + job->scene->light_count;
-    s->cluster = (uint32_t)rd_setting_integer(job->settings, "cluster");
+    s->cluster = (uint32_t)rd_setting_integer(job->settings, "capacity");
     s->cluster = s->cluster && s->cluster < all ? s->cluster : all;
     s->rgba = (uint32_t)rd_setting_integer(job->settings, "rgba");
     memset(&desc, 0, sizeof desc);
-    desc.map_side = (uint32_t)rd_setting_integer(job->settings, "m");
+    desc.map_side = (uint32_t)rd_setting_integer(job->settings, "map_side");
     desc.rgba = (int)s->rgba;
     desc.no_depth = job->gl != NULL;
     desc.system.allocator.alloc_fn = counted_alloc;
@@ -382,8 +382,8 @@ static void report_envshadow(const void *opaque, rd_report *report)
     if (s->gl)
         es_gl_report(s, report);
     rd_json_integer(report->json, "lights", s->count);
-    rd_json_integer(report->json, "m", s->atlas.map_side);
-    rd_json_integer(report->json, "cluster", s->cluster);
+    rd_json_integer(report->json, "map_side", s->atlas.map_side);
+    rd_json_integer(report->json, "capacity", s->cluster);
     rd_json_text(report->json, "filter", filters[s->query.filter - ENVSH_FILTER_PLAIN]);
     rd_json_integer(report->json, "atlas_width", s->atlas.width);
     rd_json_integer(report->json, "atlas_height", s->atlas.height);
@@ -395,15 +395,15 @@ static void report_envshadow(const void *opaque, rd_report *report)
 }
 
 static const rd_key keys[] = {
-    { "lights", RD_INTEGER, NULL, 1, 8192, "256", "directional lights that the sky becomes" },
+    { "light_count", RD_INTEGER, NULL, 1, 8192, "256", "directional lights that the sky becomes" },
     { "method", RD_WORD, method_words, 0, 0, "variance", "how: structured importance sampling, cuts, inversion" },
-    { "m", RD_INTEGER, NULL, 16, 4096, "256", "texels a side of a shadow map" },
+    { "map_side", RD_INTEGER, NULL, 16, 4096, "256", "texels a side of a shadow map" },
     { "filter", RD_WORD, filter_words, 0, 0, "auto", "of a map; auto: plain with --samples 1, else penumbra" },
     { "radius", RD_NUMBER, "auto", 0, 64, "auto", "texels: of smooth and pcf (2), at most of penumbra (12)" },
     { "bias", RD_NUMBER, NULL, 0, 100, "1", "along the geometric normal at grazing light, in texels" },
-    { "cluster", RD_INTEGER, NULL, 0, 8192, "0", "lights a pass, the paper's algorithm 2; 0: all at once" },
+    { "capacity", RD_INTEGER, NULL, 0, 8192, "0", "lights held at once, the paper's algorithm 2; 0: all of them" },
     { "rgba", RD_WORD, "0|1", 0, 0, "0", "four maps share a texel's channels" },
-    { "sun", RD_WORD, "0|1", 0, 0, "0", "a small bright spot becomes a light of its own" },
+    { "split_sun", RD_WORD, "0|1", 0, 0, "0", "a small bright spot becomes a light of its own" },
     { "hemisphere", RD_WORD, "0|1", 0, 0, "0", "only the upper half of the sky" },
     { "residual", RD_WORD, "0|1", 0, 0, "0", "adds what the lights leave out, in spherical harmonics" },
     { "jitter", RD_WORD, "0|1", 0, 0, "0", "directions move inside their strata; --frames are averaged" },

@@ -44,7 +44,7 @@ static int word_index(const rd_job *job, const char *key, const char *const *wor
    effect no view sample found. A quarter as many of its own do, for its light is smooth. */
 static uint32_t vpls_of(const rd_job *job, int level)
 {
-    uint32_t vpls = (uint32_t)rd_setting_integer(job->settings, "vpls");
+    uint32_t vpls = (uint32_t)rd_setting_integer(job->settings, "vpl_count");
     return level == GROUND ? (vpls + 3) / 4 : vpls;
 }
 
@@ -56,23 +56,22 @@ static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
     ism_desc d;
     memset(&d, 0, sizeof d);
     d.vpl_count = vpls_of(job, level);
-    d.surfel_count = (uint32_t)rd_setting_integer(job->settings, "points");
-    d.tile_side = (uint32_t)rd_setting_integer(job->settings, "tile");
+    d.surfel_count = (uint32_t)rd_setting_integer(job->settings, "surfel_count");
+    d.tile_side = (uint32_t)rd_setting_integer(job->settings, "tile_side");
     d.importance = (ism_importance)(ISM_IMPORTANCE_FLUX + word_index(job, "importance", importances));
     d.spread = (ism_spread)(ISM_SPREAD_AREA + word_index(job, "spread", spreads));
     d.projection = (ism_projection)(ISM_PROJECTION_COSINE + word_index(job, "projection", projections));
-    d.view_grid_side = (uint32_t)rd_setting_integer(job->settings, "view_grid");
-    d.splat_scale = (float)rd_setting_number(job->settings, "splat");
-    d.lazy_frames = (uint32_t)rd_setting_integer(job->settings, "lazy");
-    d.unstable = !rd_setting_integer(job->settings, "stable");
-    d.no_inter_texel = !rd_setting_integer(job->settings, "inter_texel");
-    d.no_fill = !rd_setting_integer(job->settings, "fill");
-    d.vary_surfels = rd_setting_integer(job->settings, "vary_points");
+    d.view_grid_side = (uint32_t)rd_setting_integer(job->settings, "view_grid_side");
+    d.splat_scale = (float)rd_setting_number(job->settings, "splat_scale");
+    d.lazy_frames = (uint32_t)rd_setting_integer(job->settings, "lazy_frames");
+    d.unstable = rd_setting_integer(job->settings, "unstable");
+    d.no_inter_texel = rd_setting_integer(job->settings, "no_inter_texel");
+    d.no_fill = rd_setting_integer(job->settings, "no_fill");
+    d.vary_surfels = rd_setting_integer(job->settings, "vary_surfels");
     d.keep_hits = keep_hits;
-    d.near_point_count = rd_setting_is(job->settings, "near", "gather")
-                       ? (int32_t)rd_setting_integer(job->settings, "near_points") : -1;
-    d.window_rim = (int32_t)((uint32_t)rd_setting_integer(job->settings, "rim") * d.tile_side / 64u);
-    d.window_rim = !rd_setting_integer(job->settings, "windows") ? -1 : d.window_rim < 2 ? 2 : d.window_rim;
+    d.near_point_count = rd_setting_is(job->settings, "near_mode", "gather")
+                       ? (int32_t)rd_setting_integer(job->settings, "near_point_count") : -1;
+    d.window_rim = (int32_t)rd_setting_integer(job->settings, "window_rim");
     d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
     d.system.parallel_for = ex_pool_run;
     d.system.user = job->pool;
@@ -98,13 +97,13 @@ static ism_shading make_shading(const rd_job *job)
 {
     static const char *const rules[] = { "patch", "sphere", "clamp", "mean", "none", "gather", NULL };
     ism_shading s = { 0 };
-    s.near_mode = (ism_near)(ISM_NEAR_PATCH + word_index(job, "near", rules));
+    s.near_mode = (ism_near)(ISM_NEAR_PATCH + word_index(job, "near_mode", rules));
     s.clamp = (float)rd_setting_number(job->settings, "clamp");
     s.bias = (float)rd_setting_number(job->settings, "bias");
     s.bias = s.bias > 0 ? s.bias : -1;       /* 0 is none here, the default there */
     s.cull = rd_setting_integer(job->settings, "cull");
-    s.no_maps = !rd_setting_integer(job->settings, "visibility");
-    s.pattern = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpls"));
+    s.no_maps = rd_setting_integer(job->settings, "no_maps");
+    s.pattern = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpl_count"));
     if (job->gbuffer->height < 2)
         s.pattern = 1;
     return s;
@@ -146,9 +145,9 @@ static int open_ism(void **state, const rd_job *job, char *error)
     s->bounces = rd_setting_integer(job->settings, "bounces");
     s->direct = !rd_setting_is(job->settings, "only", "indirect");
     s->indirect = !rd_setting_is(job->settings, "only", "direct") && s->bounces > 0;
-    s->rsm = (uint32_t)rd_setting_integer(job->settings, "rsm");
-    s->shadow = (uint32_t)rd_setting_integer(job->settings, "shadow");
-    s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_points");
+    s->rsm = (uint32_t)rd_setting_integer(job->settings, "rsm_side");
+    s->shadow = (uint32_t)rd_setting_integer(job->settings, "shadow_map_side");
+    s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_point_count");
     s->light_rsm = rd_setting_integer(job->settings, "light_rsm");
     s->shading = make_shading(job);
     if (job->gl)
@@ -357,7 +356,7 @@ static void report_ism(const void *state, rd_report *report)
         report->peak_bytes += info.stats.peak_bytes > s->peaks[i] ? info.stats.peak_bytes : s->peaks[i];
     }
     rd_json_integer(json, "vpls", s->stats.vpls);
-    rd_json_integer(json, "points", s->stats.surfels);
+    rd_json_integer(json, "surfels", s->stats.surfels);
     rd_json_integer(json, "pattern", s->shading.pattern);
     rd_json_integer(json, "bounces", (uint64_t)(s->indirect ? s->bounces : 0));
     rd_json_integer(json, "renewed", s->stats.renewed);
@@ -377,32 +376,34 @@ static void report_ism(const void *state, rd_report *report)
 static const rd_key keys[] = {
     { "bounces", RD_INTEGER, NULL, 0, MAX_BOUNCES, "1", "bounces; 0: direct light only" },
     { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
-    { "vpls", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
-    { "points", RD_INTEGER, NULL, 8, 65536, "8192", "surface points in each VPL's map" },
-    { "tile", RD_WORD, "8|16|32|64|128|256", 0, 0, "64", "texels a side of a VPL's map" },
-    { "windows", RD_WORD, "0|1", 0, 0, "1", "most texels of a map to what the picture shows" },
-    { "rim", RD_INTEGER, NULL, 2, 32, "8", "texels of 64 a side for the rest" },
-    { "rsm", RD_INTEGER, NULL, 8, 2048, "512",
+    { "vpl_count", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
+    { "surfel_count", RD_INTEGER, NULL, 8, 65536, "8192", "surfels in each VPL's map" },
+    { "tile_side", RD_WORD, "8|16|32|64|128|256", 0, 0, "64", "texels a side of a VPL's map" },
+    { "window_rim", RD_INTEGER, NULL, -1, 128, "0",
+      "texels a side of a map for what the picture does not show; 0: an eighth of tile_side, -1: no windows" },
+    { "rsm_side", RD_INTEGER, NULL, 8, 2048, "512",
       "texels a side of the reflective shadow maps; half for faces of cubes; light_points share them" },
-    { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
-    { "light_points", RD_INTEGER, NULL, 1, 1024, "64", "RSMs for each area light, the emissive meshes and the sky" },
+    { "shadow_map_side", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
+    { "light_point_count", RD_INTEGER, NULL, 1, 1024, "64",
+      "RSMs for each area light, the emissive meshes and the sky" },
     { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
     { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
-    { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how points are spread over triangles" },
+    { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how surfels are spread over triangles" },
     { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },
-    { "view_grid", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },
-    { "near", RD_WORD, "patch|sphere|clamp|mean|none|gather", 0, 0, "gather", "light close to a VPL" },
-    { "near_points", RD_INTEGER, NULL, 1, 64, "16", "near=gather: of each VPL" },
-    { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1", "near=clamp: 1/m^2; near=mean: times the mean of a pixel's VPLs" },
+    { "view_grid_side", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },
+    { "near_mode", RD_WORD, "patch|sphere|clamp|mean|none|gather", 0, 0, "gather", "light close to a VPL" },
+    { "near_point_count", RD_INTEGER, NULL, 1, 64, "16", "near_mode=gather: points of each VPL" },
+    { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1",
+      "near_mode=clamp: 1/m^2; near_mode=mean: times the mean of a pixel's VPLs" },
     { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
-    { "splat", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its point" },
-    { "lazy", RD_INTEGER, NULL, 1, 64, "8", "frames until all points are renewed" },
-    { "stable", RD_WORD, "0|1", 0, 0, "1", "VPLs and points keep their random numbers from frame to frame" },
-    { "inter_texel", RD_WORD, "0|1", 0, 0, "1", "VPLs between texels" },
-    { "fill", RD_WORD, "0|1", 0, 0, "1", "pull and push" },
-    { "vary_points", RD_WORD, "0|1", 0, 0, "0", "weak VPLs take fewer points" },
-    { "visibility", RD_WORD, "0|1", 0, 0, "1", "0: VPLs shine through everything" },
-    { "cull", RD_WORD, "0|1", 0, 0, "0", "skip VPLs that face away from blocks of pixels" },
+    { "splat_scale", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its surfel" },
+    { "lazy_frames", RD_INTEGER, NULL, 1, 64, "8", "frames until all surfels are renewed" },
+    { "unstable", RD_WORD, "0|1", 0, 0, "0", "1: VPLs and surfels take new random numbers in every frame" },
+    { "no_inter_texel", RD_WORD, "0|1", 0, 0, "0", "1: VPLs lie at texel centres, not between them" },
+    { "no_fill", RD_WORD, "0|1", 0, 0, "0", "1: holes of maps stay open, without pull and push" },
+    { "vary_surfels", RD_WORD, "0|1", 0, 0, "0", "1: weak VPLs take fewer surfels" },
+    { "no_maps", RD_WORD, "0|1", 0, 0, "0", "1: VPLs shine through everything" },
+    { "cull", RD_WORD, "0|1", 0, 0, "0", "1: skip VPLs that face away from blocks of pixels" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 

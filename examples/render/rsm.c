@@ -362,10 +362,10 @@ static void read_settings(rs_state *state, const rd_job *job)
     state->mode = (rs_mode)place_of(mode_words, rd_setting_text(s, "mode"));
     state->direct = !rd_setting_is(s, "only", "indirect");
     state->indirect = !rd_setting_is(s, "only", "direct");
-    state->size = (uint32_t)rd_setting_integer(s, "m");
-    state->points = (uint32_t)rd_setting_integer(s, "lights");
+    state->size = (uint32_t)rd_setting_integer(s, "side");
+    state->points = (uint32_t)rd_setting_integer(s, "light_point_count");
     g->pattern = (rsm_pattern)(RSM_PATTERN_FLUX + place_of(pattern_words, rd_setting_text(s, "pattern")));
-    g->paper_weights = rd_setting_is(s, "weights", "paper");
+    g->paper_weights = rd_setting_integer(s, "paper_weights");
     g->r_max = (float)rd_setting_number(s, "r_max");
     g->r_min = (float)rd_setting_number(s, "r_min");
     g->offset = (float)rd_setting_number(s, "offset") * job->radius;
@@ -379,7 +379,7 @@ static void read_settings(rs_state *state, const rd_job *job)
         g->noise = state->noise;
         g->noise_side = 64;
     }
-    state->shadow.taps = (uint32_t)rd_setting_integer(s, "pcf");
+    state->shadow.taps = (uint32_t)rd_setting_integer(s, "taps");
     state->shadow.bias = none_of_zero(rd_setting_number(s, "bias"));
     state->shadow.slope_bias = none_of_zero(rd_setting_number(s, "slope_bias"));
     state->interpolation.step = (uint32_t)rd_setting_integer(s, "step");
@@ -440,7 +440,7 @@ static void report_rsm(const void *opaque, rd_report *report)
                  state->mode == RS_FULL       ? "full"
                  : state->mode == RS_DENOISED ? "denoised"
                                               : "interpolated");
-    rd_json_integer(report->json, "m", state->size);
+    rd_json_integer(report->json, "side", state->size);
     rd_json_integer(report->json, "maps", state->map_count + rs_gl_maps(state));
     rd_json_integer(report->json, "lit_texels", state->lit_texels);
     rd_json_integer(report->json, "bad_texels", state->bad_texels);
@@ -458,10 +458,12 @@ static const rd_key keys[] = {
     { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
     { "mode", RD_WORD, mode_words, 0, 0, "full",
       "each pixel; interpolated from a grid; interleaved sets and a filter" },
-    { "m", RD_INTEGER, NULL, 16, 4096, "512", "texels a side of a map; cubes half, points of area lights a quarter" },
-    { "lights", RD_INTEGER, NULL, 1, 1024, "16", "points on all area lights and emitters; directions of a sky" },
+    { "side", RD_INTEGER, NULL, 16, 4096, "512",
+      "texels a side of a map; cubes half, points of area lights a quarter" },
+    { "light_point_count", RD_INTEGER, NULL, 1, 1024, "16",
+      "points on all area lights and emitters; directions of a sky" },
     { "pattern", RD_WORD, pattern_words, 0, 0, "flux", "where samples are taken" },
-    { "weights", RD_WORD, "unbiased|paper", 0, 0, "unbiased", "of equation3" },
+    { "paper_weights", RD_WORD, "0|1", 0, 0, "0", "1: equation3 weighs samples as the paper does, biased" },
     { "r_max", RD_NUMBER, NULL, 0, 1000, "0", "radius of patterns in sides of the map; 0: up to its border" },
     { "r_min", RD_NUMBER, NULL, 0, 0.99, "0", "inner disc of log_radial, share of the radius; 0: 1/32" },
     { "offset", RD_NUMBER, NULL, 0, 1, "0", "of pixel lights below their surface, in radii of the scene" },
@@ -477,7 +479,7 @@ static const rd_key keys[] = {
     { "levels", RD_INTEGER, NULL, 0, 6, "0", "grids of interpolation; 0: all, 1: the paper" },
     { "contrast", RD_NUMBER, NULL, -1, 1e6, "0", "that refines the grid; 0: 0.25, negative: not asked" },
     { "reach", RD_NUMBER, NULL, -1, 1e6, "0", "of samples, by the nearest light; 0: 0.25, negative: not asked" },
-    { "pcf", RD_INTEGER, NULL, 1, 15, "2", "taps x taps of direct light's shadows" },
+    { "taps", RD_INTEGER, NULL, 1, 15, "2", "taps x taps of direct light's shadows" },
     { "bias", RD_NUMBER, NULL, 0, 1000, "0.5", "of direct light, in texels" },
     { "slope_bias", RD_NUMBER, NULL, 0, 1000, "1", "the same, for each unit of slope" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }

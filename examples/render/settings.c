@@ -18,7 +18,7 @@ const rd_key rd_common_keys[] = {
     { "env_scale", RD_NUMBER, NULL, 0, 1e9, "1", "factor on the sky's radiance" },
     { "emitters", RD_WORD, "0|1|removed", 0, 0, "1",
       "0: emissive surfaces shed no light; removed: nor stand in its way" },
-    { "lamps", RD_INTEGER, NULL, 0, 16, "0", "spheres of light that circle round the scene, once in 8 seconds" },
+    { "lamp_count", RD_INTEGER, NULL, 0, 16, "0", "spheres of light that circle round the scene, once in 8 seconds" },
     { "still", RD_WORD, "0|1", 0, 0, "0", "1: only those lamps move with time" },
     { "warm_up", RD_INTEGER, NULL, 0, 1000, "0", "times that the first frame is drawn before it is timed and kept" },
     { "compute", RD_WORD, "auto|0|1", 0, 0, "auto",
@@ -80,6 +80,52 @@ static void describe_range(const rd_key *key, char *text, size_t size)
                  key->kind == RD_INTEGER ? "an integer" : "a number", key->low, key->high);
 }
 
+/* Returns the fewest letters to change, add or leave out so that `name`, of `length` letters, becomes the beginning of
+   `word`; length is at most 40. */
+static size_t letters_apart(const char *name, size_t length, const char *word)
+{
+    size_t row[41], best;
+    for (size_t i = 0; i <= length; i++)
+        row[i] = i;
+    best = row[length];
+    for (size_t at = 0; word[at]; at++) {
+        size_t diagonal = row[0]++;
+        for (size_t i = 1; i <= length; i++) {
+            size_t changed = diagonal + (name[i - 1] != word[at]);
+            diagonal = row[i];
+            row[i] = row[i] < row[i - 1] ? row[i] + 1 : row[i - 1] + 1;
+            row[i] = changed < row[i] ? changed : row[i];
+        }
+        best = row[length] < best ? row[length] : best;
+    }
+    return best;
+}
+
+/* Returns the key of both tables that `name` is most like, the technique's own first, or NULL where none is near: more
+   than a third of its letters differ, or it has only one or two. */
+static const rd_key *nearest(const rd_settings *settings, const char *name, size_t length)
+{
+    const rd_key *tables[2] = { settings->own, settings->common }, *found = NULL;
+    size_t least = length / 3 + 1;
+    for (int t = 0; t < 2 && length > 2 && length <= 40; t++)
+        for (const rd_key *key = tables[t]; key && key->name; key++) {
+            size_t apart = letters_apart(name, length, key->name);
+            if (apart >= least)
+                continue;
+            least = apart;
+            found = key;
+        }
+    return found;
+}
+
+static int unknown_key(const rd_settings *settings, const char *pair, size_t length, char *error)
+{
+    const rd_key *key = nearest(settings, pair, length);
+    snprintf(error, EX_ERROR_SIZE, "--set %.60s: unknown key for this technique%s%s (see %s)", pair,
+             key ? "; nearest is " : "", key ? key->name : "", settings->listed);
+    return -1;
+}
+
 int rd_settings_add(rd_settings *settings, const char *pair, char *error)
 {
     const char *equals = strchr(pair, '=');
@@ -90,10 +136,8 @@ int rd_settings_add(rd_settings *settings, const char *pair, char *error)
         snprintf(error, EX_ERROR_SIZE, "--set %.60s: expected key=value", pair);
         return -1;
     }
-    if (!key) {
-        snprintf(error, EX_ERROR_SIZE, "--set %.60s: unknown key for this technique (see %s)", pair, settings->listed);
-        return -1;
-    }
+    if (!key)
+        return unknown_key(settings, pair, (size_t)(equals - pair), error);
     if (strlen(equals + 1) >= sizeof settings->set[0].value || !is_valid(key, equals + 1)) {
         describe_range(key, range, sizeof range);
         snprintf(error, EX_ERROR_SIZE, "--set %.60s: the value must be %s", pair, range);

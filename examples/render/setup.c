@@ -47,7 +47,7 @@ static int add_lights(ex_scene *scene, const rd_job *job, const rd_args *args, c
     return 0;
 }
 
-/* The setting `lamps`: on a circle that the scene's sphere does not reach, above its middle. */
+/* The setting `lamp_count`: on a circle that the scene's sphere does not reach, above its middle. */
 static void place_lamps(ex_scene *scene, const rd_job *job, float time)
 {
     for (uint32_t i = 0; i < job->ring_count; i++) {
@@ -63,7 +63,7 @@ static void place_lamps(ex_scene *scene, const rd_job *job, float time)
 static int add_lamps(ex_scene *scene, rd_job *job, const rd_args *args, char *error)
 {
     static const float colors[2][3] = { { 1.25f, 1, 0.75f }, { 0.75f, 1, 1.25f } };
-    uint32_t count = (uint32_t)rd_setting_integer(&args->settings, "lamps");
+    uint32_t count = (uint32_t)rd_setting_integer(&args->settings, "lamp_count");
     ex_light lamp;
     memset(&lamp, 0, sizeof lamp);
     lamp.kind = EX_LIGHT_SPHERE;

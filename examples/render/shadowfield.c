@@ -4,7 +4,7 @@
    One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
    emissive object, which is one entity with what it hides: its light does not fall on its own points; built again
    where their shape changes with time. Suns and skies are the environment. Spots and points become spheres of the
-   size `lamp`. */
+   size `lamp_radius`. */
 #include "shadowfield_parts.h"
 #include "sfield_gpu.h"
 
@@ -171,7 +171,8 @@ static int make_meshes(sf_state *s, const rd_job *job, char *error)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_object *o = &scene->objects[i];
         const ex_mesh *mesh = &scene->meshes[o->mesh];
-        float spacing = (float)rd_setting_number(job->settings, "spacing") * job->radius / fmaxf(scale_of(o), 1e-12f);
+        float share = (float)rd_setting_number(job->settings, "point_spacing");
+        float spacing = share * job->radius / fmaxf(scale_of(o), 1e-12f);
         sf_surface *surface = &s->surface[o->mesh];
         uint32_t first = 0;
         if (o->receiver_only || surface->point_count || !mesh->triangle_count)
@@ -270,7 +271,7 @@ static int follow_lamps(sf_state *s, const rd_job *job, char *error)
 static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, char *error)
 {
     const ex_mesh *m = &job->scene->meshes[job->scene->objects[s->light_object[j]].mesh];
-    const int side = rd_setting_integer(job->settings, "source_side");
+    const int side = rd_setting_integer(job->settings, "source_position_side");
     const int shells = rd_setting_integer(job->settings, "source_shells");
     sfield_desc d = desc_of(job, s->basis);
     sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
@@ -358,7 +359,7 @@ static int follow_lights(sf_state *s, const rd_job *job, char *error)
 
 static int build_lights(sf_state *s, const rd_job *job, char *error)
 {
-    s->lamp = (float)rd_setting_number(job->settings, "lamp") * job->radius;
+    s->lamp = (float)rd_setting_number(job->settings, "lamp_radius") * job->radius;
     for (uint32_t i = 0; i < job->scene->light_count; i++) {
         if (job->scene->lights[i].kind == EX_LIGHT_SUN)
             continue;
@@ -915,14 +916,14 @@ static const rd_key keys[] = {
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
     { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
-    { "source_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
+    { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
     { "source_shells", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shells" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },
-    { "spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },
-    { "lamp", RD_NUMBER, NULL, 0.001, 1, "0.05", "radius that spots and points get, in radii of the scene" },
+    { "point_spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },
+    { "lamp_radius", RD_NUMBER, NULL, 0.001, 1, "0.05", "radius that spots and points get, in radii of the scene" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 

@@ -36,7 +36,7 @@ typedef struct rd_job {
     size_t             emitter_count;
     float              center[3];      /* bounding sphere of the scene without the ground that ground=1 adds */
     float              radius;
-    float              ring[4];        /* centre and radius that the setting `lamps` goes by */
+    float              ring[4];        /* centre and radius that the setting `lamp_count` goes by */
     uint32_t           ring_count;     /* the last ones of scene->lights */
     const rd_settings *settings;       /* rd_setting_text(), _integer(), _number() */
     const char *const *baked;          /* --baked FILE, each */

@@ -3,79 +3,82 @@
 typedef struct cohsm_builder cohsm_builder; /* makes maps of layers that you render, one view at a time */
 
 typedef struct cohsm_view {         /* the camera of one map, or of one face of a map of a position */
-    uint32_t index;                 /* 0..view count - 1, in sequence */
+    uint32_t index;                 /* 0..view count - 1, the view's place in the sequence */
     uint32_t cell;                  /* the map's number, 0..N - 1, as cohsm_location counts */
-    float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up) and z, the
-                                       linear depth in 0..1; perspective faces give (x w, y w, -, w), and
-                                       their depth is w * depth_scale */
+    float matrix[16];               /* column-major. Orthographic: takes a point of object space to x, y in
+                                       0..M (pixels, y up) and z, the linear depth in 0..1. Perspective: takes
+                                       it to (x w, y w, 0, w), with x, y in pixels; its linear depth is
+                                       w * depth_scale */
     float depth_scale;              /* of perspective views; 0 for orthographic ones */
-    float location[4];              /* x, y, z, w: D of this view */
+    float location[4];              /* x, y, z, w of the map, as cohsm_location writes them */
     uint32_t face;                  /* 0..5: +X -X +Y -Y +Z -Z; 0 for orthographic views */
 } cohsm_view;
 
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out);
-/* Makes a builder, which cohsm_builder_free takes back. It never holds all maps: its memory is that of
-   cohsm_build without the triangles. Since it knows no mesh, cohsm_visible refuses the semi-local lights
-   inside the bounding sphere, in place of those inside the object's hull.
-   desc     needs a radius > 0
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+/* Makes a builder, which cohsm_builder_free takes back. Since a builder knows no mesh, cohsm_visible refuses
+   semi-local lights inside a k-DOP of the bounding sphere, in place of those inside the object's hull.
+   desc     needs center and a radius of 1e-18..1e18; its system serves all calls of the builder
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
+   Cost     A builder never holds all maps: its memory is that of cohsm_build without the triangles */
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *builder);
-/* Returns how many views must be rendered: N, or 6 N for positions. */
+/* Returns how many views must be rendered: N for maps of directions, 6 N for maps of positions, 0 for
+   NULL. */
 
 COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t index, cohsm_view *out);
 /* Writes the camera of a view.
+   index    0..cohsm_builder_view_count - 1
    Errors   COHSM_ERR_ARGUMENT (NULL, or an index that is too large) */
 
 COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1,
                                          const float *z2, const float *z3);
 /* Takes the layers of a view and compresses them.
-   index        counts up from 0 with each call
-   z1, z2, z3   M * M depths in 0..1 each (the view's z; row 0 is y = 0), or above 1 where there is no such
-                hit, with z1 <= z2 <= z3; z3 may be NULL with COHSM_LAYERS_Z1Z2
-   Errors       COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_INPUT (NaN, or layers out of order; the view
-                may be given again), COHSM_ERR_ALLOC (the builder can only be freed then) */
+   index        0 for the first call, then one more with each call
+   z1, z2, z3   M * M depths in 0..1 each (the view's linear depth; row 0 is y = 0), or above 1 if there is no
+                such hit, with z1 <= z2 <= z3; z3 may be NULL with COHSM_LAYERS_Z1Z2
+   Errors       COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (another index), COHSM_ERR_INPUT (NaN, or layers
+                out of order; the view may be given again), COHSM_ERR_ALLOC (the builder can then only be
+                freed) */
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
-/* Makes the maps after the last view; the builder can only be freed then.
+/* Makes the maps after the last view. The builder can then only be freed.
+   out      receives the maps, on COHSM_OK only; cohsm_free takes them back
    stats    may be NULL
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (a view is missing), COHSM_ERR_LIMIT,
+            COHSM_ERR_ALLOC */
 
 COHSM_DEF void cohsm_builder_free(cohsm_builder *builder);
-/* Takes back a builder and its memory. Accepts NULL. */
+/* Gives back a builder and its memory. NULL is allowed. */
 
 /* ---- large builds in pieces ---- */
 
 COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_system *system,
                                    cohsm_maps **out);
-/* Joins shards of one desc whose ranges of pixels follow each other from 0 to M * M. The bytes are those of
-   the build in one piece.
-   system   NULL: malloc and free, no progress
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
+/* Makes the maps of a whole build from its shards, which stay as they are. The bytes are those of the build
+   in one piece; the layout in memory is that of the first shard, COMPACT or FAST.
+   shards   count of them, of one desc (pixel_begin, pixel_end), whose ranges of pixels follow each other from
+            0 to M * M
+   system   NULL: malloc and free, no progress, no log
+   Errors   COHSM_ERR_ARGUMENT (NULL, a count of 0), COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH (shards of
+            different builds, or in another order), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
 
 /* ---- checking a build ---- */
 
-typedef struct cohsm_report {
+typedef struct cohsm_report {       /* what cohsm_verify found */
     uint64_t entries;               /* pixels x views that were compared */
-    uint64_t wrong;                 /* stored depths outside of their interval: 0, or the block is not
-                                       lossless */
-    uint64_t empty;                 /* stored at z1 as promised, as cohsm_stats.empty_intervals */
-    uint32_t first_view, first_pixel;   /* of the first wrong entry; views count in sequence, as
-                                       cohsm_view.index */
+    uint64_t wrong;                 /* stored depths that do not separate their layers; 0 for every block that
+                                       cohsm_build made of this mesh */
+    uint64_t empty;                 /* pixels of views whose next layer lies at z1 itself, as in
+                                       cohsm_stats.empty_intervals; they are right if they store z1 */
+    uint32_t first_view, first_pixel;   /* of the first wrong entry, if there is one; a view counts in
+                                       sequence, as cohsm_view.index does */
 } cohsm_report;
 
 COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *system,
                                     const cohsm_mesh *mesh, cohsm_report *out);
-/* Renders every view of the mesh again and compares every stored depth with the layers that it must separate
-   (equation 1). COHSM_OK says that this was done: out->wrong has the result.
-   system   NULL: malloc and free, this thread alone, no progress
-   Errors   those of cohsm_build */
-
-COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
-/* Decompresses one map, for tests, and for renderers that want one plain shadow map. Writes the stored
-   depths z * 65533 of its pixels, all M * M or those of a shard, row 0 at y = 0; 65534 is open to the
-   sphere's far side, 65535 is infinity.
-   view     the map's number, or face * N + number
-   Errors   COHSM_ERR_ARGUMENT (NULL, or a view that is too large)
-   Cost     M^2 searches */
+/* Renders every view of the mesh again and compares every stored depth with the layers that the depth must
+   separate (equation 1). COHSM_OK says that all were compared; out->wrong says how many were wrong.
+   mesh     the mesh that the maps were built from
+   system   NULL: malloc and free, this thread alone, no progress, no log
+   Errors   those of cohsm_build
+   Cost     about that of cohsm_build */

@@ -18,33 +18,61 @@ typedef struct cohsm_info {
     float    depth_far;             /* positions: the distance that a depth of 1 stands for */
     uint64_t segments;
     size_t   bytes;                 /* of the block */
-    double   ratio;                 /* view_count * pixels * 2 / bytes, as in the paper; pixels are M * M, or
-                                       those of a shard */
+    cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
+    size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
+    double   ratio;                 /* the paper's compression ratio: view_count * pixels * 2 bytes of plain
+                                       16-bit maps / bytes; pixels are M * M, or those of a shard */
 } cohsm_info;
 
 COHSM_DEF void cohsm_get_info(const cohsm_maps *maps, cohsm_info *out);
-/* Writes what the maps were built with, and how large they are. Does nothing if one of the two is NULL. */
+/* Writes what the maps were built with and how large they are. Does nothing if a pointer is NULL. */
 
 COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *maps, uint32_t map, float out[4]);
-/* Writes x, y, z, w of a map: D at the centre of its cell. Cells are counted with the first dimension
-   fastest, not in the order of storage.
+/* Writes where a map looks from, x, y, z, w: the value of D at the centre of the map's cell.
+   map      0..map_count - 1, counted with the first dimension fastest, not in the order of storage
+   out      w = 0: x, y, z is the unit direction towards the light; w = 1: a position
    Errors   COHSM_ERR_ARGUMENT (NULL, or map is not below map_count) */
+
+COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
+/* Decompresses one view, for tests, and for renderers that want one plain shadow map. Writes the stored
+   depths of its pixels, M * M or those of a shard, row 0 at y = 0: z * 65533, 65534 for the sphere's far
+   side, 65535 for infinity.
+   view     the map's number as cohsm_location counts; for maps of positions face * N + the map's number
+   Errors   COHSM_ERR_ARGUMENT (NULL, or a view that is too large)
+   Cost     one search for each pixel */
 
 /* ---- files ---- */
 
 COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
-/* Returns the block and its size: little-endian 32-bit words without pointers, which are the plain file and
-   what is uploaded to a GPU. On big-endian hosts use cohsm_write. The block lives as long as the maps. */
+/* Returns the block, which is the plain file as it stands and is what a GPU gets, and writes its bytes. The
+   block consists of 32-bit words without pointers (docs/csm-format.md) in the byte order of the host; the
+   file is little-endian, so write it by cohsm_write on big-endian hosts. The block lives as long as the maps.
+   maps     NULL gives NULL
+   bytes    may be NULL */
 
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_bytes);
-/* Writes the bytes of the plain file, cohsm_info.bytes of them, the same on a host of any byte order.
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_MEMORY */
+/* Writes the plain file, cohsm_info.bytes bytes that are the same on a host of any byte order.
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY (memory_bytes is below cohsm_info.bytes) */
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,
                                   cohsm_maps **out);
-/* Makes maps from a plain or packed file in memory, which is copied, so that data may go. Version, sizes,
-   checksum and every list are checked before anything is used. It asks for at most 64 bytes a byte of file +
-   256 KB.
-   system   NULL: malloc and free, no progress
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
+/* Makes maps from a plain or packed file in memory; cohsm_free takes the maps back. The file is copied and
+   need not outlive the call. It may come from anywhere: version, sizes, checksum and every list are checked
+   before anything is used.
+   system   NULL: malloc and free, no progress, no log
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     at most 64 bytes of memory for each byte of the file, and 256 KB; for the time see cohsm_pack */
+
+#ifndef COHSM_WITHOUT_FAST
+COHSM_DEF cohsm_result cohsm_open_as(const void *data, size_t bytes, cohsm_layout layout, size_t layout_bytes,
+                                     const cohsm_system *system, cohsm_maps **out);
+/* Does what cohsm_open does, and lays the maps out in memory for size or for speed.
+   layout        COHSM_LAYOUT_FAST makes trays from the block; COHSM_LAYOUT_BUDGET only if they fit
+   layout_bytes  of COHSM_LAYOUT_BUDGET: the most bytes that block and trays may take together
+   Errors        those of cohsm_open; COHSM_ERR_ARGUMENT also for layout; COHSM_ERR_LIMIT (256 GiB of trays)
+   Cost          that of cohsm_open, and for trays 0.2 to 0.3 microseconds and 2 bytes to 1 KB of memory for
+                 each pixel and 256 views; while they are made 0.5 MB more, or eight times that with a
+                 parallel_for. The bytes of trays do not follow from those of the file: if files are not
+                 trusted, COHSM_LAYOUT_BUDGET keeps block and trays within layout_bytes */
+#endif

@@ -22,51 +22,58 @@ typedef enum cohsm_result {
 } cohsm_result;
 
 typedef struct cohsm_maps cohsm_maps;       /* one object's shadow maps, compressed into one block of bytes */
-struct cohsm_mesh;                  /* its triangles */
+struct cohsm_mesh;                  /* the object's triangles */
 struct cohsm_query;                 /* points, and the light of each */
 struct cohsm_instance;              /* an object of a scene: maps, and where the object stands */
-struct cohsm_desc;                  /* which maps are made: ---- settings of a build ---- */
-struct cohsm_stats;                 /* what a build counted: ---- settings of a build ---- */
+struct cohsm_desc;                  /* which maps a build makes: see "settings of a build" below */
+struct cohsm_stats;                 /* what a build counted: see there */
 
+#ifndef COHSM_WITHOUT_BUILD
 COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct cohsm_mesh *mesh,
                                    cohsm_maps **out, struct cohsm_stats *stats);
 /* Renders the shadow maps of a mesh from all directions or positions of the desc and compresses them.
    desc     NULL = all defaults: 128 x 128 directions, each map 128 x 128 pixels
-   out      written on COHSM_OK only; cohsm_free takes the maps back
-   stats    may be NULL; written on COHSM_OK only
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable
-            triangle), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
-   Cost     time grows with maps x (triangles + pixels). Memory, N being the maps, M the pixels a side, n the
-            pixels of the shard: at most 100 bytes a triangle at first, then 40; 32 views of 4 M^2 bytes
-            (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
-            twice the block. The bytes built do not depend on compiler or threads */
+   out      receives the maps, on COHSM_OK only; give them back by cohsm_free
+   stats    may be NULL; receives what the build counted, on COHSM_OK only
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_INPUT (a stride, an index beyond
+            vertex_count, no usable triangle), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
+            M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
+            at first, then 40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations);
+            16 bytes a segment of the last 65,536 maps; and twice the block. For COHSM_LAYOUT_FAST the trays
+            come on top, and while they are made what cohsm_open_as says */
+#endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
                                      size_t *refused);
-/* Answers for each point whether the object lets its light through. Points and lights are in the object's
-   space.
-   visible  receives a float for each point: 1 lit, 0 shadowed, in between with COHSM_FILTER_PCF, or
-            COHSM_REFUSED
+/* Writes for each point whether the object lets the point's light through. Points and lights are in the
+   object's space.
+   visible  receives query->count floats: 1 lit, 0 shadowed, between them with COHSM_FILTER_PCF, or
+            COHSM_REFUSED. A point or light that is not finite, and a direction of length 0, give 1, since
+            nothing is known about them
    refused  may be NULL; receives how many points were given COHSM_REFUSED
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_MISMATCH (these maps cannot answer this kind of
-            light). Points and lights that are not finite, and directions of length 0, give 1: nothing is
-            known there
-   Cost     one block of a list, about one cache miss, for each point; with PCF 2^(d + 2) of them, d being
-            the dimensions of the domain. Any number of threads may ask the same maps */
+   Errors   COHSM_ERR_ARGUMENT (NULL, a stride), COHSM_ERR_DESC (light_kind, filter, bias),
+            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log of the system that the
+            maps were made with says which field is wrong
+   Cost     About one cache miss for each point; with PCF 2^(d + 2) of them, d being the dimensions of the
+            domain. Any number of threads may ask the same maps */
 
 COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instances, size_t instance_count,
                                            const struct cohsm_query *query, float *visible, size_t *refused);
-/* Answers the same for a scene of several objects: the product of what each of them lets through (section
-   4.6). Points and lights are in world space. The object that a point lies on is asked first, then, while
-   some light is left, the others. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as if it were
-   asked alone with the seed seed + 0x9e3779b9 i.
-   Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
+/* Writes the same for a scene of several objects: for each point the product of what each object lets through
+   (section 4.6). Points and lights are in world space. The object that a point lies on is asked first; the
+   others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
+   if it were asked alone with the seed query->seed + i * 0x9e3779b9.
+   instances  may be NULL if instance_count is 0: every point is lit then
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps and for transforms
+              that shear, mirror or scale unevenly
+   Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
-/* Takes back maps and their memory. Accepts NULL. */
+/* Gives back the maps and their memory. NULL is allowed. */
 
 COHSM_DEF const char *cohsm_result_text(cohsm_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- memory, threads, progress, log: the caller's ---- */
 
@@ -93,6 +100,7 @@ typedef struct cohsm_system {       /* all zero: malloc and free, this thread al
 
 /* ---- structs of page one ---- */
 
+#ifndef COHSM_WITHOUT_BUILD
 typedef struct cohsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -101,44 +109,48 @@ typedef struct cohsm_mesh {
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
 } cohsm_mesh;
+#endif
 
 typedef enum cohsm_light_kind {     /* what the lights of a query are */
     COHSM_LIGHT_DEFAULT,            /* = COHSM_LIGHT_DIRECTION */
-    COHSM_LIGHT_DIRECTION = COHSM_LIGHT_DEFAULT,    /* directions to the light, x, y, z of any length; asks
-                                       maps of directions */
-    COHSM_LIGHT_POSITION,           /* positions x, y, z of lights near by, which must stand outside the
-                                       convex hull of every object (semi-local lights, section 4.3); asks
-                                       maps of directions */
-    COHSM_LIGHT_PARAMETER,          /* d parameters in 0..1 each, which the domain of the maps takes to a
-                                       place or a direction; any domain but LIST */
-    COHSM_LIGHT_INDEX,              /* the number of a map, a uint32_t each; any domain. Numbers beyond the
-                                       maps count as lit */
+    COHSM_LIGHT_DIRECTION = COHSM_LIGHT_DEFAULT,    /* a light is the direction to it, x, y, z of any length.
+                                       The maps must be maps of directions, LATLONG or OCTAHEDRAL */
+    COHSM_LIGHT_POSITION,           /* a light is a position x, y, z near by, outside the convex hull of every
+                                       object (a semi-local light, section 4.3). The maps must be maps of
+                                       directions */
+    COHSM_LIGHT_PARAMETER,          /* a light is d parameters in 0..1 (floats), which the domain of the maps
+                                       takes to a place or a direction. The domain may be any but LIST */
+    COHSM_LIGHT_INDEX,              /* a light is the number of a map, a uint32_t. The domain may be any; a
+                                       point with a number beyond the maps is lit */
     COHSM_LIGHT_COUNT
 } cohsm_light_kind;
 
 typedef enum cohsm_filter {         /* how many maps and pixels answer for a point */
     COHSM_FILTER_DEFAULT,           /* = COHSM_FILTER_NEAREST */
     COHSM_FILTER_NEAREST = COHSM_FILTER_DEFAULT,    /* the nearest map, and its nearest pixel: 0 or 1 */
-    COHSM_FILTER_PCF,               /* the 2^d nearest maps, 4 pixels of each, weighted by distance: 0..1
-                                       (section 4.5) */
-    COHSM_FILTER_ROULETTE,          /* one of those at random, its weight being its probability: 0 or 1, with
-                                       the mean of PCF */
+    COHSM_FILTER_PCF,               /* percentage closer filtering: 4 pixels of each of the 2^d nearest maps,
+                                       weighted by distance: 0..1 (section 4.5) */
+    COHSM_FILTER_ROULETTE,          /* Russian roulette: one of the pixels of PCF at random, with its weight
+                                       as its probability: 0 or 1, and in the mean what PCF gives */
     COHSM_FILTER_COUNT
 } cohsm_filter;
 
-#define COHSM_REFUSED (-1.0f)       /* the answer where a light stands inside an object's hull, which the maps
-                                       have not seen from inside */
+#define COHSM_REFUSED (-1.0f)       /* the answer if a light stands inside an object's convex hull: maps of
+                                       directions see an object from outside only. The hull is kept as a k-DOP
+                                       (see "Conventions"), so that a light just outside the true hull may be
+                                       refused too */
 
 typedef struct cohsm_query {        /* points and lights; zero it, then set what you care about */
     size_t           count;         /* of receivers */
     const float     *positions;     /* x, y, z of each receiver: world space, or object space for
                                        cohsm_visible */
     size_t           position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const void      *lights;        /* one for each receiver, as light_kind says */
-    size_t           light_stride;  /* bytes, a multiple of 4; 0 = packed, which are d floats for PARAMETER.
-                                       The coords of lightsampling.h are 12 bytes apart */
-    int              one_light;     /* not 0: lights is one element, the light of all receivers. This is much
-                                       faster where receivers lie close together */
+    const void      *lights;        /* one light for each receiver, of the type that light_kind says */
+    size_t           light_stride;  /* bytes from one light to the next, a multiple of 4; 0 = packed: 12 for
+                                       DIRECTION and POSITION, 4 d for PARAMETER, 4 for INDEX. The coords of
+                                       lightsampling.h are parameters that lie 12 bytes apart */
+    int              one_light;     /* not 0: lights holds one light, that of all receivers. Such queries are
+                                       much faster if the receivers lie close together */
     cohsm_light_kind light_kind;
     cohsm_filter     filter;
     float            bias;          /* receivers count as nearer to the light by this many pixels of a map,
@@ -146,7 +158,8 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
     uint32_t         seed;          /* of COHSM_FILTER_ROULETTE: receiver i draws its numbers from seed, i
                                        and the instance */
     const uint32_t  *entities;      /* the instance that each receiver lies on, counted from 1, which is asked
-                                       first; 0 or a number beyond the list = none. NULL = none */
+                                       first; 0 or a number beyond the list = none. NULL = all none. Ignored
+                                       by cohsm_visible */
 } cohsm_query;
 
 typedef struct cohsm_instance {     /* an object of a scene; several may share maps */

@@ -29,8 +29,8 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
-/* Sections of a block whose header is sound. */
-static void cohsm__point(cohsm_maps *m)
+/* Points at the sections of a block whose header is sound. */
+static void cohsm__find_sections(cohsm_maps *m)
 {
     const uint32_t *at = m->words + COHSM__HEADER_WORDS;
     uint32_t i, grid = (1u << m->head.depth_bits) - 1u;
@@ -55,7 +55,8 @@ static void cohsm__point(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* Zeroed words at a cache line's boundary; the allocator promises 8 bytes only. */
+/* Words of a block, zeroed, that begin at a cache line's boundary within memory: the allocator promises
+   alignment to 8 bytes only. */
 typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
@@ -64,7 +65,7 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     size_t size;
 
     b.memory = b.words = NULL;
-    /* 32-bit targets. */
+    /* The sum may overflow on 32-bit targets. */
     if (!cohsm__mul_size(words, 4, &size) || !cohsm__add_size(size, 64, &size)) return b;
     b.memory = cohsm__alloc(a, size);
     if (!b.memory) return b;
@@ -73,7 +74,7 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     return b;
 }
 
-/* An object for a block in host order whose header is sound. Takes the memory over, or frees it where it
+/* Makes maps of a block in host order whose header is sound. Takes the memory over, or frees it if this
    fails. */
 static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory block, cohsm_maps **out)
 {
@@ -97,7 +98,7 @@ static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory bl
         cohsm__free(a, block.memory);
         return COHSM_ERR_ALLOC;
     }
-    cohsm__point(m);
+    cohsm__find_sections(m);
     *out = m;
     return COHSM_OK;
 }
@@ -107,6 +108,7 @@ COHSM_DEF void cohsm_free(cohsm_maps *maps)
     cohsm__allocator a;
     if (!maps) return;
     a = maps->allocator;
+    cohsm__free(&a, maps->trays.memory);
     cohsm__free(&a, maps->angles);
     cohsm__free(&a, maps->memory);
     cohsm__free(&a, maps);
@@ -120,7 +122,8 @@ static void cohsm__write_order(uint32_t *words, const uint32_t *cells, uint32_t 
         else words[cells[i]] = i;
 }
 
-/* All lists of a builder. lookup: where each list begins in its piece, replaced by where its directory is. */
+/* Lays out all lists of a builder. lookup says where each list begins in its piece; the call replaces that by
+   where the list's directory is. */
 static void cohsm__lay_builder(const cohsm_builder *b, cohsm__layout *l, uint32_t *lookup)
 {
     const cohsm__words *piece = b->lists;
@@ -136,7 +139,7 @@ static void cohsm__lay_builder(const cohsm_builder *b, cohsm__layout *l, uint32_
         }
 }
 
-/* Lengths of the last sections, from a dry run of the layout. */
+/* Sets the lengths of the last sections from a dry run of the layout. */
 static cohsm_result cohsm__size_block(cohsm__header *h, const cohsm__layout *l)
 {
     uint64_t before = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words + h->lookup_words;
@@ -157,13 +160,13 @@ static void cohsm__layout_into(cohsm__layout *l, const cohsm__header *h, uint32_
     l->lines = l->directories + h->directory_words;
 }
 
-static void cohsm__seal(uint32_t *words, const cohsm__header *h)
+static void cohsm__seal_block(uint32_t *words, const cohsm__header *h)
 {
     memcpy(words, h, sizeof *h);
     words[3] = cohsm__block_crc(words, h->words);
 }
 
-/* words[] is zeroed and as long as the header says. */
+/* Writes the block of a builder into words, which are zeroed and as many as the header says. */
 static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
 {
     const cohsm__header *h = &b->head;
@@ -176,7 +179,7 @@ static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
         memcpy(words + COHSM__HEADER_WORDS + h->order_words, b->locations, 4 * (size_t)h->location_words);
     memcpy(lookup, b->lookup, 4 * (size_t)h->lookup_words);
     cohsm__lay_builder(b, &layout, lookup);
-    cohsm__seal(words, h);
+    cohsm__seal_block(words, h);
 }
 
 static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
@@ -192,7 +195,14 @@ static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
     s->peak_bytes = b->heap.peak;
 }
 
-/* Every field of stats but the mesh's. */
+/* Returns the bytes that maps with this header take in the compact layout. */
+static size_t cohsm__maps_bytes(const cohsm__header *h)
+{
+    return 4 * (size_t)h->words + 64 + sizeof(cohsm_maps) +
+           8 * ((size_t)h->side[0] + h->side[1]) * (h->domain == COHSM_DOMAIN_LATLONG);
+}
+
+/* Makes the maps of a builder, and fills in every field of stats but those of the mesh. */
 static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm__header *h = &b->head;
@@ -208,8 +218,7 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
     cohsm__lay_builder(b, &dry, b->lookup);
     result = cohsm__size_block(h, &dry);
     if (result != COHSM_OK) return result;
-    stats->peak_bytes = b->heap.used + 4 * (size_t)h->words + 64 + sizeof(cohsm_maps) +
-                        8 * ((size_t)h->side[0] + h->side[1]) * (h->domain == COHSM_DOMAIN_LATLONG);
+    stats->peak_bytes = b->heap.used + cohsm__maps_bytes(h);
     if (stats->peak_bytes < b->heap.peak) stats->peak_bytes = b->heap.peak;
     block = cohsm__take_block(&b->heap.allocator, h->words);
     if (!block.words) return COHSM_ERR_ALLOC;
@@ -217,8 +226,31 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
     return cohsm__maps_make(&b->heap.allocator, block, out);
 }
 
+#ifndef COHSM_WITHOUT_BUILD
+/* Gives finished maps the layout of their desc, or frees them. held: bytes that the builder still has. */
+static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d, size_t held,
+                                         cohsm_stats *stats)
+{
+    const cohsm__header *h = &(*maps)->head;
+    cohsm__part whole;
+    cohsm__wish wish;
+    cohsm_result result;
+    size_t peak;
+
+    wish.layout = d->layout;
+    wish.bytes = d->layout_bytes;
+    wish.system = &d->system;
+    memset(&whole, 0, sizeof whole);            /* the build has told its progress */
+    result = cohsm__lay_out(*maps, &wish, whole, &peak);
+    if (peak) peak += held + cohsm__maps_bytes(h);
+    if (stats->peak_bytes < peak) stats->peak_bytes = peak;
+    if (result != COHSM_OK) cohsm_free(*maps);
+    return result;
+}
+
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
+    cohsm_maps *maps = NULL;
     cohsm_stats s;
     cohsm_result result;
     cohsm__logger log;
@@ -226,11 +258,15 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
     if (!b) return COHSM_ERR_ARGUMENT;
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_finish");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (b->finished || b->next_view != b->head.view_count || b->batch_count) return COHSM_ERR_ORDER;
+    if (b->finished || b->next_view != b->head.view_count || b->batch_count)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has not all its views, or has ended");
     memset(&s, 0, sizeof s);
-    result = cohsm__finish(b, out, &s);
+    result = cohsm__finish(b, &maps, &s);
+    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s);
     if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    *out = maps;
     b->finished = 1;
     if (stats) *stats = s;
     return COHSM_OK;
 }
+#endif

@@ -1,19 +1,19 @@
 /* ---- bounds: the sphere and the k-DOP of a mesh ---- */
 
-/* Corners of used triangles, each once, in the order in which the triangles name them. */
+/* The corners of used triangles, each once, in the order in which the triangles name them. */
 typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
 static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used,
                               uint32_t triangles, cohsm__heap *heap)
 {
     size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
-    uint8_t *met = (uint8_t *)cohsm__take(heap, bytes, 1);
+    uint8_t *met = (uint8_t *)cohsm__heap_alloc(heap, bytes, 1);
     uint32_t scratch[3], i;
     int k;
 
     points->count = 0;
     points->room = 3 * (size_t)triangles < mesh->vertex_count ? 3 * (size_t)triangles : mesh->vertex_count;
-    points->at = (float (*)[3])cohsm__take(heap, points->room, sizeof *points->at);
+    points->at = (float (*)[3])cohsm__heap_alloc(heap, points->room, sizeof *points->at);
     if (met && points->at) {
         memset(met, 0, bytes);
         for (t = 0; t < count; t++)
@@ -24,19 +24,21 @@ static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, con
                 cohsm__v3_store(points->at[points->count++], cohsm__vertex(mesh, i));
             }
     }
-    cohsm__give(heap, met, bytes, 1);
+    cohsm__heap_free(heap, met, bytes, 1);
     return points->count != 0;
 }
 
 static void cohsm__points_free(cohsm__points *points, cohsm__heap *heap)
 {
-    cohsm__give(heap, points->at, points->room, sizeof *points->at);
+    cohsm__heap_free(heap, points->at, points->room, sizeof *points->at);
 }
 
-/* Squared distance of the farthest; of equals the first. */
+/* Returns the squared distance of the point that is farthest from the centre, and writes its number; of
+   equals the first. */
 static double cohsm__farthest(const cohsm__points *points, const double *c, size_t *where)
 {
-    double far2 = -1.0, x, y, z, d2;
+    double far2 = -1.0, d2;
+    double x, y, z;
     size_t i;
 
     *where = 0;
@@ -52,8 +54,9 @@ static double cohsm__farthest(const cohsm__points *points, const double *c, size
     return far2;
 }
 
-/* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest
-   corner (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
+/* Finds nearly the smallest sphere about the points: from the middle of their box, the centre goes steps of
+   1/2, 1/3, 1/4 ... towards the farthest point (Badoiu and Clarkson, "Smaller core-sets for balls", SODA
+   2003). */
 static void cohsm__fit_sphere(const cohsm__points *points, float *center, float *radius)
 {
     double c[3], best = -1.0, far2;
@@ -80,7 +83,8 @@ static void cohsm__fit_sphere(const cohsm__points *points, float *center, float 
     *radius = (float)(sqrt(cohsm__farthest(points, c, &i)) * 1.00001);
 }
 
-/* A little beyond what rounding of the centre may have lost. */
+/* Says whether the sphere holds all points. The radius may be short by a little more than rounding of the
+   centre can make it. */
 static int cohsm__sphere_holds(const cohsm__points *points, const float *center, float radius)
 {
     double c[3];
@@ -90,9 +94,9 @@ static int cohsm__sphere_holds(const cohsm__points *points, const float *center,
     return cohsm__farthest(points, c, &i) <= (double)radius * (double)radius * 1.0001;
 }
 
-/* The convex hull of an object is kept as a k-DOP: for each of 13 directions the two planes across it between
-   which the object lies. The directions are those from the centre of a cube to its faces, edges and
-   corners. */
+/* Returns a direction of the k-DOP. The convex hull of an object is kept as a k-DOP (discrete oriented
+   polytope): for each of 13 directions the two planes across it between which the object lies. The directions
+   are those from the centre of a cube to its faces, edges and corners. */
 static cohsm__v3 cohsm__dop_axis(int i)
 {
     static const signed char axis[COHSM__DOP_AXES][3] = {

@@ -41,7 +41,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
     return result;
 }
 
-/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
+/* A mesh made ready for rendering: its triangles and its k-DOP. The sphere goes into the desc. */
 typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
 
 static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
@@ -69,9 +69,9 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
 
     if (result != COHSM_OK) return result;
     count = cohsm__triangle_count(mesh);
-    used = (uint8_t *)cohsm__take(heap, count, 1);
+    used = (uint8_t *)cohsm__heap_alloc(heap, count, 1);
     if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
-    result = cohsm__select(mesh, used, heap, stats);
+    result = cohsm__select_triangles(mesh, used, heap, stats);
     if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
     if (result == COHSM_OK) {
         result = COHSM_ERR_ALLOC;
@@ -82,7 +82,7 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (result == COHSM_OK &&
         !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
         result = COHSM_ERR_ALLOC;
-    cohsm__give(heap, used, count, 1);
+    cohsm__heap_free(heap, used, count, 1);
     return cohsm__ended(log, result);
 }
 
@@ -100,7 +100,7 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     return result;
 }
 
-/* Segments of a build with sides divided by shrink and half the map size. */
+/* Counts the segments of a build with sides divided by shrink and half the map size. */
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
                                      cohsm__heap *heap, double *segments)
 {
@@ -124,10 +124,10 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
-/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and
-   continued by that growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls
-   behind on many. Below 8 maps a side such growth says little, so that small domains are tried at a half, or
-   whole. */
+/* Chooses order and orientation if the desc leaves them open. Each is tried at a quarter and an eighth of
+   each side, and its segments are continued by that growth for two more doublings, since zig-zag is ahead of
+   Hilbert on few maps and falls behind on many. Below 8 maps a side such growth says little, so that small
+   domains are tried at a half, or whole. */
 static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
 {
     static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
@@ -164,7 +164,7 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
-/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
+/* Measures the bytes a pixel of a build with this side, whose progress runs from..to. */
 static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
                                     double *per_pixel)
 {
@@ -176,6 +176,7 @@ static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32
     d.domain.side[0] = d.domain.side[1] = side;
     d.map_side = 64;
     d.pixel_begin = d.pixel_end = 0;
+    d.layout = COHSM_LAYOUT_COMPACT;
     result = cohsm_build(&d, mesh, &maps, NULL);
     if (result != COHSM_OK) return result;
     *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
@@ -188,7 +189,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
                                     uint32_t *side, uint32_t *map_side)
 {
     cohsm_desc d;
-    double coarse, fine, pixel, error, least = 0.0, growth;
+    double coarse, fine, growth, pixel;
+    double error, least = 0.0;
     uint32_t n, m, step, maps;
     cohsm_result result;
     cohsm__logger log;
@@ -200,20 +202,22 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
     if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
     if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
-        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL) {
+        cohsm__log_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
         return COHSM_ERR_MISMATCH;
+    }
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
     if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
     if (result != COHSM_OK) return result;
     growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
-    /* N, and 1.5 n half a doubling on. */
+    /* Sides are n, and half a doubling on 1.5 n. */
     for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)
         for (step = 2; step <= 3; step++)
             for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
                 double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
                 size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
-                /* Lookup of every chunk but the first, in pixel. */
+                /* The lookup of the first chunk is part of pixel; this is that of the other chunks. */
                 size += 4.0 * m * m * ((maps - 1u) / 65536u);
                 if (size > 0.9 * (double)bytes) break;
                 error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
@@ -235,6 +239,7 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
     cohsm__heap heap;
     cohsm__model model;
     cohsm__logger log;
+    cohsm_maps *maps = NULL;
     cohsm_result result;
 
     memset(&d, 0, sizeof d);
@@ -251,10 +256,13 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
     result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
     if (result == COHSM_OK) {
         result = cohsm__choose_sequence(&d, &model, &heap);
-        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
         (void)cohsm__built(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
-    if (result == COHSM_OK && stats) *stats = s;
-    return result;
+    if (result == COHSM_OK) result = cohsm__built(&log, &d, cohsm__lay_out_built(&maps, &d, heap.used, &s));
+    if (result != COHSM_OK) return result;
+    *out = maps;
+    if (stats) *stats = s;
+    return COHSM_OK;
 }

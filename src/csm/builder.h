@@ -25,6 +25,7 @@ typedef struct cohsm__range {           /* neighbouring pixels, compressed by on
 
 typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
 
+#ifndef COHSM_WITHOUT_BUILD
 struct cohsm_builder {
     cohsm__heap       heap;
     cohsm_desc        desc;             /* defaults filled in */
@@ -49,14 +50,16 @@ struct cohsm_builder {
     size_t            list_words;
     int               finished;         /* or failed: it can only be destroyed */
 };
+#endif
 
-/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the
-   greatest whose depth is at most d. */
+/* Grid value i stands for the depth floor(i 65535 / grid). These return the least i whose depth is at least
+   d, and the greatest i whose depth is at most d. */
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
-/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias
-   of one pixel, so it stays two pixels away from it where more than four are left for the first. */
+/* Ends the open segment of a pixel. With flag 0 its depth is a grid value within lo..hi. A depth right before
+   the second layer would let that layer be lit under a bias of one pixel, so the depth stays two pixels away
+   from that layer if more than four are left for the first. */
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
                                  uint32_t lo, uint32_t hi)
 {
@@ -71,8 +74,9 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     r->segments++;
 }
 
-/* A page with room for what one view can close: two segments a pixel, one before and one of an exact
-   depth. */
+/* Sees to it that the last page of a range has room for what one view can close: two segments a pixel, one
+   that was open before and one of an exact depth. Returns 0 if that takes a new page and no spare one is
+   there. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 {
     cohsm__page *p = r->last;
@@ -88,8 +92,9 @@ static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
     return 1;
 }
 
-/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that
-   bounds it. 1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
+/* Writes the interval [lo, hi] in which a stored depth must lie: from the first hit to just before the layer
+   that bounds it. Returns 1 if that layer lies at the first hit: then z = z1, and the query's bias has to
+   keep the surface from shadowing itself. */
 static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *lo, uint32_t *hi)
 {
     uint32_t z2 = z[1], upper;
@@ -111,13 +116,17 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     return upper <= z[0];
 }
 
-/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1). No
-   sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by
-   induction the greedy segments end no earlier than those of any other sequence. A view that no grid value
-   separates is a segment of its own, and stored exactly, in every sequence. */
+/* Adds a view to the segments of a range of pixels, greedily: a segment goes on as long as one grid value
+   separates the layers of all its views (equation 1). No sequence of segments is shorter: any part of a
+   segment that can be stored can be stored too, so by induction the greedy segments end no earlier than those
+   of any other sequence. A view that no grid value separates is a segment of its own, and stored exactly, in
+   every sequence. */
 static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
 {
-    uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
+    uint32_t p, depth;
+    uint32_t lo, hi;                     /* what the view at hand can store */
+    uint32_t glo, ghi;                   /* the same on the grid */
+    uint32_t nlo, nhi;                   /* what the open segment can store with this view in it */
 
     for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
         r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
@@ -166,15 +175,15 @@ static size_t cohsm__page_size(const cohsm_builder *b)
     return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
 }
 
-/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not
-   be safe to call from several threads. */
+/* Gets a spare page for each range. Allocation happens here, between tasks, since the caller's allocator need
+   not be safe to call from several threads. */
 static cohsm_result cohsm__take_spares(cohsm_builder *b)
 {
     int i;
     for (i = 0; i < COHSM__RANGES; i++) {
         cohsm__range *r = &b->ranges[i];
         if (r->spare || r->begin == r->end) continue;
-        r->spare = (cohsm__page *)cohsm__take(&b->heap, 1, cohsm__page_size(b));
+        r->spare = (cohsm__page *)cohsm__heap_alloc(&b->heap, 1, cohsm__page_size(b));
         if (!r->spare) return COHSM_ERR_ALLOC;
         r->spare->next = NULL;
     }
@@ -198,7 +207,7 @@ static void cohsm__free_pages(cohsm_builder *b, cohsm__page *p)
 {
     while (p) {
         cohsm__page *next = p->next;
-        cohsm__give(&b->heap, p, 1, cohsm__page_size(b));
+        cohsm__heap_free(&b->heap, p, 1, cohsm__page_size(b));
         p = next;
     }
 }
@@ -221,13 +230,13 @@ static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the
-   other. */
+/* Writes the lists of one range: sorts the log of the range by pixel (views are in order already), then
+   writes one list after the other. */
 static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
 {
     uint32_t pixels = r->end - r->begin, p, i;
     size_t total = 0, bound = 0, used = 0, n;
-    size_t *at = (size_t *)cohsm__take(&b->heap, (size_t)pixels + 1, sizeof *at);
+    size_t *at = (size_t *)cohsm__heap_alloc(&b->heap, (size_t)pixels + 1, sizeof *at);
     cohsm__segment *segments = NULL;
     cohsm__words *words = NULL, *exact;
     cohsm__page *page;
@@ -242,8 +251,8 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
         at[p] = total - at[p];
     }
     at[pixels] = total;
-    segments = (cohsm__segment *)cohsm__take(&b->heap, total, sizeof *segments);
-    words = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *words + 4 * bound);
+    segments = (cohsm__segment *)cohsm__heap_alloc(&b->heap, total, sizeof *segments);
+    words = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *words + 4 * bound);
     if (segments && words) {
         for (page = r->first; page; page = page->next)
             for (i = 0; i < page->count; i++)
@@ -257,7 +266,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
             lookup[p] = (uint32_t)used;
             used += cohsm__write_list(words->data + used, segments + n, at[p] - n, &b->grid, views);
         }
-        exact = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *exact + 4 * used);
+        exact = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *exact + 4 * used);
         if (exact) {
             exact->next = NULL;
             exact->count = used;
@@ -268,13 +277,13 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
             b->list_words += used;
         }
     } else exact = NULL;
-    cohsm__give(&b->heap, words, 1, sizeof *words + 4 * bound);
-    cohsm__give(&b->heap, segments, total, sizeof *segments);
-    cohsm__give(&b->heap, at, (size_t)pixels + 1, sizeof *at);
+    cohsm__heap_free(&b->heap, words, 1, sizeof *words + 4 * bound);
+    cohsm__heap_free(&b->heap, segments, total, sizeof *segments);
+    cohsm__heap_free(&b->heap, at, (size_t)pixels + 1, sizeof *at);
     return exact ? COHSM_OK : COHSM_ERR_ALLOC;
 }
 
-/* A chunk of views is complete: closes every segment and turns the log into lists. */
+/* Ends a chunk of views: closes every segment and turns the log into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
     uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,

@@ -11,26 +11,26 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     n = b->range_pixels;
     for (w = b->lists; w; w = next) {
         next = w->next;
-        cohsm__give(&b->heap, w, 1, sizeof *w + 4 * w->count);
+        cohsm__heap_free(&b->heap, w, 1, sizeof *w + 4 * w->count);
     }
     for (i = 0; i < COHSM__RANGES; i++) {
         cohsm__free_pages(b, b->ranges[i].first);
         cohsm__free_pages(b, b->ranges[i].spare);
     }
-    cohsm__give(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
-    cohsm__give(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
-    cohsm__give(&b->heap, b->first, n, sizeof *b->first);
-    cohsm__give(&b->heap, b->hi, n, 1);
-    cohsm__give(&b->heap, b->lo, n, 1);
-    cohsm__give(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
-    cohsm__give(&b->heap, b->locations, b->head.location_words, sizeof(float));
-    cohsm__give(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
+    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
+    cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
+    cohsm__heap_free(&b->heap, b->hi, n, 1);
+    cohsm__heap_free(&b->heap, b->lo, n, 1);
+    cohsm__heap_free(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    cohsm__heap_free(&b->heap, b->locations, b->head.location_words, sizeof(float));
+    cohsm__heap_free(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
     heap = b->heap;
-    cohsm__give(&heap, b, 1, sizeof *b);
+    cohsm__heap_free(&heap, b, 1, sizeof *b);
 }
 
-/* The header's table of locations: directions made unit length. One that is so but for rounding stays: the
-   desc of a built block must give the same rays again. */
+/* Copies the locations of the desc and makes directions unit length. A direction that is unit but for
+   rounding stays as it is: the desc of a built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
@@ -52,15 +52,6 @@ static void cohsm__split_ranges(cohsm_builder *b)
     b->page_records = cohsm__max_u32(4 * widest, 256);
 }
 
-/* Locations so far away that distances overflow leave something that is not finite here. */
-static int cohsm__floats_finite(const cohsm__header *h)
-{
-    const float *f;
-    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
-        if (!cohsm__finite(*f)) return 0;
-    return 1;
-}
-
 static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
 {
     heap->peak = b->heap.peak;
@@ -68,10 +59,11 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
     cohsm_builder_free(b);
 }
 
-/* desc is checked and complete. On success the builder's heap takes over what heap had counted. */
+/* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
+   had counted. */
 static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *heap, cohsm_builder **out)
 {
-    cohsm_builder *b = (cohsm_builder *)cohsm__take(heap, 1, sizeof *b);
+    cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
     uint32_t n = desc->pixel_end - desc->pixel_begin;
     size_t lookup;
 
@@ -86,19 +78,20 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
-        cohsm__give(heap, b, 1, sizeof *b);
+        cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
     }
-    b->cells = (uint32_t *)cohsm__take(&b->heap, b->head.map_count, sizeof *b->cells);
+    b->cells = (uint32_t *)cohsm__heap_alloc(&b->heap, b->head.map_count, sizeof *b->cells);
     b->angles =
-        (float *)cohsm__take(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+        (float *)cohsm__heap_alloc(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
     if (b->head.location_words)
-        b->locations = (float *)cohsm__take(&b->heap, b->head.location_words, sizeof(float));
-    b->lo = (uint8_t *)cohsm__take(&b->heap, n, 1);
-    b->hi = (uint8_t *)cohsm__take(&b->heap, n, 1);
-    b->first = (uint32_t *)cohsm__take(&b->heap, n, sizeof *b->first);
-    b->lookup = (uint32_t *)cohsm__take(&b->heap, lookup, sizeof *b->lookup);
-    b->batch = (uint16_t *)cohsm__take(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+        b->locations = (float *)cohsm__heap_alloc(&b->heap, b->head.location_words, sizeof(float));
+    b->lo = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
+    b->hi = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
+    b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
+    b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
+    b->batch =
+        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
     cohsm__split_ranges(b);
     if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi ||
         !b->first || !b->lookup || !b->batch) {
@@ -157,7 +150,8 @@ static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
 static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
 {
     float half = 0.5f * (float)h->map_side, scale = half / h->radius;
-    cohsm__v3 c = cohsm__v3_load(h->center), axis[3], x, y, w;
+    cohsm__v3 c = cohsm__v3_load(h->center);
+    cohsm__v3 axis[3], x, y, w;
     int i = (int)(cam->face >> 1);
 
     memset(m, 0, 16 * sizeof *m);
@@ -222,7 +216,7 @@ static cohsm_result cohsm__close_batch(cohsm_builder *b)
     return result;
 }
 
-/* 16-bit layers of the shard's pixels. */
+/* Turns the caller's depths into 16-bit layers of the shard's pixels. */
 static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2,
                                const float *z3)
 {
@@ -255,8 +249,12 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
     if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
     if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
-    if (b->finished || index != b->batch_begin + b->batch_count || index >= b->head.view_count)
+    if (b->finished || index >= b->head.view_count)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has all its views, or failed before");
+    if (index != b->batch_begin + b->batch_count) {
+        cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
         return COHSM_ERR_ORDER;
+    }
     pixels = b->head.map_side * b->head.map_side;
     for (i = 0; i < pixels; i++)
         if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) {

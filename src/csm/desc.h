@@ -2,61 +2,83 @@
 
 static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
 
-static int cohsm__check_sides(cohsm_domain *d)
+/* Fills in the sides that are 0, and refuses those that the kind cannot have. */
+static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log)
 {
+    static const char *const name[3] = { "desc.domain.side[0]", "desc.domain.side[1]",
+                                         "desc.domain.side[2]" };
     uint32_t *s = d->side, dims, i, fallback;
     uint64_t n = 1;
 
     if (d->kind == COHSM_DOMAIN_LIST) {
-        if (d->location_count == 0 || d->location_count > 1u << 24) return 0;
+        if (d->location_count == 0 || d->location_count > 1u << 24)
+            return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count, "1..2^24");
         s[0] = (uint32_t)d->location_count;
         s[1] = s[2] = 1;
-        return 1;
+        return COHSM_OK;
     }
     if (d->kind == COHSM_DOMAIN_TABLE)
         for (i = 0; i < 3; i++) s[i] = s[i] ? s[i] : 1u;
     dims = cohsm__dimensions(d->kind, s);
     fallback = dims == 3 ? 32u : 128u;
     for (i = 0; i < 3; i++) {
-        if (i >= dims && s[i] > 1) return 0;
+        if (i >= dims && s[i] > 1)
+            return cohsm__wrong(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
         if (!s[i]) s[i] = i < dims ? fallback : 1u;
-        if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE) return 0;
+        if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE)
+            return cohsm__wrong(log, name[i], (double)s[i], "0, or 1..4096");
         n *= s[i];
-        if (n > 1u << 24) return 0;
+        if (n > 1u << 24)
+            return cohsm__wrong(log, name[i], (double)s[i], "less: sides may make 2^24 cells together");
     }
-    if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1]) return 0;
-    return d->kind != COHSM_DOMAIN_TABLE || d->location_count == n;
+    if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1])
+        return cohsm__wrong(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
+    if (d->kind == COHSM_DOMAIN_TABLE && d->location_count != n)
+        return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count,
+                            "the product of side");
+    return COHSM_OK;
 }
 
-static int cohsm__check_shape(const cohsm_domain *d)
+static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__logger *log)
 {
-    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+    static const char field[] = "desc.domain.locations";
     const float *p = d->locations;
     size_t i;
 
-    if (cohsm__has_table((uint32_t)d->kind)) {
-        if (!p) return 0;
-        for (i = 0; i < d->location_count; i++, p += 4) {
-            if (!cohsm__finite3(p) || (p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) return 0;
-            if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) return 0;
+    if (!p) return cohsm__refuse(log, COHSM_ERR_DESC, field, "is NULL");
+    for (i = 0; i < d->location_count; i++, p += 4) {
+        if ((p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) {
+            cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
+            return COHSM_ERR_DESC;
         }
-        return 1;
+        if (!cohsm__finite3(p)) {
+            cohsm__log_element(log, field, i, "has the x", (double)p[0], "finite, and y and z");
+            return COHSM_ERR_DESC;
+        }
+        if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
+            cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
+            return COHSM_ERR_DESC;
+        }
     }
-    if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return 1;
-    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
-        return 0;
-    if (!(cohsm__v3_length(u) > 0.0f)) return 0;
-    if (d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC)
-        return cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f;
-    return d->kind != COHSM_DOMAIN_VOLUME || fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f;
+    return COHSM_OK;
 }
 
-/* Says that a field of the desc is out of range; returns COHSM_ERR_DESC. */
-static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
-                                 const char *wanted)
+static cohsm_result cohsm__check_shape(const cohsm_domain *d, const cohsm__logger *log)
 {
-    cohsm__log_value(log, field, value, wanted);
-    return COHSM_ERR_DESC;
+    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+
+    if (cohsm__has_table((uint32_t)d->kind)) return cohsm__check_locations(d, log);
+    if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
+    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain", "has origin, u, v or w that is not finite");
+    if (!(cohsm__v3_length(u) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "has no length");
+    if ((d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC) &&
+        !(cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "and v span no area");
+    if (d->kind == COHSM_DOMAIN_VOLUME && !(fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f))
+        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "and v and w span no volume");
+    return COHSM_OK;
 }
 
 static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
@@ -73,12 +95,18 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         return cohsm__wrong(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
     if ((unsigned)d->orientation >= COHSM_ORIENTATION_COUNT)
         return cohsm__wrong(log, "desc.orientation", (double)d->orientation, "a COHSM_ORIENTATION_...");
+#ifdef COHSM_WITHOUT_FAST
+    if (d->layout == COHSM_LAYOUT_FAST)
+        return cohsm__wrong(log, "desc.layout", (double)d->layout, "another one in a header without fast");
+#endif
+    if ((unsigned)d->layout >= COHSM_LAYOUT_COUNT)
+        return cohsm__wrong(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
     if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
     return COHSM_OK;
 }
 
-/* Fills in defaults; order and the sphere may stay open until the mesh is known. */
+/* Checks a desc and fills in its defaults; order and sphere may stay open until the mesh is known. */
 static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
 {
     uint32_t pixels;
@@ -94,17 +122,13 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
         return cohsm__wrong(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
     if (d->depth_bits < 4 || d->depth_bits > 8)
         return cohsm__wrong(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
-    if (!cohsm__check_sides(&d->domain))
-        return cohsm__wrong(log, "desc.domain.side[0]", (double)d->domain.side[0],
-                            "0, or 1..4096 like the other sides that the kind has, with 2^24 cells or fewer");
-    if (!cohsm__check_shape(&d->domain)) {
-        cohsm__log_text(log, "desc.domain", "has a shape without extent, or locations that cannot be used");
-        return COHSM_ERR_DESC;
-    }
+    if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
+    if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
-    if (!cohsm__finite3(d->center) || !cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and it and center finite");
+    if (!cohsm__finite3(d->center)) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.center", "is not finite");
+    if (!cohsm__finite(d->radius) || d->radius < 0.0f)
+        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
@@ -112,7 +136,7 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
                         "above pixel_begin, and map_side^2 or less");
 }
 
-/* As a build ends whose desc and mesh were right. */
+/* Returns the result of a build whose desc and mesh were right, and logs why it failed if it did. */
 static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
 {
     if (result == COHSM_ERR_LIMIT)
@@ -123,7 +147,7 @@ static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, 
     return cohsm__ended(log, result);
 }
 
-/* Far enough from the ends of the float range for squares and inverses. */
+/* Says whether a radius is far enough from the ends of the float range for squares and inverses. */
 static int cohsm__radius_usable(float r) { return r > 1e-18f && r < 1e18f; }
 
 static int cohsm__is_positional(const cohsm_domain *d)
@@ -167,7 +191,8 @@ static void cohsm__fill_header(cohsm__header *h, const cohsm_desc *d)
 
 static uint32_t cohsm__chunks(const cohsm__header *h) { return (h->view_count - 1u) / COHSM__CHUNK + 1u; }
 
-/* Depth 1 of positional maps: as far as anything of the object is from any location. */
+/* Returns the distance that depth 1 stands for in maps of positions: as far as anything of the object is from
+   any location. */
 static float cohsm__far_distance(const cohsm__header *h, const float *locations)
 {
     cohsm__v3 c = cohsm__v3_load(h->center);
@@ -195,11 +220,12 @@ static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locat
     return cam;
 }
 
-/* Depth at which the ray through a pixel's centre leaves the bounding sphere. */
+/* Returns the depth at which the ray through a pixel's centre leaves the bounding sphere. */
 static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint32_t pixel)
 {
     float x = ((float)(pixel % size) + 0.5f) / (float)size * 2.0f - 1.0f;
-    float y = ((float)(pixel / size) + 0.5f) / (float)size * 2.0f - 1.0f, a, b, c, disc;
+    float y = ((float)(pixel / size) + 0.5f) / (float)size * 2.0f - 1.0f;
+    float a, b, c, disc;
     cohsm__v3 e = cam->eye;
     float ex, ey, ew;
 

@@ -21,10 +21,11 @@ static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r
     return cohsm__v3_madd(p, cohsm__v3_load(h->w), r);
 }
 
-/* The analytic D of every kind but TABLE and LIST. */
+/* Returns D at the parameters s, t, r, for every kind but TABLE and LIST. */
 static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, float r)
 {
-    float sine, cosine, ring, x, y;
+    float sine, cosine, ring;
+    float x, y;
     cohsm__v3 p;
 
     switch (h->domain) {
@@ -89,7 +90,8 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
     return f;
 }
 
-/* LATLONG with the polar frame, from its four angles: the pole has a right direction too. */
+/* Returns the polar frame of a LATLONG map from the cosines and sines of its two angles, by which the poles
+   have a right direction too. */
 static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
 {
     cohsm__frame f;
@@ -99,7 +101,7 @@ static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos
     return f;
 }
 
-/* angles = cos, sin of each column's azimuth, then of each row's polar angle; 2 (side[0] + side[1]) floats */
+/* Writes cos, sin of each column's azimuth, then of each row's polar angle: 2 (side[0] + side[1]) floats. */
 static void cohsm__latlong_angles(const uint32_t *side, float *angles)
 {
     uint32_t i;
@@ -122,9 +124,10 @@ static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table
     return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__frame_of(h->orientation, f.back);
 }
 
-/* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y
-   along the one after, in every face: neighbours along an edge need no rotation, and the mirroring harms
-   nothing. */
+/* Writes the coordinates of q for a face of a cube, on which q lies at x / w and y / w within -1..1. A face
+   has the number 2 axis, + 1 if it looks along the negative axis. Pixel x runs along the next axis and y
+   along the one after, in every face: so neighbours along an edge need no rotation, and the mirroring of some
+   faces does no harm. */
 static void cohsm__face_coordinates(uint32_t face, cohsm__v3 q, float *x, float *y, float *w)
 {
     float c[3];

@@ -3,9 +3,9 @@
 /* The grid of stored depths: values 0..top, top = infinite. */
 typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
 
-/* Of the values lo..hi, the middle leaves the most room on both sides (paper 3.1). But a value far behind the
-   first hit lets light through to whatever is there, other objects among them; so it stays within two pixels
-   of it. */
+/* Returns the grid value that is stored for an interval lo..hi. The middle leaves the most room on both sides
+   (paper 3.1). But a value far behind the first hit lets light through to whatever is there, other objects
+   among them, so the value stays within two pixels of the first hit. */
 static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
 {
     uint32_t middle = (lo + hi) / 2u;
@@ -20,12 +20,14 @@ static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_side)
     return g;
 }
 
-/* What the first n segments would take in one block. */
+/* A block of the first n segments: how they would be coded, and what that would take. */
 typedef struct cohsm__plan {
-    uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far */
-    uint32_t k, bits, base, values, size;
-    uint32_t palette;                           /* entries, 0: none */
-    uint8_t  value[COHSM__MARKS];
+    uint32_t n, exact;                  /* segments taken so far; those of them with exact depths */
+    uint32_t least_hi, greatest_lo;     /* of the intervals of these segments */
+    uint32_t k, bits, base;             /* the block's fields, see "lists" */
+    uint32_t values, size;              /* grid values that the codes span; bits that the block takes */
+    uint32_t palette;                   /* entries of the palette; 0: there is none */
+    uint8_t  value[COHSM__MARKS];       /* the palette */
 } cohsm__plan;
 
 static void cohsm__plan_start(cohsm__plan *p)
@@ -34,14 +36,15 @@ static void cohsm__plan_start(cohsm__plan *p)
     p->least_hi = COHSM__INFINITE;
 }
 
-/* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as
-   late as possible meets the most others. Each value then moves to the middle of what its intervals have in
+/* Finds the fewest grid values with one in each interval: the least hi that is left must be met, and a value
+   as large as that meets the most others. Each value then moves to the middle of what its intervals have in
    common. */
 static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
                               uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
-    uint32_t i, count = 0, left = 0, at, lo;
+    uint32_t i, count = 0, left = 0;
+    uint32_t at, lo;
 
     for (i = 0; i < n; i++)
         if (!s[i].exact) todo[left++] = (uint8_t)i;
@@ -75,7 +78,8 @@ static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const co
     return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
 }
 
-/* Takes one more segment; 0 where the block would become too long. end = first view after it. */
+/* Takes one more segment into a plan; returns 0 if the block would become too long. end is the first view
+   after the segment. */
 static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid, uint32_t end)
 {
     uint32_t span = end - s[0].first;
@@ -90,7 +94,8 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm
     }
     for (p->k = 0; p->n + ((span - 1u) >> p->k) > COHSM__MARKS; p->k++)
         if (p->k == 15) return 0;
-    /* the narrowest range of grid values with one in each interval: from the least hi to the greatest lo */
+    /* This is the narrowest range of grid values with one in each interval: from the least hi to the greatest
+       lo. */
     p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
     p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
     if (p->least_hi == COHSM__INFINITE) p->base = 0;
@@ -105,7 +110,7 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
     return i + 1 < count ? s[i + 1].first : views;
 }
 
-/* As many segments as fit; the shorter kind for a tail. */
+/* Plans a block of as many segments as fit; for a tail by whichever coding is shorter. */
 static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, const cohsm__grid *grid,
                                      uint32_t views)
 {
@@ -130,7 +135,9 @@ static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p,
 static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__plan *p,
                                const cohsm__grid *grid)
 {
-    uint32_t i, offset, bucket = 0, at = 16, code, head = p->palette ? p->palette : p->base;
+    uint32_t i, offset, code;
+    uint32_t bucket = 0, at = 16;
+    uint32_t head = p->palette ? p->palette : p->base;
     uint8_t place[COHSM__MARKS];
     cohsm__fields f;
 
@@ -153,8 +160,8 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
     for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
 }
 
-/* Blocks of a list are at most this many: one takes 10 segments at least, all of them exact, or all that are
-   left. */
+/* Returns the most blocks that a list of count segments can have: a block takes 10 segments at least, all of
+   them exact, or all that are left. */
 static size_t cohsm__blocks_bound(size_t count) { return count / 10 + 1; }
 
 static size_t cohsm__list_bound(size_t count)
@@ -168,7 +175,8 @@ static size_t cohsm__list_bound(size_t count)
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count,
                                 const cohsm__grid *grid, uint32_t views)
 {
-    size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
+    size_t i, blocks = 0;
+    size_t gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
 
     for (i = 0; i < count; i += p.n, blocks++) {

@@ -35,12 +35,21 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     out->depth_far = h->depth_far;
     out->segments = (uint64_t)h->segments_high << 32 | h->segments_low;
     out->bytes = 4 * (size_t)h->words;
+    out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
+    out->fast_bytes = m->trays.bytes;
     out->ratio = 2.0 * (double)h->view_count * (double)m->range / (double)out->bytes;
 }
 
 COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float out[4])
 {
-    if (!m || !out || map >= m->head.map_count) return COHSM_ERR_ARGUMENT;
+    cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_location");
+
+    if (!m) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (map >= m->head.map_count) {
+        cohsm__log_value(&log, "map", (double)map, "below map_count");
+        return COHSM_ERR_ARGUMENT;
+    }
     cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
     out[3] = m->head.positional ? 1.0f : 0.0f;
     return COHSM_OK;
@@ -67,7 +76,14 @@ static uint32_t cohsm__place(const cohsm_maps *m, uint32_t x, uint32_t y, uint32
 COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t *out)
 {
     uint32_t c[3], p, place;
-    if (!m || !out || view >= m->head.view_count) return COHSM_ERR_ARGUMENT;
+    cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_depths");
+
+    if (!m) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (view >= m->head.view_count) {
+        cohsm__log_value(&log, "view", (double)view, "below view_count");
+        return COHSM_ERR_ARGUMENT;
+    }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);
     place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
     for (p = 0; p < m->range; p++)

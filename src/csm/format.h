@@ -1,6 +1,7 @@
 /* ---- types ---- */
 
-/* The block is 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of either byte order:
+/* The block consists of 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of
+   either byte order:
 
      header        COHSM__HEADER_WORDS words, cohsm__header below
      order table   HILBERT only: place in the sequence of each cell, 16 bits each up to 65,536 cells, else 32
@@ -8,7 +9,8 @@
      lookup        one word for each 65,536 views (a chunk) and pixel: where its directory begins,
                    or COHSM__CONSTANT | depth where all maps of the chunk store the same depth there
      directories   see "lists" below; filled up to a multiple of 16 words from the beginning
-     lines         the blocks of all lists, 16 words each, then 4 words of padding so that readers may load ahead */
+     lines         the blocks of all lists, 16 words each, then 4 words of padding so that readers may load
+                   ahead */
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
@@ -28,9 +30,11 @@ enum {
 typedef struct cohsm__header {          /* 32-bit fields only */
     uint32_t magic, format, words, crc; /* crc of everything after this field */
     uint32_t domain, layers, order, orientation;
-    uint32_t side[3], map_count, view_count, map_side, depth_bits, dimensions;
+    uint32_t side[3], map_count, view_count;
+    uint32_t map_side, depth_bits, dimensions;
     uint32_t positional, self_only, pixel_begin, pixel_end;
-    uint32_t order_words, location_words, lookup_words, directory_words, line_words;
+    uint32_t order_words, location_words, lookup_words;
+    uint32_t directory_words, line_words;
     uint32_t segments_low, segments_high;
     float    center[3], radius, depth_far, open_thickness;
     float    origin[3], u[3], v[3], w[3];
@@ -40,14 +44,18 @@ typedef struct cohsm__header {          /* 32-bit fields only */
 
 typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
 
-#if COHSM__SIMD_SETS && !defined(COHSM_WITHOUT_X86)
-#define COHSM__SETS 1
-#else
-#define COHSM__SETS 0
-#endif
+/* Returns which kernels to use: 2 those of AVX-512, 1 those of AVX2, 0 those of the instruction set that the
+   program is compiled for. */
+static int cohsm__simd(void) { return cohsm__simd_level(); }
 
-/* Kernels to use: 2 those of AVX-512, 1 of AVX2, 0 of what the program is compiled for. */
-static int cohsm__simd(void) { return COHSM__SETS ? cohsm__simd_level() : 0; }
+typedef struct cohsm__trays {           /* the fast layout: see trays.h */
+    void           *memory;             /* what the allocator gave, of so many bytes */
+    size_t          bytes;
+    const uint8_t  *lines;              /* 64-byte aligned; NULL: the layout is compact */
+    const uint32_t *base;               /* for each bucket of views and group of pixels: its first line */
+    const uint16_t *at;                 /* for each bucket and pixel: where the tray is, from that line on */
+    uint32_t        groups;             /* of pixels, in a bucket */
+} cohsm__trays;
 
 struct cohsm_maps {
     cohsm__allocator  allocator;
@@ -62,6 +70,9 @@ struct cohsm_maps {
     float             dop[2 * COHSM__DOP_AXES]; /* in radii about the centre */
     uint16_t          depth_of[512];    /* stored grid value -> 16-bit depth */
     int               simd;             /* cohsm__simd */
+    void (*log)(void *user, const char *message);   /* of the system that the maps were made with */
+    void             *log_user;
+    cohsm__trays      trays;
 };
 
 static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, void *context)
@@ -72,10 +83,10 @@ static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, voi
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* Allocation with a count of what is asked for at once, for cohsm_stats.peak_bytes. */
+/* An allocator with a count of the bytes that are out, for cohsm_stats.peak_bytes. */
 typedef struct cohsm__heap { cohsm__allocator allocator; size_t used, peak; } cohsm__heap;
 
-static void *cohsm__take(cohsm__heap *h, size_t count, size_t size)
+static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
 {
     void *p = cohsm__alloc_array(&h->allocator, count, size);
     if (p) {
@@ -85,14 +96,14 @@ static void *cohsm__take(cohsm__heap *h, size_t count, size_t size)
     return p;
 }
 
-static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
+static void cohsm__heap_free(cohsm__heap *h, void *p, size_t count, size_t size)
 {
     if (!p) return;
     h->used -= count * size;
     cohsm__free(&h->allocator, p);
 }
 
-/* A system for one step of a call: its progress is a part of the whole, all else goes through. */
+/* A system for one step of a call: its progress is a part of the whole, and all else goes through. */
 typedef struct cohsm__step_system { cohsm__part part; cohsm_system whole; } cohsm__step_system;
 
 static void cohsm__step_run(void *user, size_t count, cohsm_task task, void *context)
@@ -141,6 +152,16 @@ static cohsm__logger cohsm__logger_of(const cohsm_system *s, const char *functio
     return log;
 }
 
+/* Returns the log that maps keep; maps may be NULL. */
+static cohsm__logger cohsm__logger_of_maps(const cohsm_maps *m, const char *function)
+{
+    cohsm__logger log;
+    log.log = m ? m->log : NULL;
+    log.user = m ? m->log_user : NULL;
+    log.function = function;
+    return log;
+}
+
 static int cohsm__system_valid(const cohsm_system *s)
 {
     return cohsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn);
@@ -154,15 +175,23 @@ static cohsm_result cohsm__refuse(const cohsm__logger *log, cohsm_result result,
     return result;
 }
 
-/* As a call that has found its arguments right ends: says of ALLOC what was missing. */
+/* Says that a field of a desc or a query is out of range; returns COHSM_ERR_DESC. */
+static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
+                                 const char *wanted)
+{
+    cohsm__log_value(log, field, value, wanted);
+    return COHSM_ERR_DESC;
+}
+
+/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
 static cohsm_result cohsm__ended(const cohsm__logger *log, cohsm_result result)
 {
     if (result == COHSM_ERR_ALLOC) cohsm__log_text(log, "system.allocator", "returned no memory");
     return result;
 }
 
-/* The allocator of a system, which may be NULL, and the whole of its progress; 0: the allocator is half, as
-   the log is told. */
+/* Writes the allocator of a system, which may be NULL, and the whole of its progress. Returns 0, and logs so,
+   if the allocator has one function of the two. */
 static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *log, cohsm__allocator *a,
                               cohsm__part *part)
 {
@@ -186,3 +215,15 @@ static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *l
 
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
+
+/* Locations so far away that distances overflow leave something that is not finite here. */
+static int cohsm__floats_finite(const cohsm__header *h)
+{
+    const float *f;
+    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
+        if (!cohsm__finite(*f)) return 0;
+    return 1;
+}
+
+/* Lists that are copied or coded between two calls of progress: milliseconds. */
+enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };

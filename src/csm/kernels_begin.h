@@ -29,6 +29,7 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__find COHSM__NAME_IN_SET(cohsm__find, COHSM__SET)
 #define cohsm__find_block COHSM__NAME_IN_SET(cohsm__find_block, COHSM__SET)
 #define cohsm__found_depth COHSM__NAME_IN_SET(cohsm__found_depth, COHSM__SET)
+#define cohsm__tray_depths COHSM__NAME_IN_SET(cohsm__tray_depths, COHSM__SET)
 #define cohsm__find_depths COHSM__NAME_IN_SET(cohsm__find_depths, COHSM__SET)
 #define cohsm__search COHSM__NAME_IN_SET(cohsm__search, COHSM__SET)
 #define cohsm__load_vectors COHSM__NAME_IN_SET(cohsm__load_vectors, COHSM__SET)

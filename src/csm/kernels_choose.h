@@ -6,11 +6,13 @@ typedef struct cohsm__kernels {
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
     void (*one_light)(cohsm__stream *s, float *visible);
+#ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
     void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+#endif
 } cohsm__kernels;
 
 static cohsm__kernels cohsm__choose_kernels(int simd)
@@ -20,18 +22,22 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.search = cohsm__search_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
+#ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_plain;
     k.enqueue = cohsm__enqueue_plain;
     k.draw_all = cohsm__draw_all_plain;
-#if COHSM__SETS
+#endif
+#if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
         k.search = cohsm__search_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
+#ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+#endif
     }
 #else
     (void)simd;

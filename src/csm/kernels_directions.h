@@ -2,7 +2,7 @@
 
 #if COHSM__LANE_COUNT == 8
 
-/* sqrtf may set errno, so that compilers do not vectorise it. */
+/* Takes square roots by lanes: sqrtf may set errno, so that compilers do not vectorise it. */
 static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
 {
     int k;
@@ -15,7 +15,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     const cohsm_maps *m = t->maps;
     const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
     int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
-    float top0 = (float)n0, top1 = (float)n1, u, v, height[COHSM__STEP], root[COHSM__STEP];
+    float top0 = (float)n0, top1 = (float)n1, u, v;
+    float height[COHSM__STEP], root[COHSM__STEP];
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
@@ -47,7 +48,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     }
 }
 
-/* cohsm__cell_frame */
+/* Does what cohsm__cell_frame does. */
 static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
 {
     const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
@@ -73,7 +74,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
     if (m->head.orientation == COHSM_ORIENTATION_POLAR) return;
     for (k = 0; k < COHSM__STEP; k++) {
-        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k], a, g, odd;
+        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k];
+        float a, g, odd;
         g = cohsm__either(!two_poles | (y >= 0.0f), 1.0f, -1.0f);
         odd = fabsf(g + y) < 1e-6f ? 1.0f : 0.0f;
         a = -1.0f / (g + y + odd);
@@ -87,14 +89,16 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
 }
 
-/* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
-   COHSM__NO_PIXEL. */
+/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or
+   not finite get COHSM__NO_PIXEL. */
 static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
-    int32_t side = (int32_t)m->head.map_side, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top;
+    float x, y, d;
+    int32_t side = (int32_t)m->head.map_side;
+    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
     int32_t in, p;
     int k;
 
@@ -121,7 +125,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile 
 static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
-    uint32_t *place = t->place + first, n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
+    uint32_t *place = t->place + first;
+    uint32_t n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
     int k;
 
     if (m->head.order == COHSM_ORDER_HILBERT)
@@ -143,8 +148,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
     }
 }
 
-/* NEAREST takes the cell and pixel round a sample; ROULETTE those round it moved at random by up to a half; PCF all
-   sixteen round it, one for each corner: bits 0 and 1 in the domain, 2 and 3 in the map. */
+/* Moves samples as their filter wants. NEAREST takes the cell and pixel round a sample; ROULETTE those round
+   the sample moved at random by up to a half; PCF all sixteen round it, one for each corner: bits 0 and 1 of
+   corner choose the cell, 2 and 3 the pixel. */
 static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
                                                        uint32_t corner)
 {
@@ -164,8 +170,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const coh
     }
 }
 
-/* weight: where not NULL, by what share each sample lies towards the next cell or pixel, in the dimensions of which the
-   corner is the lower one */
+/* If weight is not NULL, it receives by what share each sample lies towards the next cell or pixel, in the
+   dimensions of which the corner is the lower one. */
 COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
                                                                 float (*weight)[COHSM__TILE])
 {

@@ -5,7 +5,8 @@ static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uin
 {
     const uint32_t *directory = f->at;
     const uint32_t where = directory[1], rest = (where & 0xffffu) - 1u;
-    const uint32_t count = cohsm__halves_up_to(directory + 2, rest, f->view), tail = 0u - (uint32_t)(count == rest);
+    const uint32_t count = cohsm__halves_up_to(directory + 2, rest, f->view);
+    const uint32_t tail = 0u - (uint32_t)(count == rest);
     const uint32_t line = directory[0] + (count & ~tail) - (where >> 20 & tail);
     f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
     f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + (where >> 16 & 15u & tail);
@@ -22,16 +23,23 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f
 }
 
 /* Depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
-COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
-                                             uint32_t count, int32_t *depth)
+COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel,
+                                             const uint32_t *place, uint32_t count, int32_t *depth)
 {
     cohsm__found found[COHSM__STEP + 1];
     uint32_t n = 0, i;
 
+#ifndef COHSM_WITHOUT_FAST
+    if (m->trays.lines) {
+        cohsm__tray_depths(m, pixel, place, count, depth);
+        return;
+    }
+#endif
     for (i = 0; i < count; i++) {
         const uint32_t inside = pixel[i] != COHSM__NO_PIXEL;
         const uint32_t *lookup = m->lookup + (size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range;
-        const uint32_t entry = lookup[pixel[i] & (0u - inside)], listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
+        const uint32_t entry = lookup[pixel[i] & (0u - inside)];
+        const uint32_t listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
         depth[i] = inside ? (int32_t)(entry & 0xffffu) : COHSM__INFINITE;       /* nothing is deeper */
         found[n].at = m->directories + (entry & (0u - listed));
         found[n].view = place[i] & (COHSM__CHUNK - 1u);
@@ -47,24 +55,26 @@ COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t
 /* Samples of the tile that lie deeper than what is stored become dark. */
 COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
 {
-    int32_t stored[COHSM__STEP];
+    int32_t stored[COHSM__TILE];
+    const uint32_t step = t->maps->trays.lines ? (uint32_t)COHSM__TILE : (uint32_t)COHSM__STEP;
     uint32_t i, k, n;
 
     for (i = 0; i < t->count; i += n) {
-        n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
+        n = cohsm__min_u32(step, (uint32_t)t->count - i);
         cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
         for (k = n; k % COHSM__LANE_COUNT; k++) stored[k] = COHSM__INFINITE;
         for (k = 0; k < n; k += COHSM__LANE_COUNT) {
             const cohsm__lane_mask dark = cohsm__ints_greater(cohsm__ints_load(t->depth + i + k),
                                                               cohsm__ints_load(stored + k));
             const cohsm__lanes visible = cohsm__lanes_load(t->visible + i + k);
-            cohsm__lanes_store(t->visible + i + k, cohsm__lanes_select(dark, cohsm__lanes_all(0.0f), visible));
+            cohsm__lanes_store(t->visible + i + k,
+                               cohsm__lanes_select(dark, cohsm__lanes_all(0.0f), visible));
         }
     }
 }
 
-/* Vectors of the query about a centre, scaled, as long as those of all lanes are consecutive: all but the last few of a
-   batch. Returns how many. */
+/* Loads vectors of the query about a centre, scaled, as long as those of all lanes are consecutive, which are
+   all but the last few of a batch. Returns how many. */
 COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const float *packed, cohsm__v3 center,
                                                 float scale, float (*out)[COHSM__TILE])
 {

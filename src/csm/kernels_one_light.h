@@ -1,10 +1,10 @@
 /* ---- kernels of query: one light for many points ---- */
 
-/* What stays the same for all points. */
+/* What is the same for all points of a stream, in every lane. */
 typedef struct cohsm__views {
-    cohsm__lanes3 center, right, up, back;
-    cohsm__lanes per_radius, half, top, bias;
-    cohsm__lane_ints side, begin, range;
+    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the frame of the map */
+    cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias */
+    cohsm__lane_ints side, begin, range;        /* M; the first pixel and the number of pixels of the shard */
 } cohsm__views;
 
 static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream *s)
@@ -26,8 +26,10 @@ static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream 
     return v;
 }
 
-/* Points number k on, as many as there are lanes, in radii about the centre; 0 where there are no more. */
-static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v, size_t k)
+/* Loads the points from number k on, as many as there are lanes, in radii about the centre; 0 0 0 if there
+   are no more. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v,
+                                                                size_t k)
 {
     const float *from;
     float last[3 * COHSM__LANE_COUNT];
@@ -44,12 +46,15 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__str
     return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
 }
 
-/* cohsm__see, cohsm__pixel and cohsm__compared_depth, entered from number k on. Returns pixels. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v, size_t k)
+/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do, for the points from number k on. Returns
+   the pixels. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v,
+                                                                  size_t k)
 {
     const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
     const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
-    const cohsm__lanes x = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
+    const cohsm__lanes x =
+        cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
     const cohsm__lanes y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->up), v->half), v->half);
     const cohsm__lane_ints none = cohsm__ints_all(-1);      /* COHSM__NO_PIXEL */
     cohsm__lanes d = cohsm__lanes_mul(middle, cohsm__lanes3_dot(p, v->back));
@@ -59,7 +64,8 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream 
     d = cohsm__lanes_sub(cohsm__lanes_sub(middle, d), v->bias);
     d = cohsm__lanes_mul(d, cohsm__lanes_all((float)COHSM__HIT_MAX));
     in = cohsm__mask_and(cohsm__lanes_at_least(x, zero), cohsm__lanes_greater(v->top, x));
-    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero), cohsm__lanes_greater(v->top, y)));
+    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero),
+                                             cohsm__lanes_greater(v->top, y)));
     in = cohsm__mask_and(in, cohsm__lanes_at_least(d, zero));
     pixel = cohsm__ints_mul(cohsm__lanes_truncate(cohsm__lanes_keep(in, y)), v->side);
     pixel = cohsm__ints_add(pixel, cohsm__lanes_truncate(cohsm__lanes_keep(in, x)));
@@ -72,15 +78,15 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream 
     return pixel;
 }
 
-/* cohsm__slot */
+/* Does what cohsm__slot does. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pixel)
 {
     const cohsm__lane_ints high = cohsm__ints_and(cohsm__ints_shift_right(pixel, 3), cohsm__ints_all(0x1f0));
     return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
 }
 
-/* Pixels and compared depths. Pixels that no slot holds take theirs and join the list, but where another one of the
-   list has taken it: a depth of -1 marks those. */
+/* Finds pixels and compared depths. A pixel that no slot holds takes its slot and joins the list, unless
+   another one of the list has taken the slot: a depth of -1 marks such a slot. */
 static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 {
     const cohsm__views v = cohsm__views_of(s);
@@ -91,8 +97,10 @@ static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
         const cohsm__lane_ints pixel = cohsm__stream_see(s, &v, k);
-        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
-        uint32_t missed = cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
+        const cohsm__lane_mask held =
+            cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
+        uint32_t missed =
+            cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
         for (; missed; missed &= missed - 1u) {
             const int32_t wanted = s->pixel[k + cohsm__first_bit(missed)];
             const uint32_t slot = cohsm__slot((uint32_t)wanted);
@@ -117,7 +125,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_decode(cohsm__stream *s)
     }
 }
 
-/* Answers; points whose pixels have no slot are listed. */
+/* Writes the answers of points whose pixels have a slot, and lists the others. */
 static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, float *visible)
 {
     const cohsm__lane_ints one = cohsm__ints_all(1), none = cohsm__ints_all(-1);
@@ -131,7 +139,8 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
         const cohsm__lane_ints pixel = cohsm__ints_load(s->pixel + k), slot = cohsm__slots(pixel);
         const cohsm__lane_ints known = cohsm__ints_gather(s->kept->depth, slot);
         const cohsm__lane_mask out = cohsm__ints_equal(pixel, none);
-        const cohsm__lane_mask lit = cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
+        const cohsm__lane_mask lit =
+            cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
         const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(s->kept->pixel, slot), pixel);
         const cohsm__lanes answer = cohsm__lanes_keep(cohsm__mask_or(out, lit), cohsm__lanes_all(1.0f));
         taken = cohsm__mask_bits(cohsm__mask_or(out, held)) ^ COHSM__ALL_LANES;
@@ -145,10 +154,11 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
     }
 }
 
-/* Decodes for the points that are listed. */
+/* Decodes and answers for the points that are listed. */
 static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, float *visible)
 {
-    uint32_t place[COHSM__STEP], pixel[COHSM__STEP], i, k, n;
+    uint32_t place[COHSM__STEP], pixel[COHSM__STEP];
+    uint32_t i, k, n;
     int32_t depth[COHSM__STEP];
 
     for (i = 0; i < s->listed; i += n) {
@@ -163,7 +173,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, f
     }
 }
 
-/* The points of the stream. */
+/* Answers for the points of the stream. */
 COHSM__KERNEL static void cohsm__one_light(cohsm__stream *s, float *visible)
 {
     cohsm__stream_find(s);

@@ -1,16 +1,23 @@
 /* ---- kernels of raster: as many triangles as there are lanes ---- */
 
-/* The same as cohsm__fill, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few: those go
-   through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
+/* These kernels give what cohsm__fill gives, to the last bit. Nearly all boxes of a fine mesh hold no sample
+   or a few: triangles with such boxes go through their samples together, a triangle a lane; triangles with
+   larger boxes take cohsm__fill. */
 
-typedef struct cohsm__triangles { cohsm__lane_ints x0, x1, x2, y0, y1, y2; cohsm__lanes z0, z1, z2; } cohsm__triangles;
+typedef struct cohsm__triangles {
+    cohsm__lane_ints x0, x1, x2;
+    cohsm__lane_ints y0, y1, y2;
+    cohsm__lanes z0, z1, z2;
+} cohsm__triangles;
 
-/* The samples lx..hx, ly..hy of the boxes. */
+/* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
-static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c, int begin,
-                                                int end, cohsm__lane_ints *low, cohsm__lane_ints *high)
+/* Finds the samples low..high between the least and the greatest of three coordinates, within begin..end - 1.
+   */
+static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
+                                                int begin, int end, cohsm__lane_ints *low,
+                                                cohsm__lane_ints *high)
 {
     const cohsm__lane_ints l = cohsm__ints_min(cohsm__ints_min(a, b), c);
     const cohsm__lane_ints h = cohsm__ints_max(cohsm__ints_max(a, b), c);
@@ -28,17 +35,19 @@ static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target 
     return s;
 }
 
-/* Twice the areas that a sample makes with the three sides, in order of the corners opposite. */
+/* Twice the areas that a sample makes with the three sides of a triangle, in order of the corners opposite.
+   */
 typedef struct cohsm__sides { cohsm__lane_ints w0, w1, w2; } cohsm__sides;
 
-/* The side from a to b as seen from the origin. */
+/* Returns twice the area that the side from a to b makes with the origin. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_from(cohsm__lane_ints ax, cohsm__lane_ints ay,
                                                                  cohsm__lane_ints bx, cohsm__lane_ints by)
 {
     return cohsm__ints_sub(cohsm__ints_mul(ax, by), cohsm__ints_mul(bx, ay));
 }
 
-/* cohsm__edge_loses as what the area must exceed: -1 where the side from a to b takes the samples exactly on it. */
+/* Returns what cohsm__edge_loses says as the number that the area must exceed: -1 if the side from a to b
+   takes the samples exactly on it, else 0. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_loses(cohsm__lane_ints ax, cohsm__lane_ints ay,
                                                                   cohsm__lane_ints bx, cohsm__lane_ints by)
 {
@@ -54,11 +63,13 @@ static inline COHSM__IN_KERNEL cohsm__sides cohsm__sides_step(cohsm__sides s, co
     return s;
 }
 
-/* Areas at sample (x, y). Coordinates relative to the sample stay below 2^11: 32 bits are enough. */
+/* Returns the areas at sample (x, y). Coordinates relative to the sample stay below 2^11, so that 32 bits are
+   enough. */
 static inline COHSM__IN_KERNEL cohsm__sides cohsm__side_areas(const cohsm__triangles *p, cohsm__lane_ints x,
                                                               cohsm__lane_ints y)
 {
-    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL), middle = cohsm__ints_all(COHSM__SUBPIXEL / 2);
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
+    const cohsm__lane_ints middle = cohsm__ints_all(COHSM__SUBPIXEL / 2);
     const cohsm__lane_ints sx = cohsm__ints_add(cohsm__ints_mul(x, pixel), middle);
     const cohsm__lane_ints sy = cohsm__ints_add(cohsm__ints_mul(y, pixel), middle);
     const cohsm__lane_ints x0 = cohsm__ints_sub(p->x0, sx), y0 = cohsm__ints_sub(p->y0, sy);
@@ -84,10 +95,10 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Enters the depths of a sample a lane, (x, y) with areas w. */
+/* Enters the depths of one sample a lane, that at (x, y) with the areas w. */
 static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, const cohsm__triangles *p,
-                                                        const cohsm__sides *w, cohsm__lanes scale, cohsm__lane_ints x,
-                                                        cohsm__lane_ints y, uint32_t bits)
+                                                        const cohsm__sides *w, cohsm__lanes scale,
+                                                        cohsm__lane_ints x, cohsm__lane_ints y, uint32_t bits)
 {
     const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
     cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
@@ -105,7 +116,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, 
     }
 }
 
-/* Through all samples of the boxes, together. */
+/* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
                                                       const cohsm__spans *span, cohsm__lane_mask use)
 {
@@ -114,7 +125,8 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__lane_ints area = cohsm__side_from(cohsm__ints_sub(p->x1, p->x0), cohsm__ints_sub(p->y1, p->y0),
                                              cohsm__ints_sub(p->x2, p->x0), cohsm__ints_sub(p->y2, p->y0));
     const cohsm__lane_ints end_x = cohsm__ints_add(span->hx, one), end_y = cohsm__ints_add(span->hy, one);
-    cohsm__lane_ints loses0, loses1, loses2, x, y;
+    cohsm__lane_ints loses0, loses1, loses2;
+    cohsm__lane_ints x, y;
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
     cohsm__lanes scale;
@@ -148,7 +160,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     }
 }
 
-/* One triangle of the queue. */
+/* Draws one triangle of the queue by cohsm__fill. */
 static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, const cohsm__camera *cam,
                                                       const cohsm__queue *q, uint32_t at)
 {
@@ -162,7 +174,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
     cohsm__fill(t, cam, c, c + 1, c + 2);
 }
 
-/* Triangles from number at of the queue on, as many as there are lanes or are left. */
+/* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
 static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, const cohsm__camera *cam,
                                                      const cohsm__queue *q, uint32_t at)
 {
@@ -190,7 +202,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
 }
 
-/* As long as there is a triangle for each lane; what is left moves to the front. */
+/* Draws triangles as long as there is one for each lane, and moves those that are left to the front. */
 COHSM__KERNEL static void cohsm__draw_whole(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
 {
     uint32_t at;
@@ -210,7 +222,8 @@ COHSM__KERNEL static void cohsm__draw_all(const cohsm__target *t, const cohsm__c
     if (q->count) cohsm__draw_some(t, cam, q, 0);
 }
 
-/* One corner of as many triangles as there are lanes: a row each of x, y and z, COHSM__CLUSTER floats apart. */
+/* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
+   floats apart. */
 static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__corner_load(const float *v)
 {
     return cohsm__lanes3_load(v, v + COHSM__CLUSTER, v + 2 * COHSM__CLUSTER);
@@ -229,7 +242,8 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, 
 }
 
 /* Puts the triangles of a mask behind those of the queue. */
-static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p, cohsm__lane_mask m)
+static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p,
+                                                     cohsm__lane_mask m)
 {
     const uint32_t at = q->count;
     cohsm__ints_append(q->x[0] + at, m, p->x0);
@@ -244,9 +258,9 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
     q->count = at + cohsm__mask_count(m);
 }
 
-/* Triangles of the clusters in sight, orthographic. */
-COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                                         const cohsm__sight *sight, cohsm__queue *q)
+/* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
+COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
+                                         const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
@@ -283,9 +297,11 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 }
 
 #if COHSM__LANE_COUNT == 8
-/* Which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a hundredth of a
-   pixel. */
-static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up, const float *box)
+
+/* Says which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a
+   hundredth of a pixel. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up,
+                                                             const float *box)
 {
     const cohsm__lanes half = cohsm__lanes_all(0.5f * (float)t->size), one = cohsm__lanes_all(1.0f);
     const cohsm__lanes3 middle = cohsm__lanes3_load(box, box + 8, box + 16);
@@ -299,20 +315,22 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target
         cohsm__lanes_at_least(cohsm__lanes_all((float)t->row_end - 0.5f), cohsm__lanes_sub(y, e)));
 }
 
-/* Numbers from first on, of the lanes of a mask that come before end, appended to a list. */
+/* Appends to a list the numbers, from first on, of the lanes of a mask, if they come before end. Returns the
+   new count. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t count, cohsm__lane_mask mask,
                                                        uint32_t first, uint32_t end)
 {
-    const cohsm__lane_ints number = cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
+    const cohsm__lane_ints number =
+        cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
     mask = cohsm__mask_and(mask, cohsm__ints_greater(cohsm__ints_all((int32_t)end), number));
     cohsm__ints_append((int32_t *)(void *)(list + count), mask, number);
     return count + cohsm__mask_count(mask);
 }
 
-/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of an orthographic view: by the
-   boxes of eight first. */
-COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin,
-                                      uint32_t end, cohsm__sight *sight)
+/* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of an
+   orthographic view: by the boxes of eight clusters first. */
+COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
+                                      uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
     uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
@@ -320,7 +338,9 @@ COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, cons
     for (i = begin / 8; i < eights; i += 8)
         count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);
     for (i = 0, sight->count = 0; i < count; i++)
-        sight->count = cohsm__append8(sight->cluster, sight->count,
-                                      cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
+        sight->count =
+            cohsm__append8(sight->cluster, sight->count,
+                           cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
 }
+
 #endif

@@ -1,19 +1,19 @@
 /* ---- layout: blocks to lines ---- */
 
-/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with
-   NULL pointers counts, a second one writes. Tails go where they fit best among a few lines that are still
-   open. */
+/* Gives lists their places. Lists come in order of chunk and pixel, whoever made them, and so always get the
+   same places: a dry run with NULL pointers counts, a second one writes. Tails go where they fit best among a
+   few lines that still have room. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
 typedef struct cohsm__layout {
-    uint32_t *directories, *lines;      /* NULL: count only */
-    uint64_t  directory_words, line_count;
-    uint64_t  open[COHSM__OPEN_LINES];
-    uint32_t  used[COHSM__OPEN_LINES];  /* words; 0: no line */
+    uint32_t *directories, *lines;      /* NULL: a dry run */
+    uint64_t  directory_words, line_count;  /* how many were given out */
+    uint64_t  open[COHSM__OPEN_LINES];  /* lines that still have room */
+    uint32_t  used[COHSM__OPEN_LINES];  /* words of them that are taken; 0: there is no such line */
 } cohsm__layout;
 
-/* A line with room for a tail, near enough to the next list; a new one where there is none. */
+/* Returns a line with room for a tail, near enough to the next list; a new line if there is none. */
 static int cohsm__open_line(cohsm__layout *l, uint32_t words)
 {
     int i, best = -1, oldest = 0;

@@ -31,9 +31,9 @@ typedef struct cohsm__segment {
     uint16_t exact;
 } cohsm__segment;
 
-/* A field of up to 30 bits of a block, 32 bits or more from its begin. Read with the word before its last one
-   and never with the one after, which may be another line's: that miss would cost more than the whole
-   search. */
+/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. It reads the
+   word before the field's last one and never the word after, which may be another line's: that miss would
+   cost more than the whole search. */
 static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
     uint32_t i = ((bit + count - 1u) >> 5) - 1u;
@@ -76,13 +76,13 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
     return f;
 }
 
-/* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of
-   all ones before j. */
+/* Returns the 16-bit depth of segment j in a block of n. An exact depth has as many exact depths before it as
+   there are codes of all ones before j. */
 static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
                                           uint32_t j)
 {
-    uint32_t head = block[0], bits = head >> 12 & 15u, palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones,
-             codes_at;
+    uint32_t head = block[0], bits = head >> 12 & 15u;
+    uint32_t palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones, codes_at;
     uint32_t code, value, i, rank = 0;
 
     bits -= (uint32_t)COHSM__WIDEST & palette;
@@ -93,22 +93,23 @@ static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t 
         for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * bits, bits) == ones;
         return cohsm__bits(block, cohsm__block_fields(block, n).exact_at + 16 * rank, 16);
     }
-    /* Infinite, as all places from the grid's top. */
+    /* This place of the table means infinite, as all places from the grid's top on do. */
     value = code + 1u == ones ? 511u : (head & 255u) + code;
     code = cohsm__bits(block, codes_at + ((n * bits + 8u * code) & palette), 8);
     return depth_of[(code & palette) | (value & ~palette)];
 }
 
-/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in
-   the marks. No branches that data decides but for rare cases: a mispredicted one costs as much as ten
-   instructions. */
+/* Returns the segment of a block that holds a view. offset is the view less the block's first; at is where
+   the view's bucket begins in the marks. The data decides no branches but for rare cases: a mispredicted
+   branch costs as much as ten instructions. */
 static inline uint32_t cohsm__segment_at(const uint32_t *block, uint64_t marks, uint32_t offset, uint32_t at)
 {
     uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask;
     uint32_t run, more, lows;
 
     run = (uint32_t)((marks >> (at & 63u)) & (at < 64 ? 7u : 0u));
-    /* Two, or one and what follows: codes, never less. */
+    /* This reads the low bits of two segments, or of one and what follows, which are codes and never too
+       short. */
     lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k);
     more = run & (uint32_t)((lows & mask) <= low);
     j += more & 1u;
@@ -128,7 +129,7 @@ static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
     return cohsm__segment_at(block, marks, offset, bucket ? cohsm__select_bit(~marks, bucket - 1u) + 1u : 0u);
 }
 
-/* Words of a block, from its exact codes. */
+/* Returns how many words a block takes, by its exact codes. */
 static uint32_t cohsm__block_words(const uint32_t *block)
 {
     cohsm__fields f = cohsm__block_fields(block, cohsm__popcount(cohsm__marks(block)));
@@ -151,7 +152,8 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
-/* The last block that begins at or before the view, which becomes relative to it. */
+/* Returns the last block of a list that begins at or before the view, which becomes relative to that block.
+   */
 static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
     uint32_t lo = 0, count = cohsm__block_count(directory), half;
@@ -172,7 +174,11 @@ static uint32_t cohsm__depth_in_block(const cohsm_maps *m, const uint32_t *block
 static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
     const uint32_t *block;
-    uint32_t entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
+    uint32_t entry;
+#ifndef COHSM_WITHOUT_FAST
+    if (m->trays.lines) return cohsm__tray_depth(m, cohsm__tray_at(m, pixel, place), place);
+#endif
+    entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
     if (entry & COHSM__CONSTANT) return entry & 0xffffu;
     place &= COHSM__CHUNK - 1u;
     block = cohsm__list_block(m, m->directories + entry, &place);

@@ -1,24 +1,24 @@
-/* csm.h - v1.0.0 - coherent shadow maps: visibility of rigid objects, precomputed without loss - MIT-0 OR Unlicense
+/* csm.h - v1.0.0 - coherent shadow maps: precomputed visibility of rigid objects - MIT-0 OR Unlicense
 
    What it does
 
    Renders an object's depth from thousands of directions (or light positions) once, compresses all those
    shadow maps into one small block, and answers "is this point lit from there?" with one cache line a query.
-   After Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007.
-   lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility: lights, materials,
-   sampling.
+   The method is that of Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow
+   Maps", EGSR 2007. lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility:
+   lights, materials, sampling.
 
    What it does not do
 
-   - Objects are rigid; they may move, turn and scale evenly. Nothing deforms.
-   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels.
-     Shadows of details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures
-     and figures.
-   - No bounced light, no rendering, no file access, no threads of its own.
+   - It does not deform objects. They are rigid; they may move, turn and scale evenly.
+   - Its answers are exact for the maps, not for the scene: directions snap to N maps, and points to M x M
+     pixels. Shadows of details finer than a pixel (1/128 of the object by default) are lost or widened;
+     docs/csm.md has pictures and figures.
+   - It computes no bounced light, renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define CSM_IMPLEMENTATION
        #include "csm.h"
@@ -52,44 +52,54 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions point from the surface to the light;
-   distances in the mesh's units, angles in radians. Latitude-longitude maps have their poles at +Y and -Y: a
-   scene with Z up is turned before it comes here.
+   Coordinates are right-handed; matrices are column-major float[16]; directions point from the surface to the
+   light; distances are in the mesh's units, angles in radians. The poles of the maps of directions are +Y and
+   -Y: turn a scene whose up is Z before it comes here.
 
-     map        the depth of the object along one direction (orthographic) or around one position (six faces
-                of a cube)
-     domain     the set of those directions or positions: a mapping D of d parameters in 0..1
-     cell       one of the N samples of the domain; its map is what is precomputed
-     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for
-                coherence
-     layers     z1, z2, z3: depths of the first hits of a pixel's ray
+     map        the depths of the object along one direction (an orthographic image), or around one position
+                (the six faces of a cube)
+     domain     the set of those directions or positions: a mapping D of d parameters, each in 0..1
+     cell       one of the N samples of the domain; each cell has one map
+     view       one rendered image: a map of a direction, or one face of a map of a position. Views are stored
+                in a sequence in which neighbours look alike
+     layers     z1, z2, z3: the depths of the first, second and third hit of a pixel's ray
      segment    a run of views for which one stored depth separates z1 from the layer behind it
-     receiver   the point that is asked about
+     tray       in the fast layout (COHSM_LAYOUT_FAST) the depths of one pixel over 256 views, within one
+                cache line if they fit
+     receiver   a point that may be lit, about which a query asks
      semi-local a light at a position outside the object's convex hull, answered by the maps of directions
+     hull       the convex hull of the object, kept as a k-DOP (discrete oriented polytope): the solid between
+                pairs of parallel planes, here of 13 fixed directions, that encloses the object
 
    How it works
 
-   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes
-   out the same. For each pixel, the builder walks through the views and goes on with one value as long as it
-   fits; that is the least number of segments. What it then writes is 14 to 16 bits a segment:
+   A pixel's depth z may be stored as any value in [z1, z2), since the comparison with a receiver on a surface
+   comes out the same. For each pixel, the builder walks through the views and keeps one value as long as the
+   value fits; this gives the least number of segments. A segment then takes 14 to 16 bits:
 
      lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
      blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
                    palette)
 
-   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's
-   detail (bunny 345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+   A block takes about 1.9 M^2 s bytes for s segments a pixel. s grows with about N^0.55 and with the object's
+   detail: it is 345 for the bunny and 530 for the dragon at N = 128^2, M = 128. The knobs, and what each
+   trades:
 
-     side          fewer directions: banding in penumbrae, shadows that jump as a light moves
-     map_side      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a
-                   pixel. From places on a light M pixels are 90 degrees: a small thing far from it wants maps
-                   of directions
-     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed
-                   objects, and leak light onto receivers between the second and third surface, and with FAR
-                   behind the object
-     bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
-     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for
-                   jags
+     side          Fewer directions make smaller blocks, but show as bands in penumbrae and as shadows that
+                   jump while a light moves.
+     map_side      Fewer pixels make smaller blocks, but jagged and widened contact shadows, and light leaks
+                   through things thinner than a pixel. A face of a map of a position spans 90 degrees with M
+                   pixels, so that few of them see a small object far from its light: make maps of directions
+                   for such an object.
+     layers        Z1Z2 is right everywhere. For closed objects, Z1Z3_SPHERE makes the block about half and
+                   Z1Z3_FAR about a third as large, but both leak light onto receivers between the second and
+                   the third surface, and Z1Z3_FAR also onto receivers behind the object.
+     layout        FAST answers random queries 1.2 to 2 times as fast as COMPACT, since it decodes nothing. It
+                   keeps trays of about 1.4 times the block's bytes beside the block.
+     bias          Too little gives acne at grazing light, too much leaks light in corners. 1 pixel suits most
+                   objects.
+     filter        NEAREST is fastest, and jagged. PCF is smooth, and 13 times slower for maps of directions.
+                   ROULETTE is as fast as NEAREST and has PCF's mean, but shows noise in place of jags.
 
    From the paper to the code
 
@@ -108,6 +118,8 @@
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
      section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
                                                                  cohsm__load_tile                     T62, T66
+     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of
+                                                                 cohsm_query                          T62
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
      section 5, the rest    the estimator: lightsampling.h
      section 6, quality     the bias                             cohsm_query                          T71
@@ -122,15 +134,21 @@
      COHSM_DEF            everywhere: your own linkage instead
      COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
      COHSM_FILE           with the implementation: this file's name, if it is not "csm.h". The file includes
-                          itself for AVX2 and AVX-512; where it cannot, it does without them
+                          itself to compile the kernels for AVX2 and AVX-512, and does without these kernels
+                          if __has_include does not find it
+
+   In the repository, make join csm.h WITHOUT="build" writes this header without the precomputation, for
+   programs that only open files and ask; WITHOUT="all" leaves packed files and intrinsics out too
+   (src/README.md).
 
    Memory, errors, threads, determinism
 
-   All memory comes from the system's allocator, called from the thread that called us. Every function that
-   can fail returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There
-   are no globals: const maps may be queried from any number of threads; a builder belongs to one at a time.
-   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread
-   count (not with x87 arithmetic, nor with clang's -ffast-math).
+   All memory comes from the allocator of cohsm_system, called from the thread that called us. Maps and
+   builders keep allocator, log and user of the system that they were made with: these must live as long.
+   Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
+   and nothing leaks. There are no globals: any number of threads may query the same maps; a builder belongs
+   to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
+   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H

@@ -58,8 +58,8 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     return COHSM_OK;
 }
 
-/* The order of a triangle's corners by position, so that copies of it compare equal whatever their
-   winding. */
+/* Says whether a comes before b. By this order of a triangle's corners, copies of the triangle compare equal
+   whatever their winding. */
 static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
 {
     if (a.x < b.x || a.x > b.x) return a.x < b.x;
@@ -93,17 +93,18 @@ static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
     return h;
 }
 
-/* used[t] = 1 for triangles that are rendered: finite, with three different corners, the first of its copies.
-   Copies would put two equal depths into every map and so a segment of its own into every entry. */
-static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
-                                  cohsm_stats *stats)
+/* Sets used[t] to 1 for the triangles that are rendered: finite, with three different corners, and the first
+   of their copies. Copies would put two equal depths into every map and so a segment of its own into every
+   entry. */
+static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
+                                            cohsm_stats *stats)
 {
     size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
     uint32_t *table, scratch[3], scratch2[3];
     int k, copy;
 
     while (slots < 2 * count) slots *= 2;
-    table = (uint32_t *)cohsm__take(heap, slots, sizeof *table);
+    table = (uint32_t *)cohsm__heap_alloc(heap, slots, sizeof *table);
     if (!table) return COHSM_ERR_ALLOC;
     memset(table, 0, slots * sizeof *table);
     for (t = 0; t < count; t++) {
@@ -132,6 +133,6 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
         used[t] = 1;
         stats->triangles++;
     }
-    cohsm__give(heap, table, slots, sizeof *table);
+    cohsm__heap_free(heap, table, slots, sizeof *table);
     return stats->triangles ? COHSM_OK : COHSM_ERR_INPUT;
 }

@@ -40,11 +40,13 @@ static int cohsm__header_sound(const cohsm__header *h)
     return 1;
 }
 
-/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay
-   below end. */
+/* Says whether a block is sound within the words that are left of its line: its parts lie inside it, and its
+   segments rise and stay below end. */
 static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
-    uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;
+    uint32_t n, exact = 0, j, at;
+    uint32_t bucket = 0, low, offset, previous = 0;
+    uint32_t size, code;
     uint64_t marks;
     cohsm__fields f;
 
@@ -82,8 +84,8 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
 static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
 {
     const uint32_t *directory = m->directories + entry;
-    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS, left = m->head.directory_words - entry, blocks,
-             tail, b;
+    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS;
+    uint32_t left = m->head.directory_words - entry, blocks, tail, b;
     uint32_t first = 0, next;
 
     if (left < 2) return 0;
@@ -134,7 +136,7 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     return 1;
 }
 
-/* The object for a block of a file, everything in it checked. Takes the memory over, or frees it where it
+/* Makes maps of a block of a file after checking everything in it. Takes the memory over, or frees it if this
    fails. */
 static cohsm_result cohsm__open_block(const cohsm__allocator *a, cohsm__part part, cohsm__memory block,
                                       cohsm_maps **out)

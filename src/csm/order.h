@@ -5,10 +5,10 @@ typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
 static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
 static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-/* A Hilbert-like curve through a rectangle of any size: starts at (x, y) and covers the cells spanned by the
-   vectors a (the way it ends up) and b. Long rectangles are cut in two along a; others in three, as Hilbert's
-   square is in four with the middle two joined. Halves are made even where possible, which leaves at most one
-   diagonal step. */
+/* Walks a Hilbert-like curve through a rectangle of any size: the curve starts at (x, y) and covers the cells
+   spanned by the vectors a (along which it ends up) and b. Long rectangles are cut in two along a; others in
+   three, as Hilbert's square is in four with the middle two joined. Halves are made even where possible,
+   which leaves at most one diagonal step. */
 static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay, int bx, int by)
 {
     int w = abs(ax + ay), h = abs(bx + by), i;
@@ -42,11 +42,14 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
                         -(ax - ax2), -(ay - ay2));
 }
 
-/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions
-   Hilbert's cube for powers of two, else layers of the 2-D curve, every other one backwards. */
+/* Writes into cells[i] the cell at place i. Zig-zag takes any size, and so does Hilbert in 1 and 2
+   dimensions; in 3 dimensions Hilbert is the cube's curve for powers of two, else layers of the 2-D curve,
+   every other one backwards. */
 static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_order order)
 {
-    uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2, i, x, y, z, bits, c[3];
+    uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2;
+    uint32_t i, x, y, z;
+    uint32_t bits, c[3];
     cohsm__walk walk;
 
     if (order == COHSM_ORDER_HILBERT && n2 > 1 && n0 == n1 && n1 == n2 && (n0 & (n0 - 1u)) == 0) {

@@ -1,7 +1,7 @@
 /* ---- pack: files ---- */
 
-/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its
-   header. COHSM_ERR_FORMAT: no builder wrote this, or there is no room for it. */
+/* Codes all lists of a block. The decoder writes the lists and the lookup into out, which is words with its
+   header. Returns COHSM_ERR_FORMAT if no builder wrote this, or if there is no room for it. */
 static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words,
                                       uint32_t *out, cohsm__part part)
 {
@@ -29,7 +29,7 @@ static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, 
     return COHSM_OK;
 }
 
-/* Segments of the longest list. */
+/* Returns how many segments the longest list has. */
 static uint32_t cohsm__longest(const cohsm_maps *m)
 {
     uint32_t longest = 1, n, b;
@@ -44,7 +44,7 @@ static uint32_t cohsm__longest(const cohsm_maps *m)
     return longest;
 }
 
-/* Memory of the work on a block: strips, and the order table's cells. */
+/* Returns the bytes of memory that the work on a block takes: strips, and the order table's cells. */
 static uint64_t cohsm__pack_work(const cohsm__header *h, uint32_t longest)
 {
     return (uint64_t)longest * (COHSM__STRIPS * sizeof(cohsm__segment) + 1) +
@@ -88,7 +88,7 @@ static size_t cohsm__pack_head(const cohsm__header *h)
     return COHSM__PACK_HEADER + 4 * ((size_t)COHSM__HEADER_WORDS + h->location_words);
 }
 
-/* The words that are not coded, in place, and the order table. */
+/* Puts the words that are not coded in their places, and makes the order table. */
 static cohsm_result cohsm__unpack_head(const uint8_t *data, const cohsm__allocator *a, const cohsm__header *h,
                                        uint32_t *words)
 {
@@ -126,8 +126,9 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
-/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for:
-   COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB for the probabilities and the object. */
+/* Unpacks a packed file of 16 bytes or more whose magic is known; all else in it may be hostile. It asks for
+   at most COHSM__PACK_MULTIPLE bytes of memory a byte of file, and 256 KB for the probabilities and the
+   object. */
 static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a,
                                   const cohsm__part *part, cohsm_maps **out)
 {
@@ -165,8 +166,8 @@ static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
     cohsm__put_u32(data + 12, longest);
 }
 
-/* Codes into data; COHSM_ERR_FORMAT where it would reach room. Filled up with zeros to what opening has to
-   see before it asks for memory. */
+/* Codes maps into data; returns COHSM_ERR_FORMAT if the code would reach room. The file is filled up with
+   zeros to the size that opening has to see before it asks for memory. */
 static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, const cohsm__part *part,
                                       uint8_t *data, size_t room, size_t *size)
 {
@@ -194,8 +195,8 @@ static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, con
     return COHSM_OK;
 }
 
-/* COHSM_ERR_FORMAT where data does not unpack to these maps: they are sound, but our builder did not write
-   them. */
+/* Returns COHSM_ERR_FORMAT if data does not unpack to these maps: they are sound, but our builder did not
+   write them. */
 static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const cohsm__part *part,
                                       const uint8_t *data, size_t size)
 {

@@ -1,9 +1,10 @@
 /* ---- pack: lists cut into blocks again ---- */
 
-/* How many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
+/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
 static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
 {
-    uint32_t n, least = grid, most = 0, exact = 0, k = 0, bits = 2, span;
+    uint32_t n, least = grid, most = 0, exact = 0;
+    uint32_t k = 0, bits = 2, span;
 
     for (n = 0; n < count && n < COHSM__MARKS; n++) {
         span = cohsm__segment_end(s, n, count, views) - s[0].first;
@@ -19,7 +20,8 @@ static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t
     return n;
 }
 
-/* How many segments each block takes: more than fit by their values, since the planner went by intervals. */
+/* Codes how many segments each block takes, which are more than would fit by their values, since the planner
+   went by intervals. */
 static uint32_t cohsm__code_blocks(cohsm__packer *p)
 {
     const cohsm__strip *t = &p->strip[COHSM__SELF];
@@ -36,7 +38,7 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
     return blocks;
 }
 
-/* The plan of exactly n segments; last: as those of a tail. */
+/* Makes the plan of exactly n segments; with last, as for a tail. */
 static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n,
                                const cohsm__grid *grid, uint32_t end, int last)
 {
@@ -58,11 +60,13 @@ static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint3
     return 1;
 }
 
-/* The decoded list as the builder would keep it, see cohsm__write_list. 0: no builder wrote this. */
+/* Writes the decoded list as the builder would keep it, see cohsm__write_list. Returns 0 if no builder wrote
+   this. */
 static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
 {
     const cohsm__segment *s = p->strip[COHSM__SELF].s;
-    uint32_t count = p->strip[COHSM__SELF].count, i, n, end, *block = p->list + (blocks + 1u) / 2u;
+    uint32_t count = p->strip[COHSM__SELF].count, i, n, end;
+    uint32_t *block = p->list + (blocks + 1u) / 2u;
     cohsm__plan plan;
 
     if (blocks > cohsm__blocks_bound(count)) return 0;
@@ -78,7 +82,7 @@ static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
     return 1;
 }
 
-/* The decoded list, laid where it belongs, if there is room. */
+/* Lays the decoded list where it belongs, if there is room. */
 static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint32_t blocks, cohsm__layout *l,
                             uint32_t *entry)
 {
@@ -108,8 +112,8 @@ static void cohsm__slide(cohsm__packer *p)
     t[COHSM__SELF] = spare;
 }
 
-/* Strips around a pixel of the range; index: of its lookup entry. Within a row all but the upper right one
-   are at hand. */
+/* Reads the strips around a pixel of the range; index is that of its lookup entry. Within a row all but the
+   upper right strip are there already. */
 static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_t pixel, size_t index,
                                const cohsm__lists *l)
 {

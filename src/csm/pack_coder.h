@@ -6,10 +6,11 @@
      header of the plain block, then its locations, as they are
      lists, coded (most segments 0: the rest of the plain block as it is)
 
-   The order table is derived. A list is coded as the first views of its segments, their depths, and how many go into
-   each block; everything else in it follows, because blocks are written in one way only (see cohsm__plan_block). Every
-   decision is a bit, coded with the adaptive probability of its context, and contexts come from the lists of the pixels
-   to the left, above, and above to either side. Range coder after Martin, "Range encoding", 1979, on bits. */
+   The order table is derived. A list is coded as the first views of its segments, their depths, and how many
+   go into each block; everything else in it follows, because blocks are written in one way only (see
+   cohsm__plan_block). Every decision is a bit, coded with the adaptive probability of its context, and
+   contexts come from the lists of the pixels to the left, above, and above to either side. Range coder after
+   Martin, "Range encoding", 1979, on bits. */
 
 enum {
     COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
@@ -20,8 +21,8 @@ enum {
 
 typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
 
-/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and
-   decoder are the same lines of code and cannot differ. */
+/* Encodes and decodes by the same lines of code, which so cannot differ: each step takes a bit to code and
+   returns the bit coded. */
 typedef struct cohsm__coder {
     uint8_t       *out;                 /* NULL: decoding */
     const uint8_t *in;
@@ -51,7 +52,8 @@ static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in,
     c->range = 0xffffffffu;
 }
 
-/* A 1 is the upper part of the range, a 0 the part below it. */
+/* Codes a 1, to which the upper part of the range belongs; the lower part, as large as zero, belongs to a 0.
+   */
 static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
 {
     size_t i = c->at;
@@ -65,7 +67,8 @@ static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
         while (i && ++c->out[--i] == 0) {}          /* carry */
 }
 
-/* Probabilities stay within 31..65505 of 65536, so that neither part is ever empty. */
+/* Codes a bit by an adaptive probability, which stays within 31..65505 of 65536, so that neither part of the
+   range is ever empty. */
 static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t bit)
 {
     uint32_t zero = (c->range >> 12) * (4096u - (*p >> 4));
@@ -81,7 +84,7 @@ static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t
     return bit;
 }
 
-/* A number of this many bits, high bits first; each prefix has a probability of its own. */
+/* Codes a number of so many bits, high bits first; each prefix has a probability of its own. */
 static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
 {
     uint32_t node = 1;
@@ -90,7 +93,7 @@ static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits,
     return node - bits;
 }
 
-/* Bits without a model. */
+/* Codes bits without a model. */
 static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 {
     uint32_t out = 0, bit;
@@ -107,7 +110,7 @@ static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
     return out;
 }
 
-/* Bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
+/* Returns the number of bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
 static uint32_t cohsm__length(uint32_t x)
 {
     x |= x >> 1;

@@ -1,30 +1,33 @@
 /* ---- pack: a list as its neighbours foresee it ---- */
 
-/* One list, taken apart. */
+/* A list taken apart into its segments. */
 typedef struct cohsm__strip {
-    uint32_t        count;              /* 0: there is no such pixel */
-    cohsm__segment *s;                  /* hi: the grid value at or below an exact depth; else lo = hi */
-    uint32_t       *breaks;             /* bit COHSM__MARGIN + i: a segment begins at view i > 0 */
+    uint32_t        count;              /* segments; 0: there is no such pixel */
+    cohsm__segment *s;                  /* lo = hi is the grid value; of an exact depth lo is that depth, and
+                                           hi the grid value at or below it */
+    uint32_t       *breaks;             /* bit COHSM__MARGIN + i is set if a segment begins at view i > 0 */
 } cohsm__strip;
 
 enum { COHSM__LEFT, COHSM__UP, COHSM__UP_LEFT, COHSM__UP_RIGHT, COHSM__SELF, COHSM__STRIPS };
 enum { COHSM__MARGIN = 32, COHSM__REACH = 2, COHSM__NEAR = 1 << (2 * COHSM__REACH + 1), COHSM__RUNS = 8,
        COHSM__BREAK_WORDS = (COHSM__MARGIN + 65536 + COHSM__REACH) / 32 + 2 };
 
-typedef struct cohsm__odds {
+typedef struct cohsm__odds {            /* the adaptive probabilities of all bits, by their contexts */
     cohsm__prob hot[COHSM__NEAR * COHSM__NEAR * 3 * COHSM__RUNS];
     cohsm__prob cold[32 * 32], cold_length[32 * COHSM__NUMBER];
-    cohsm__prob exact[3], repeat[128], left[64], up[8], below[16], error[32 * COHSM__NUMBER];
+    cohsm__prob exact[3], repeat[128], left[64], up[8];
+    cohsm__prob below[16], error[32 * COHSM__NUMBER];
     cohsm__prob more[16 * 64];
     uint32_t breaks[COHSM__STRIPS][COHSM__BREAK_WORDS];     /* of the strips */
 } cohsm__odds;
 
-typedef struct cohsm__packer {
+typedef struct cohsm__packer {          /* the work on one block, of encoder or decoder */
     cohsm__coder  c;
     cohsm__odds *m;
-    cohsm__strip  strip[COHSM__STRIPS];
+    cohsm__strip  strip[COHSM__STRIPS];         /* of the pixel at hand and its neighbours */
     cohsm__segment *segments;                   /* memory of the strips, then of taken */
-    uint32_t      longest, width, views;        /* views of the chunk; width: words of strip.breaks */
+    uint32_t      longest, width, views;        /* segments of the longest list; words of strip.breaks; views
+                                                   of the chunk */
     cohsm__grid   grid;
     uint32_t     *list;                         /* one list on its way out of the decoder */
     uint8_t      *taken;                        /* segments in each block of strip[COHSM__SELF] */
@@ -49,11 +52,12 @@ static void cohsm__strip_breaks(cohsm__strip *t)
     for (i = 1; i < t->count; i++) cohsm__put_bits(t->breaks, COHSM__MARGIN + t->s[i].first, 1, 1);
 }
 
-/* Segments of one block appended to a strip. */
+/* Appends the segments of one block to a strip. */
 static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const uint32_t *block, uint32_t first)
 {
     uint64_t marks = cohsm__marks(block);
-    uint32_t n = cohsm__popcount(marks), bucket = 0, j, code, exact_at;
+    uint32_t n = cohsm__popcount(marks), bucket = 0;
+    uint32_t j, code, exact_at;
     cohsm__fields f = cohsm__block_fields(block, n);
     uint32_t ones = (1u << f.bits) - 1u;
 
@@ -78,7 +82,7 @@ static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const ui
     }
 }
 
-/* Where the lists of a block are. The decoder reads what it wrote. */
+/* Where the lists of a block are. The decoder reads from there what it wrote. */
 typedef struct cohsm__lists { const uint32_t *lookup, *directories, *lines; } cohsm__lists;
 
 static cohsm__lists cohsm__lists_of(const cohsm__header *h, const uint32_t *words)
@@ -100,7 +104,7 @@ static void cohsm__strip_constant(const cohsm__packer *p, cohsm__strip *t, uint3
     t->count = 1;
 }
 
-/* A list as a strip; taken may be NULL. */
+/* Reads a list into a strip; taken, which may be NULL, receives how many segments each block has. */
 static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const cohsm__lists *l, size_t index,
                               uint8_t *taken)
 {
@@ -119,20 +123,21 @@ static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const coh
     cohsm__strip_breaks(t);
 }
 
-/* 33 bits or more from any position: more than any field needs. */
+/* Returns 33 bits or more from any position, which is more than any field needs. */
 static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
 {
     const uint32_t *w = words + (bit >> 5);
     return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
 }
 
-/* Breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
-static uint64_t cohsm__near(const cohsm__strip *t, uint32_t view)
+/* Returns the breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
+static uint64_t cohsm__breaks_near(const cohsm__strip *t, uint32_t view)
 {
     return cohsm__window(t->breaks, COHSM__MARGIN + view - COHSM__REACH);
 }
 
-/* The first view at or after this one that has a break of either neighbour within reach, at most p->views. */
+/* Returns the first view at or after this one that has a break of either neighbour within reach, at most
+   p->views. */
 static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
 {
     const uint32_t *a = p->strip[COHSM__LEFT].breaks, *b = p->strip[COHSM__UP].breaks;
@@ -145,14 +150,15 @@ static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
     return at - COHSM__MARGIN - COHSM__REACH;
 }
 
-/* Views next to a break of the left or the upper list are asked one by one. Returns the first that is not, or
-   the one where the segment ends, with *ended. */
+/* Codes one by one whether the segment ends at a view, for views next to a break of the left or the upper
+   list. Returns the first view that is not next to one, or the one where the segment ends, with *ended. */
 static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view, uint32_t next, int *ended)
 {
-    uint64_t left = cohsm__near(&p->strip[COHSM__LEFT], view), up = cohsm__near(&p->strip[COHSM__UP], view);
-    uint64_t right = cohsm__near(&p->strip[COHSM__UP_RIGHT], view);
-    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH),
-             run = cohsm__length(view - first), l, u, r;
+    uint64_t left = cohsm__breaks_near(&p->strip[COHSM__LEFT], view);
+    uint64_t up = cohsm__breaks_near(&p->strip[COHSM__UP], view);
+    uint64_t right = cohsm__breaks_near(&p->strip[COHSM__UP_RIGHT], view);
+    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH);
+    uint32_t run = cohsm__length(view - first), l, u, r;
     cohsm__prob *odds;
 
     for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
@@ -170,8 +176,8 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     return view;
 }
 
-/* Where the segment that began at first ends. The stretches between such views are asked as a whole, and then
-   for the place. */
+/* Codes where the segment that began at first ends, and returns that view. Stretches between views that are
+   coded one by one are coded as a whole, by whether the segment ends there, and then by the place. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;
@@ -210,7 +216,7 @@ static void cohsm__code_breaks(cohsm__packer *p)
     if (!p->c.out) cohsm__strip_breaks(t);
 }
 
-/* The grid value that a strip has at a view; views are asked in rising sequence. */
+/* Returns the grid value that a strip has at a view; the views of successive calls rise. */
 static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t view, uint32_t otherwise)
 {
     if (!t->count) return otherwise;
@@ -218,25 +224,26 @@ static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t
     return t->s[*at].hi;
 }
 
-/* The median of left, up and left + up - up_left: an edge, or else a plane, through three known
-   neighbours. */
+/* Returns the median of left, up and left + up - corner, which continues an edge, or else a plane, through
+   three known neighbours. */
 static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
 {
     uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
     return corner >= most ? least : corner <= least ? most : left + up - corner;
 }
 
-/* What is known when a segment's value is coded: of the neighbours at its middle, and of the two segments
-   before. */
+/* What is known when a segment's value is coded: values of the neighbours at the segment's middle, and those
+   of the two segments before. */
 typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
 
-/* In turn: the value before last, as where two surfaces flicker; the left and the upper one's; a
-   correction. */
+/* Codes a value by asking in turn whether it is the value before last, as where two surfaces flicker, or that
+   of the left or the upper neighbour, and else by a correction of the prediction. */
 static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint32_t value)
 {
     cohsm__odds *m = p->m;
     cohsm__coder *c = &p->c;
-    uint32_t last = a->before[1], h = a->history, guess, below, error, spread;
+    uint32_t last = a->before[1], h = a->history;
+    uint32_t guess, below, error, spread;
 
     if (cohsm__code_bit(c,
                         m->repeat + ((a->left == last ? 1u : 0u) | (a->up == last ? 2u : 0u) | (h & 7u) << 2 |
@@ -261,7 +268,8 @@ static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint
 static void cohsm__code_values(cohsm__packer *p)
 {
     cohsm__strip *t = &p->strip[COHSM__SELF];
-    uint32_t at[COHSM__SELF], i, end, middle, exact = 0;
+    uint32_t at[COHSM__SELF], i;
+    uint32_t end, middle, exact = 0;
     cohsm__around a;
 
     memset(at, 0, sizeof at);

@@ -1,10 +1,13 @@
 /* ---- query ---- */
 
-/* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that
-   each begin by prefetching what the next needs, so that cache misses overlap. */
+/* Samples are treated in tiles: first the map, pixel and depth of every sample are found, then the depths are
+   searched in steps that each begin by prefetching what the next step needs, so that cache misses overlap. */
 
-enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 of y, for M = 128 */
-#define COHSM__NO_PIXEL UINT32_MAX      /* outside the map, or not finite: lit */
+enum {
+    COHSM__TILE = 256,                  /* samples of a tile */
+    COHSM__KEPT = 512                   /* slots for decoded depths: by 4 bits of x and 5 of y, for M = 128 */
+};
+#define COHSM__NO_PIXEL UINT32_MAX      /* the sample is outside the map or not finite, and so lit */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__FLATTEN __attribute__((flatten))
@@ -12,24 +15,25 @@ enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 o
 #define COHSM__FLATTEN
 #endif
 
-typedef struct cohsm__kept {            /* one light: depths decoded for earlier samples, by cohsm__slot */
+typedef struct cohsm__kept {            /* depths of one light that earlier samples decoded, by cohsm__slot */
     int32_t pixel[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
-    uint32_t seed;                      /* roulette's: each instance draws its own, else products have another
-                                           mean */
+    uint32_t seed;                      /* of ROULETTE: each instance draws its own numbers, for else products
+                                           would have another mean than those of PCF */
     size_t   count;
-    int      one_light;                 /* light[.][0] is everyone's */
+    int      one_light;                 /* not 0: light[.][0] is the light of all samples */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
-    float    light[3][COHSM__TILE];     /* direction; position in radii; or parameters */
-    uint32_t cell[COHSM__TILE];         /* COHSM_LIGHT_INDEX */
-    size_t   id[COHSM__TILE];           /* number in the query */
-    float    visible[COHSM__TILE];
-    uint32_t pixel[COHSM__TILE], place[COHSM__TILE];
-    int32_t  depth[COHSM__TILE];
+    float    light[3][COHSM__TILE];     /* a direction, a position in radii, or parameters */
+    uint32_t cell[COHSM__TILE];         /* the cell that COHSM_LIGHT_INDEX names */
+    size_t   id[COHSM__TILE];           /* the sample's number in the query */
+    float    visible[COHSM__TILE];      /* the answers */
+    uint32_t pixel[COHSM__TILE];        /* the pixel that the sample falls into, or COHSM__NO_PIXEL */
+    uint32_t place[COHSM__TILE];        /* the place of its map in the sequence */
+    int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
     cohsm__kept kept;
 } cohsm__tile;
 
@@ -49,7 +53,8 @@ static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_
     if (q->one_light) cohsm__keep_nothing(&t->kept);
 }
 
-/* Continuous position in the domain: cell units, cell centres at whole numbers. */
+/* Writes the continuous position of a light in the domain, in units of cells, so that the centres of cells
+   are whole numbers. */
 static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light_kind kind, float f[3])
 {
     const uint32_t *s = m->head.side;
@@ -106,7 +111,7 @@ static uint32_t cohsm__cell_index(const cohsm_maps *m, const int *c)
     return (uint32_t)c[0] + m->head.side[0] * ((uint32_t)c[1] + m->head.side[1] * (uint32_t)c[2]);
 }
 
-/* A point seen in one map: position in pixels, depth in 16 bits, and where the six faces of a cube begin. */
+/* A point as one map sees it: its position in pixels, its depth in 16 bits, and the face of the cube. */
 typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
 
 static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
@@ -161,13 +166,15 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
 }
 
-/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). What
-   is dark is summed, so that a sample which nothing shadows is exactly 1. */
+/* Returns how dark four pixels of one map make a point. Weights of generalised PCF are products of one
+   fraction for each of the d + 2 dimensions (paper 4.5). The dark part is summed, so that a sample which
+   nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
     uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
     cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
-    float x, y, fx, fy, dark = 0.0f;
+    float x, y, fx, fy;
+    float dark = 0.0f;
     int32_t depth = cohsm__compared_depth(s.depth);
 
     if (!(fabsf(s.x) < 1e6f && fabsf(s.y) < 1e6f)) return 0.0f;
@@ -205,7 +212,7 @@ static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float 
     return dark;
 }
 
-/* Rounding of the weights may leave a little of either. */
+/* Returns the lit part; where all is dark, rounding of the weights may have left a little. */
 static float cohsm__lit_of(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
 
 static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
@@ -219,21 +226,22 @@ static cohsm__v3 cohsm__tile_light(const cohsm__tile *t, size_t i)
     return cohsm__v3_make(t->light[0][i], t->light[1][i], t->light[2][i]);
 }
 
-/* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is
-   rounded up with probability f, which is its weight in PCF. */
+/* Returns a random number for ROULETTE and 0.5 for other filters. Roulette takes the nearest neighbour of a
+   position moved at random by up to half a step: a fraction f is rounded up with probability f, which is its
+   weight in PCF. */
 static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension)
 {
     return t->query->filter == COHSM_FILTER_ROULETTE ? cohsm__random(t->seed, id, dimension) : 0.5f;
 }
 
-/* A direction whose length can be computed. */
+/* Says whether a direction has a length that can be computed. */
 static int cohsm__usable(cohsm__v3 l)
 {
     float length = cohsm__v3_length(l);
     return length > 0.0f && length < 3.4e38f;
 }
 
-/* Map, pixel and depth of sample i; or its visibility at once, with PCF. */
+/* Finds map, pixel and depth of sample i; with PCF its visibility at once. */
 static void cohsm__address(cohsm__tile *t, size_t i)
 {
     const cohsm_maps *m = t->maps;
@@ -275,12 +283,13 @@ static void cohsm__address(cohsm__tile *t, size_t i)
         cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
-/* A pixel of one of the tile's samples: its list, then its block, and the view in it. */
+/* A search for the depth of one of the tile's samples: at is its list, then its block, and view counts from
+   there. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
-/* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not
-   at all, the object cannot be in between (T67): one of light or hull must come first, since the light is
-   outside a convex hull. */
+/* Says whether a semi-local light must be refused, since it is inside the hull. For a light outside, the
+   object cannot be in between if the ray meets the hull only beyond the light, or not at all (T67;
+   cohsm__hull_between): one of light and hull comes first, since the light is outside a convex hull. */
 static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
 {
     int i;

@@ -1,20 +1,23 @@
 /* ---- query: directions to latitude-longitude maps, in steps ---- */
 
-/* Directions to LATLONG maps, a step of samples at a time: cohsm__address, but in loops of constant length without
-   branches or calls, which compilers vectorise at -O2 for every instruction set (kernels_directions.h). Step small
-   enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
+/* Directions to LATLONG maps are treated a step of samples at a time. The result is that of cohsm__address,
+   but by loops of constant length without branches or calls, which compilers vectorise at -O2 for every
+   instruction set (kernels_directions.h). A step is so small that what one loop writes or prefetches is still
+   in the first-level cache for the next loop. */
 
 enum { COHSM__STEP = 64 };
 
 typedef struct cohsm__step {
-    float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, -, and the pixel's */
-    float at[4][COHSM__STEP];           /* jittered: in the domain, in cells; -, - or in the map, in pixels */
+    float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, [2] unused, and of the pixel's two */
+    float at[4][COHSM__STEP];           /* jittered position: [0] and [1] in the domain, in cells; [2] and [3]
+                                           in the map, in pixels */
     int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
     float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* One direction for all points: one frame. Returns the place of the map. */
+/* Writes the frame of the map that answers for one direction, the same for all points, and returns the map's
+   place in the sequence. */
 static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
 {
     int c[3] = { 0, 0, 0 };
@@ -28,23 +31,29 @@ static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm
     return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
 }
 
-/* Neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
+/* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
+   share pixels. */
 static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
 
-/* One light for many points: pixels and compared depths of up to a stream of them, and what is to be decoded. */
-enum { COHSM__STREAM = 1024, COHSM__AHEAD = 768 };      /* floats of points prefetched before they are wanted */
+enum {
+    COHSM__STREAM = 1024,               /* the most points of a stream */
+    COHSM__AHEAD = 768                  /* floats of points that are prefetched before they are wanted */
+};
 
-typedef struct cohsm__stream {
+typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
     cohsm__frame frame;
     uint32_t place;
     float    bias;                      /* in parts of the depth range */
     size_t   count;
-    const float *packed;                /* points as they stand in the query; NULL: x, y, z in radii about the centre */
+    const float *packed;                /* points as they stand in the query; NULL: x, y, z have them, in
+                                           radii about the centre */
     const float *x, *y, *z;
     cohsm__kept *kept;
-    int32_t  pixel[COHSM__STREAM], depth[COHSM__STREAM];
-    uint32_t list[COHSM__STREAM], listed;
+    int32_t  pixel[COHSM__STREAM];      /* of each point, or COHSM__NO_PIXEL */
+    int32_t  depth[COHSM__STREAM];      /* of each point, to be compared */
+    uint32_t list[COHSM__STREAM];       /* pixels whose depths are to be decoded */
+    uint32_t listed;
 } cohsm__stream;
 
 static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction, float bias,

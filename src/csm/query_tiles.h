@@ -10,7 +10,7 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
     kernels->search(t);
 }
 
-/* One light for all: each pixel is decoded once. */
+/* Answers for a tile whose samples have one light: each pixel is decoded once. */
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
@@ -22,7 +22,7 @@ static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
     kernels->one_light(&s, t->visible);
 }
 
-/* cohsm__pcf for the whole tile: sums in the same order. */
+/* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
@@ -47,7 +47,7 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
     for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
 }
 
-/* 0 where the samples are of a kind that is treated one by one. */
+/* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
 static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     const cohsm_maps *m = t->maps;

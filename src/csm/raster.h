@@ -1,16 +1,18 @@
 /* ---- raster: the first layers of a triangle mesh ---- */
 
-/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see the same
-   corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
-   Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
+/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see
+   the same corners, and the fill rule gives every sample of that edge to one of them: no sample is counted
+   twice or missed. Every bit of the result follows from + - * / and integers; the order of triangles does not
+   matter. */
 
 enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
 
-typedef struct cohsm__soup {            /* corners in units of the bounding sphere, clusters of 16 triangles */
-    float   *v;                         /* per cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last cluster is
-                                           filled up with triangles of no area */
-    float   *bounds;                    /* boxes of the clusters, 8 at a time: the middles' x of all eight, y, z, then
-                                           half sides; then likewise boxes of each 8 clusters */
+typedef struct cohsm__soup {            /* triangles in units of the bounding sphere, clusters of 16 */
+    float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
+                                           cluster is filled up with triangles of no area */
+    float   *bounds;                    /* boxes of the clusters, 8 at a time: x of the middles of all eight,
+                                           y, z, then half sides; after them likewise a box of each 8
+                                           clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
@@ -62,7 +64,8 @@ static uint16_t cohsm__depth16(float z)
 /* A corner on the image plane: fixed-point position, and depth or 1/w. */
 typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
 
-/* The edge from a to b takes the samples exactly on it or leaves them to the neighbour, who sees it from b to a. */
+/* Says whether the edge from a to b leaves the samples exactly on it to the neighbouring triangle, which sees
+   the edge from b to a; else the edge takes these samples. */
 static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
 {
     return !(b->y > a->y || (b->y == a->y && b->x > a->x));
@@ -73,13 +76,42 @@ static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32
     return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
 }
 
+/* Columns x0..x1 and rows y0..y1 of samples. */
+typedef struct cohsm__samples { int32_t x0, x1, y0, y1; } cohsm__samples;
+
+/* Finds the samples in the box of a triangle that are on the image and in the wanted rows. Returns 0 if there
+   are none. */
+static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0, const cohsm__corner *p1,
+                                 const cohsm__corner *p2, cohsm__samples *s)
+{
+    int32_t lx = p0->x < p1->x ? p0->x : p1->x, hx = p0->x > p1->x ? p0->x : p1->x;
+    int32_t ly = p0->y < p1->y ? p0->y : p1->y, hy = p0->y > p1->y ? p0->y : p1->y;
+
+    if (p2->x < lx) lx = p2->x;
+    if (p2->x > hx) hx = p2->x;
+    if (p2->y < ly) ly = p2->y;
+    if (p2->y > hy) hy = p2->y;
+    /* The samples are those x * 256 + 128 within lx..hx; lx and hx are clamped first, since shifts of
+       negative numbers are not portable. */
+    s->x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
+    s->y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
+    s->x1 = hx < 128 ? -1 : (hx - 128) >> 8;
+    s->y1 = hy < 128 ? -1 : (hy - 128) >> 8;
+    if (s->x1 >= t->size) s->x1 = t->size - 1;
+    if (s->y1 >= t->row_end) s->y1 = t->row_end - 1;
+    return s->x0 <= s->x1 && s->y0 <= s->y1;
+}
+
+/* Enters the depths of a triangle, sample by sample. */
 static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
                         const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
-    int64_t w0, w1, w2, s0, s1, s2;
+    int64_t w0, w1, w2;
+    int64_t s0, s1, s2;
     int e0, e1, e2;
-    int32_t lx, hx, ly, hy, x0, x1, y0, y1, x, y;
+    int32_t x, y;
+    cohsm__samples box;
     const cohsm__corner *swap;
     float scale, z;
 
@@ -90,35 +122,19 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
         p2 = swap;
         area = -area;
     }
-    lx = p0->x < p1->x ? p0->x : p1->x;
-    hx = p0->x > p1->x ? p0->x : p1->x;
-    ly = p0->y < p1->y ? p0->y : p1->y;
-    hy = p0->y > p1->y ? p0->y : p1->y;
-    if (p2->x < lx) lx = p2->x;
-    if (p2->x > hx) hx = p2->x;
-    if (p2->y < ly) ly = p2->y;
-    if (p2->y > hy) hy = p2->y;
-    /* the samples x * 256 + 128 within lx..hx; clamped first, since shifts of negative numbers are not portable */
-    x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
-    y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
-    x1 = hx < 128 ? -1 : (hx - 128) >> 8;
-    y1 = hy < 128 ? -1 : (hy - 128) >> 8;
-    if (x1 >= t->size) x1 = t->size - 1;
-    if (y1 >= t->row_end) y1 = t->row_end - 1;
-    if (x0 > x1 || y0 > y1) return;
-
-    s0 = cohsm__edge(p1, p2, x0 * 256 + 128, y0 * 256 + 128);
-    s1 = cohsm__edge(p2, p0, x0 * 256 + 128, y0 * 256 + 128);
-    s2 = cohsm__edge(p0, p1, x0 * 256 + 128, y0 * 256 + 128);
+    if (!cohsm__samples_in_box(t, p0, p1, p2, &box)) return;
+    s0 = cohsm__edge(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s1 = cohsm__edge(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s2 = cohsm__edge(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
     e0 = cohsm__edge_loses(p1, p2);
     e1 = cohsm__edge_loses(p2, p0);
     e2 = cohsm__edge_loses(p0, p1);
     scale = 1.0f / (float)area;
-    for (y = y0; y <= y1; y++) {
+    for (y = box.y0; y <= box.y1; y++) {
         w0 = s0;
         w1 = s1;
         w2 = s2;
-        for (x = x0; x <= x1; x++) {
+        for (x = box.x0; x <= box.x1; x++) {
             if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
@@ -139,7 +155,7 @@ static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
     return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
 }
 
-/* 8 boxes at a time: of clusters, and of 8 clusters each. */
+/* Returns how many groups of eight boxes hold count boxes, of clusters or of 8 clusters each. */
 static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
 static size_t cohsm__bound_count(const cohsm__soup *soup)
 {
@@ -150,18 +166,21 @@ static float *cohsm__wide_bounds(const cohsm__soup *soup)
     return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
 }
 
-/* Which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
+/* Returns which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
 static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
     float half = 0.5f * (float)t->size, low = ((float)t->row_begin + 0.49f) / half - 1.0f;
-    float high = ((float)t->row_end - 0.49f) / half - 1.0f, x, y, w, ex, ey, ew;
+    float high = ((float)t->row_end - 0.49f) / half - 1.0f;
+    float x, y, w;
+    float ex, ey, ew;
     unsigned mask = 0;
     int i;
 
     for (i = 0; i < 8; i++) {
         cohsm__v3 c = cohsm__v3_make(box[i], box[8 + i], box[16 + i]);
         cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
-        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]), &ex, &ey, &ew);
+        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]),
+                                &ex, &ey, &ew);
         ex = fabsf(ex);
         ey = fabsf(ey);
         ew = fabsf(ew);
@@ -172,9 +191,9 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait here until there are many; then as many as there are lanes are drawn
-   together. One in five does on a fine mesh, and no branch predictor knows which: a branch after each costs more than
-   its set-up. */
+/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
+   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
+   one: a branch after each triangle costs more than setting the triangle up. */
 enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
 typedef struct cohsm__queue {
     int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
@@ -182,9 +201,9 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* Those in sight of COHSM__STRETCH clusters that are neighbours; lists are written eight at a time. */
+/* The clusters in sight among COHSM__STRETCH that are neighbours; the list is written eight at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 
-/* Of 8 bits those that stand for one of count. */
+/* Returns a mask of 8 bits with the first count set. */
 static unsigned cohsm__first8(uint32_t count) { return count < 8 ? (1u << count) - 1u : 255u; }

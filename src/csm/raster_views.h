@@ -1,6 +1,7 @@
 /* ---- raster: whole views, clipped where they are perspective ---- */
 
-/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
+/* Triangles of perspective views are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to
+   w >= near. */
 typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
 
 static float cohsm__clip_distance(const cohsm__clip *c, int plane)
@@ -14,7 +15,8 @@ static float cohsm__clip_distance(const cohsm__clip *c, int plane)
     }
 }
 
-/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
+/* Computes the cut from the inner end, whichever way the edge runs, so that both triangles of the edge get
+   the same corner. */
 static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
 {
     cohsm__clip c;
@@ -49,18 +51,22 @@ static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
 {
     cohsm__corner p;
     float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
-    /* offset by one image first: conversion to int then truncates downwards everywhere */
+    /* The offset by one image makes the number positive, so that conversion to int truncates downwards
+       everywhere. */
     p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
     p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
     p.z = inverse;
     return p;
 }
 
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v,
+                                      uint32_t lane)
 {
     cohsm__clip p[10];
     cohsm__corner c0, c1, c2;
-    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
+    int k, n = 3, behind = 0;
+    int left = 0, right = 0, below = 0, above = 0;
+    int inside = 0;
 
     for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
         cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
@@ -84,7 +90,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     }
 }
 
-/* Can the unit sphere be seen in this face at all? */
+/* Says whether the unit sphere can be seen in this face at all. */
 static int cohsm__face_sees_sphere(const cohsm__camera *cam)
 {
     cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
@@ -100,8 +106,8 @@ static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uin
     return count;
 }
 
-/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of a perspective view: by the
-   boxes of eight first. */
+/* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of a perspective
+   view: by the boxes of eight clusters first. */
 static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                                 uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
@@ -114,7 +120,8 @@ static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam
         count = cohsm__append(eight, count, mask, i);
     }
     for (i = 0, sight->count = 0; i < count; i++) {
-        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
+        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
+               cohsm__first8(end - 8 * eight[i]);
         sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
     }
 }
@@ -136,7 +143,8 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
 
 static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
 {
-    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
+    size_t first = (size_t)(t->row_begin * t->size) * t->keep;
+    size_t last = (size_t)(t->row_end * t->size) * t->keep;
     int all = t->row_begin == 0 && t->row_end == t->size;
     cohsm__kernels kernels = cohsm__choose_kernels(simd);
     uint32_t begin, end, i;

@@ -6,7 +6,7 @@ static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
 }
 
-/* Lights of the samples in id[], or the one for all, to the object's space. */
+/* Loads the lights of the samples in id[], or the one light of all, in the object's space. */
 static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
@@ -61,7 +61,8 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
-/* The whole batch at once, where all of it has one light; 0 where it is of a kind that is treated in tiles. */
+/* Answers the whole batch at once if all points have one light; returns 0 if the batch is one that is treated
+   in tiles. */
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
@@ -70,8 +71,8 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     float v[3];
     size_t first;
 
-    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST || q->light_kind != COHSM_LIGHT_DIRECTION ||
-        (q->position_stride && q->position_stride != 12))
+    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
+        q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
         return 0;
     memcpy(v, q->lights, sizeof v);
     if (!cohsm__usable(cohsm__v3_load(v))) return 0;
@@ -85,20 +86,48 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     return 1;
 }
 
-static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
+/* Says whether maps can answer for lights of the query's kind. */
+static cohsm_result cohsm__check_light_kind(const cohsm_maps *m, const cohsm_query *q,
+                                            const cohsm__logger *log)
 {
-    if (!q->positions || !q->lights) return COHSM_ERR_ARGUMENT;
-    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT || (unsigned)q->filter >= COHSM_FILTER_COUNT ||
-        !cohsm__finite(q->bias))
-        return COHSM_ERR_DESC;
-    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4 || q->light_stride % 4 ||
-        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)))
-        return COHSM_ERR_ARGUMENT;
+    const double kind = (double)q->light_kind;
+
     if (q->light_kind == COHSM_LIGHT_INDEX) return COHSM_OK;
-    if (q->light_kind == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_MISMATCH;
-    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL
-               ? COHSM_OK
-               : COHSM_ERR_MISMATCH;
+    if (q->light_kind == COHSM_LIGHT_PARAMETER) {
+        if (m->head.dimensions) return COHSM_OK;
+        cohsm__log_value(log, "query.light_kind", kind,
+                         "COHSM_LIGHT_INDEX: maps of a LIST have no parameters");
+        return COHSM_ERR_MISMATCH;
+    }
+    if (m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
+    cohsm__log_value(log, "query.light_kind", kind,
+                     "COHSM_LIGHT_PARAMETER or _INDEX: these are not maps of all directions");
+    return COHSM_ERR_MISMATCH;
+}
+
+static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q, const cohsm__logger *log)
+{
+    const char *stride = NULL;
+    size_t bytes = 0;
+
+    if (!q->positions) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.positions", "is NULL");
+    if (!q->lights) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.lights", "is NULL");
+    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
+        return cohsm__wrong(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
+    if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
+        return cohsm__wrong(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
+    if (!cohsm__finite(q->bias)) return cohsm__wrong(log, "query.bias", (double)q->bias, "finite");
+    if ((q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)) || q->light_stride % 4) {
+        stride = "query.light_stride";
+        bytes = q->light_stride;
+    }
+    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4) {
+        stride = "query.position_stride";
+        bytes = q->position_stride;
+    }
+    if (!stride) return cohsm__check_light_kind(m, q, log);
+    cohsm__log_value(log, stride, (double)bytes, "0, or a multiple of 4 with room for one element");
+    return COHSM_ERR_ARGUMENT;
 }
 
 static size_t cohsm__count_refused(const float *visible, size_t count)
@@ -123,7 +152,7 @@ static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, f
     }
 }
 
-/* The query with its default filled in: a bias of 0 is one pixel, a negative one none. */
+/* Returns the query with its default filled in: a bias of 0 is one pixel, a negative bias is none. */
 static cohsm_query cohsm__complete_query(const cohsm_query *query)
 {
     cohsm_query q = *query;
@@ -136,11 +165,14 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
                                      size_t *refused)
 {
     cohsm_query q;
+    cohsm__logger log = cohsm__logger_of_maps(maps, "cohsm_visible");
     cohsm_result result;
 
-    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
+    if (!maps) return COHSM_ERR_ARGUMENT;
+    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
+    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
     if (query->count) {
-        result = cohsm__check_query(maps, query);
+        result = cohsm__check_query(maps, query, &log);
         if (result != COHSM_OK) return result;
     }
     q = cohsm__complete_query(query);
@@ -162,7 +194,8 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* own = 1: samples that lie on this instance, counted from 1; 0: all others that still see some light. */
+/* Asks an instance, counted from 1. own = 1: for the samples that lie on it; 0: for all others that still see
+   some light. */
 static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
                          float *visible)
 {
@@ -176,24 +209,43 @@ static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, 
     if (t->count) cohsm__flush_tile(t, inverse, visible);
 }
 
+static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
+                                          const cohsm__logger *log)
+{
+    const float *m = instance->transform;
+    float inverse[16], scale;
+
+    if (!instance->maps) {
+        cohsm__log_element(log, "instances", number, "has the maps", 0.0, "maps, not NULL");
+        return COHSM_ERR_ARGUMENT;
+    }
+    if (!cohsm__m4_is_rigid_uniform(m, &scale) || !cohsm__m4_affine_inverse(inverse, m)) {
+        cohsm__v3 z = cohsm__v3_cross(cohsm__v3_load(m), cohsm__v3_load(m + 4));
+        cohsm__log_element(log, "instances", number, "has a transform of the determinant",
+                           (double)cohsm__v3_dot(z, cohsm__v3_load(m + 8)),
+                           "a rotation, one scale > 0 and a translation");
+        return COHSM_ERR_ARGUMENT;
+    }
+    return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
+}
+
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
     cohsm__tile t;
     cohsm_query q;
-    float inverse[16], scale;
+    float inverse[16];
     size_t i;
     int own;
+    cohsm__logger log = cohsm__logger_of_maps(instances && instance_count ? instances[0].maps : NULL,
+                                              "cohsm_visible_scene");
     cohsm_result result;
 
-    if (!query || (instance_count && !instances) || (query->count && !visible) ||
-        instance_count >= UINT32_MAX)
-        return COHSM_ERR_ARGUMENT;
+    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
+    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
+    if ((instance_count && !instances) || instance_count >= UINT32_MAX) return COHSM_ERR_ARGUMENT;
     for (i = 0; i < instance_count; i++) {
-        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
-            !cohsm__m4_affine_inverse(inverse, instances[i].transform))
-            return COHSM_ERR_ARGUMENT;
-        result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
+        result = cohsm__check_instance(&instances[i], i, query, &log);
         if (result != COHSM_OK) return result;
     }
     q = cohsm__complete_query(query);

@@ -1,6 +1,6 @@
 /* ---- shards ---- */
 
-/* Shards of one build differ in their pixels, lengths and counts only. */
+/* Says whether two shards are of one build: they then differ in their pixels, lengths and counts only. */
 static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
 {
     cohsm__header x = a->head, y = b->head;
@@ -13,10 +13,7 @@ static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
            memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
 }
 
-/* Between two calls of progress: milliseconds. */
-enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };
-
-/* 0: cancelled. */
+/* Lays the lists of all shards one after the other. Returns 0 if the caller cancelled. */
 static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__part part,
                              cohsm__layout *l, uint32_t *lookup)
 {
@@ -41,8 +38,8 @@ static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohs
     return 1;
 }
 
-static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
-                                const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
+static cohsm_result cohsm__join_shards(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
+                                       const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
 {
     cohsm__layout layout;
     cohsm__memory block;
@@ -63,7 +60,7 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
         cohsm__free(a, block.memory);
         return COHSM_ERR_CANCELLED;
     }
-    cohsm__seal(block.words, h);
+    cohsm__seal_block(block.words, h);
     return cohsm__maps_make(a, block, out);
 }
 
@@ -71,7 +68,10 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
                                    cohsm_maps **out)
 {
     cohsm__allocator a;
-    cohsm__part part;
+    cohsm__part part, joined;
+    cohsm__wish wish;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
     uint64_t segments = 0;
     cohsm__header h;
     uint32_t next = 0;
@@ -87,16 +87,32 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
             cohsm__log_element(&log, "shards", i, "is", 0.0, "maps, not NULL");
             return COHSM_ERR_ARGUMENT;
         }
-        if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next)
+        if (!cohsm__same_build(shards[0], shards[i]))
+            return cohsm__refuse(&log, COHSM_ERR_MISMATCH, "shards", "are not all of one desc and mesh");
+        if (shards[i]->head.pixel_begin != next) {
+            cohsm__log_element(&log, "shards", i, "begins with pixel", (double)shards[i]->head.pixel_begin,
+                               "where the shard before ends, 0 for the first");
             return COHSM_ERR_MISMATCH;
+        }
         next = shards[i]->head.pixel_end;
         segments += (uint64_t)shards[i]->head.segments_high << 32 | shards[i]->head.segments_low;
     }
     h = shards[0]->head;
-    if (next != h.map_side * h.map_side) return COHSM_ERR_MISMATCH;
+    if (next != h.map_side * h.map_side) {
+        cohsm__log_element(&log, "shards", count - 1, "ends at pixel", (double)next,
+                           "map_side^2 for the last");
+        return COHSM_ERR_MISMATCH;
+    }
     h.pixel_end = next;
     h.lookup_words = next * cohsm__chunks(&h);
     h.segments_low = (uint32_t)(segments & 0xffffffffu);
     h.segments_high = (uint32_t)(segments >> 32);
-    return cohsm__ended(&log, cohsm__join(shards, count, &h, &a, &part, out));
+    wish.layout = shards[0]->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
+    wish.bytes = 0;
+    wish.system = system;
+    joined = cohsm__part_of(&part, 0.0f, wish.layout == COHSM_LAYOUT_FAST ? 0.5f : 1.0f);
+    result = cohsm__join_shards(shards, count, &h, &a, &joined, &maps);
+    part = cohsm__part_of(&part, 0.5f, 1.0f);
+    if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, &wish, part, out);
+    return cohsm__ended(&log, result);
 }

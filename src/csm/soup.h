@@ -1,6 +1,6 @@
 /* ---- soup: triangles sorted in space ---- */
 
-/* Corners of a triangle in units of the sphere. */
+/* Writes the corners of a triangle in units of the sphere. */
 static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse,
                                 cohsm__v3 *p)
 {
@@ -19,11 +19,13 @@ static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scal
     return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
 }
 
-/* The first half of them on one side of the rest, along the longest axis of their box. Counted in 256 bins:
-   those in the bin of the limit may go to either side, so that time is linear whatever the mesh. */
+/* Moves so many of the triangles to the front that lie on one side of the others, along the longest axis of
+   their box. They are counted in 256 bins; those in the bin of the limit may go to either side, so that time
+   is linear whatever the mesh. */
 static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
 {
-    uint32_t bins[256], i, middle, left, store, bin;
+    uint32_t bins[256], i, middle;
+    uint32_t left, store, bin;
     float low[3], high[3], scale;
     cohsm__spot moved;
     int axis = 0, k;
@@ -51,8 +53,8 @@ static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
     }
 }
 
-/* In the order of the mesh, whose neighbours often share what becomes of them: branches are foreseen
-   better. */
+/* Sorts the triangles of a leaf into the order of the mesh: neighbours of a mesh often fare alike, so that
+   branches are foreseen better. */
 static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
 {
     uint32_t i, j;
@@ -63,8 +65,9 @@ static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
     }
 }
 
-/* Neighbours in space one after the other: halves of halves, in whole clusters and, above these, in eights of
-   clusters. todo has room for any: a half is no larger than the rest by more than a unit. */
+/* Sorts triangles so that neighbours in space stand one after the other: by halves of halves, in whole
+   clusters and, above these, in eights of clusters. todo has room for any mesh: a half is no larger than the
+   rest by more than a unit. */
 static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
 {
     enum { LEAF = COHSM__CLUSTER };
@@ -87,7 +90,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
         }
 }
 
-/* The box of clusters that lie one after the other, a little enlarged. */
+/* Writes the box of clusters that lie one after the other, a little enlarged. */
 static void cohsm__bound(const float *v, uint32_t clusters, float *box)
 {
     float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
@@ -103,7 +106,7 @@ static void cohsm__bound(const float *v, uint32_t clusters, float *box)
     }
 }
 
-/* Boxes of each span clusters, from bounds on. */
+/* Writes the boxes of each span clusters, from bounds on. */
 static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
     uint32_t i, at;
@@ -140,7 +143,8 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
     }
 }
 
-/* Triangles sorted in space, so that clusters are small and a shard need not look into most of them. */
+/* Makes the clusters of a mesh: triangles are sorted in space, so that clusters are small and a shard need
+   not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
                             uint32_t triangles, const float *center, float radius, cohsm__heap *heap)
 {
@@ -151,9 +155,9 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     soup->triangles = triangles;
     soup->clusters = (triangles + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
     floats = (size_t)soup->clusters * 9 * COHSM__CLUSTER;
-    soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
-    soup->bounds = (float *)cohsm__take(heap, cohsm__bound_count(soup), 48 * sizeof(float));
-    spot = (cohsm__spot *)cohsm__take(heap, triangles, sizeof *spot);
+    soup->v = (float *)cohsm__heap_alloc(heap, floats, sizeof(float));
+    soup->bounds = (float *)cohsm__heap_alloc(heap, cohsm__bound_count(soup), 48 * sizeof(float));
+    spot = (cohsm__spot *)cohsm__heap_alloc(heap, triangles, sizeof *spot);
     made = soup->v && soup->bounds && spot;
     if (made) {
         memset(soup->v, 0, floats * sizeof(float));
@@ -162,13 +166,13 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
         cohsm__bound_all(soup, 1, soup->bounds);
         cohsm__bound_all(soup, 8, cohsm__wide_bounds(soup));
     }
-    cohsm__give(heap, spot, triangles, sizeof *spot);
+    cohsm__heap_free(heap, spot, triangles, sizeof *spot);
     return made;
 }
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
-    cohsm__give(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
-    cohsm__give(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
+    cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
+    cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
     soup->v = soup->bounds = NULL;
 }

@@ -6,12 +6,14 @@ typedef struct cohsm__check {
     cohsm_report         part[COHSM__RANGES];
 } cohsm__check;
 
-/* The stored depth, and the first view after its segment. */
+/* Returns the stored depth at a view, and writes the first view after its segment. */
 static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32_t view, uint32_t *end)
 {
     uint32_t begin = view & ~(COHSM__CHUNK - 1u),
              entry = m->lookup[(size_t)(view >> COHSM__CHUNK_BITS) * m->range + pixel];
-    uint32_t b = 0, count, n, j, k, at, bucket;
+    uint32_t b = 0, count;
+    uint32_t n, j, k;
+    uint32_t at, bucket;
     const uint32_t *directory = m->directories + entry, *block;
     uint64_t marks;
 
@@ -34,20 +36,23 @@ static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32
     return cohsm__block_depth(block, m->depth_of, n, j);
 }
 
-/* A range of pixels in all views of the batch, pixel by pixel: a list is read once for many views. */
+/* Compares a range of pixels in all views of the batch, pixel by pixel: a list is read once for many views.
+   */
 static void cohsm__verify_task(void *context, size_t index)
 {
     cohsm__check *k = (cohsm__check *)context;
     const cohsm_builder *b = k->builder;
     cohsm_report *r = &k->part[index];
-    uint32_t p, i, view, end, lo, hi, z = 0;
+    uint32_t p, i, view, end;
+    uint32_t lo, hi, z = 0;
 
     memset(r, 0, sizeof *r);
     for (p = b->ranges[index].begin; p < b->ranges[index].end; p++) {
         const uint16_t *layers = b->batch + (size_t)(b->desc.pixel_begin + p) * b->keep;
         for (i = 0, end = 0; i < b->batch_count; i++, layers += b->batch_size) {
             view = b->batch_begin + i;
-            if (view >= end) z = cohsm__segment_depth(k->maps, p, view, &end);
+            if (k->maps->trays.lines) z = cohsm__stored_depth(k->maps, p, view);
+            else if (view >= end) z = cohsm__segment_depth(k->maps, p, view, &end);
             r->empty += (uint64_t)cohsm__interval(b, layers, &lo, &hi);
             r->entries++;
             if ((z >= lo && z <= hi) || (r->wrong++ && view >= r->first_view)) continue;
@@ -57,7 +62,7 @@ static void cohsm__verify_task(void *context, size_t index)
     }
 }
 
-/* The desc that a block was built with, and the caller's system. */
+/* Returns the desc that a block was built with, with the caller's system. */
 static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_system *system)
 {
     const cohsm__header *h = &m->head;

@@ -21,7 +21,7 @@ typedef enum envlt_result {
     ENVLT_RESULT_COUNT
 } envlt_result;
 
-typedef enum envlt_projection {
+typedef enum envlt_projection {     /* how the sphere of directions lies on a map */
     ENVLT_PROJECTION_DEFAULT,       /* = ENVLT_PROJECTION_LATLONG */
     ENVLT_PROJECTION_LATLONG,       /* latitude and longitude: row 0 is +Y */
     ENVLT_PROJECTION_CUBE,          /* six faces, +X -X +Y -Y +Z -Z */
@@ -30,22 +30,22 @@ typedef enum envlt_projection {
 
 typedef struct envlt_map {          /* the sky */
     envlt_projection projection;
-    uint32_t     width, height;     /* of the map, or of a face of a cube: those are squares. At most 2^27
-                                       texels in all */
-    const float *rgb;               /* linear radiance of each texel; row 0 first, the faces of a cube one
-                                       after another */
+    uint32_t     width, height;     /* of the map, or of one face of a cube, which must be a square; at most
+                                       2^27 texels in all */
+    const float *rgb;               /* linear radiance of each texel, W/(sr m^2); row 0 first, the faces of a
+                                       cube one after another */
     size_t       texel_stride;      /* bytes from one texel to the next, a multiple of 4, >= 12; 0 = 12 */
 } envlt_map;
 
 typedef struct envlt_light {        /* a directional light that stands for a stratum, a region of the map */
-    float    direction[3];          /* unit, to the light: mean of the stratum's directions, weighted by
-                                       luminance */
-    float    irradiance[3];         /* on a plane that faces it: radiance x solid angle over the stratum,
-                                       W/m^2 */
+    float    direction[3];          /* unit, towards the light: the mean of the stratum's directions, weighted
+                                       by luminance */
+    float    irradiance[3];         /* of a surface that faces the light, W/m^2: the sum of radiance x solid
+                                       angle over the stratum */
     float    solid_angle;           /* of the stratum, sr */
-    float    axis_u[3], axis_v[3];  /* extent: half axes of the ellipse with the spread of its radiance, at
-                                       right angles to direction and each other; |axis_u| >= |axis_v|,
-                                       tangents of angles, below 1e3 */
+    float    axis_u[3], axis_v[3];  /* extent: half axes of the ellipse over which the stratum's radiance
+                                       spreads, at right angles to direction and to each other, with
+                                       |axis_u| >= |axis_v|. Lengths are tangents of angles, below 1e3 */
     uint32_t id;                    /* stays with a light through envlt_follow and envlt_match */
     uint32_t flags;                 /* ENVLT_LIGHT_SUN or 0 */
 } envlt_light;
@@ -58,38 +58,44 @@ typedef struct envlt_stats envlt_stats;     /* what a call counted: below */
 
 ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
                                     envlt_stats *stats);
-/* Makes lights whose energy is the map's, which envlt_free takes back. The map is not kept.
+/* Makes lights that together have the energy of the map. The map is not kept.
    desc    NULL = all defaults: 128 lights by minimum variance
-   out     written on ENVLT_OK only; a black map gives 0 lights
-   stats   may be NULL
+   out     receives the lights, on ENVLT_OK only; give them back by envlt_free. A black map gives 0 lights
+   stats   may be NULL; receives what the call counted, on ENVLT_OK only
    Errors  ENVLT_ERR_ARGUMENT (NULL, a side of 0, the stride), ENVLT_ERR_DESC, ENVLT_ERR_INPUT (the
-           projection, or faces that are not squares), ENVLT_ERR_LIMIT, ENVLT_ERR_ALLOC
-   Cost    about 20 ms for 1024 x 512 texels and 300 lights; O(texels log k) */
+           projection, or faces that are not squares), ENVLT_ERR_LIMIT (too many texels), ENVLT_ERR_ALLOC
+   Cost    about 20 ms for 1024 x 512 texels and 300 lights; the time is O(texels log k) */
 
 ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32_t *count);
-/* Returns the lights, valid until the next envlt_follow or envlt_free. envshadow.h takes them as they lie
-   there. NULL for NULL; count may be NULL. */
+/* Returns the array of lights, which is valid until the next envlt_follow or envlt_free, and writes how many
+   there are. envshadow.h can read the array as it is: envsh_lights with a stride of sizeof(envlt_light).
+   lights  NULL gives NULL and a count of 0
+   count   may be NULL */
 
 ENVLT_DEF envlt_result envlt_follow(envlt_lights *lights, const envlt_map *map, uint32_t light_count,
                                     envlt_stats *stats);
-/* Takes the next frame of a video map, or another number of lights. Strata stay, so that a light moves by
-   what changed inside its own; where the video has made shares very uneven, at most an eighth of the lights,
-   or as many as light_count asks for, begin anew (with a new id) by splitting the stratum that spreads most,
-   and the two neighbours that lose least are merged. The same map and count give the same bytes (after
-   ENVLT_METHOD_CDF from the second call on: it then takes mean directions).
-   light_count  0 = as before; where the map was too black for that, as many as were asked for, as soon as
-                another has the texels: all begin anew then. So give what keeps the lights room for as many as
-                you ask for
-   Errors  those of envlt_create; ENVLT_ERR_MISMATCH for a map of another size or projection. The lights are
-           as they were
-   Cost    O(texels + k^2), and O(texels) for each light that begins anew, of its stratum only. Memory: 32
-           bytes a texel meanwhile, 37 with split_sun */
+/* Changes the lights to those of the next frame of a video map, or to another number of lights. Each light
+   keeps its stratum, so that it moves only by what changed there. If the video has made the shares of the
+   lights very uneven, the stratum that spreads most is split, and the two neighbours that lose least by it
+   are merged, for at most an eighth of the lights a call; lights that come of a split have a new id. The map
+   and count of the call before change nothing (but for the first call after ENVLT_METHOD_CDF, from which on
+   these lights take mean directions).
+   map          of the size and projection that envlt_create was given
+   light_count  the number of lights wanted, 1..ENVLT_MAX_LIGHTS; 0 = as many as there are. If an earlier map
+                had fewer lit texels than lights were wanted, as a nearly black sky does, 0 still wants that
+                number: the first map with more lit texels builds all lights anew, with new ids. So a copy of
+                the lights needs room for the number wanted, not for the number that came
+   stats        may be NULL; receives what the call counted, on ENVLT_OK only
+   Errors       those of envlt_create; ENVLT_ERR_ARGUMENT also for light_count; ENVLT_ERR_MISMATCH (a map of
+                another size or projection). The lights stay as they were
+   Cost         time is O(texels + k^2), and for each split the time of the stratum's texels; memory
+                meanwhile is 32 bytes a texel, 37 with split_sun */
 
 ENVLT_DEF void envlt_free(envlt_lights *lights);
-/* Takes back the lights and their memory; NULL is allowed. */
+/* Gives back the lights and their memory. NULL is allowed. */
 
 ENVLT_DEF const char *envlt_result_text(envlt_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- memory, threads, progress, log: the caller's ---- */
 
@@ -118,113 +124,130 @@ typedef struct envlt_system {       /* all zero: malloc and free, this thread al
 
 /* ---- settings and counts ---- */
 
-typedef enum envlt_method {
+typedef enum envlt_method {         /* how the map is cut into strata: "How it works" above */
     ENVLT_METHOD_DEFAULT,           /* = ENVLT_METHOD_VARIANCE, the best by measurement
                                        (docs/measured/envlights.md) */
-    ENVLT_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003. All methods are
-                                       this one where a cube map becomes fewer than 6 lights (the sun not
-                                       counted) */
-    ENVLT_METHOD_MEDIAN_CUT,        /* Debevec 2005, for any number of lights */
+    ENVLT_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003. A cube map with
+                                       fewer than 6 lights, the sun not counted, is cut by this method
+                                       whatever you set */
+    ENVLT_METHOD_MEDIAN_CUT,        /* median cut, Debevec 2005, for any number of lights */
     ENVLT_METHOD_VARIANCE,          /* minimum variance, after Viriyothai and Debevec 2009 */
-    ENVLT_METHOD_CDF,               /* stratified inversion of the distribution: the baseline */
+    ENVLT_METHOD_CDF,               /* inversion of the cumulative distribution, the simplest of the four */
     ENVLT_METHOD_COUNT
 } envlt_method;
 
-#define ENVLT_MAX_LIGHTS 8192u
+#define ENVLT_MAX_LIGHTS 8192u      /* the most lights that envlt_create makes */
 
 struct envlt_desc {                 /* zero it, then set what you care about */
     envlt_system system;
-    uint32_t     light_count;       /* k, 1..ENVLT_MAX_LIGHTS; 0 = 128. Fewer come where the map has fewer lit
-                                       texels, or cuts fall into single texels or below the horizon: take the
-                                       count that comes */
+    uint32_t     light_count;       /* k, 1..ENVLT_MAX_LIGHTS; 0 = 128. There may be fewer lights, if the map
+                                       has fewer lit texels or cuts fall into single texels or below the
+                                       horizon: use the count of envlt_get_lights */
     envlt_method method;
     int          hemisphere;        /* not 0: only directions with y > 0 count */
-    int          split_sun;         /* not 0: a small spot that outshines a light's share becomes light 0 of
-                                       its own, here or when it comes up in envlt_follow; where it goes out,
-                                       light 0 stays what it was until there is a spot again */
+    int          split_sun;         /* not 0: the brightest spot becomes light 0, with a stratum of its own,
+                                       if it is smaller than 0.03 sr and has at least a light's share of the
+                                       energy. A spot that comes up later does so in envlt_follow; after a
+                                       spot went out, light 0 stays where it was until there is one again */
 };
 
-struct envlt_stats {
-    uint32_t lights;                /* how many there are now */
-    uint32_t changed;               /* envlt_follow: lights that were split off, and thus begin anew */
-    uint64_t bad_texels;            /* with a channel that is not finite, negative or above 1e30: it counts as
-                                       0 */
-    double   energy[3];             /* integral of the map over what counts, W/m^2 */
-    float    largest_move;          /* envlt_follow: of a light that stayed, radians */
-    float    mean_move;             /* the same, weighted by energy */
-    size_t   peak_bytes;            /* asked of the allocator at once, kept memory included */
+struct envlt_stats {                /* what envlt_create and envlt_follow counted */
+    uint32_t lights;                /* how many lights there are now */
+    uint32_t changed;               /* envlt_follow: how many lights have a new id */
+    uint64_t bad_texels;            /* texels with a channel that is not finite, negative or above 1e30; such
+                                       a channel counts as 0 */
+    double   energy[3];             /* integral of radiance over all directions that count, W/m^2 */
+    float    largest_move;          /* envlt_follow: the largest angle by which a light that kept its id
+                                       turned, radians */
+    float    mean_move;             /* the mean of these angles, weighted by energy */
+    size_t   peak_bytes;            /* the most bytes that the allocator had given out at once */
 };
 
 /* ---- turning, jittering, matching ---- */
 
 ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16]);
-/* Turns directions and extents with the environment (Knuth and Fuhrmann, section 3). The lengths of extents
-   do not change.
-   rotation  columns at right angles and of equal length within 1e-4, of length 1 within 1e-3, else
-             ENVLT_ERR_INPUT */
+/* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
+   lengths of extents do not change.
+   rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
+   Errors    ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_INPUT (not a rotation) */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
                                     envlt_light *out);
-/* Writes the same lights with directions inside their strata, chosen in proportion to luminance, other ones
-   each frame (a low-discrepancy sequence): the mean of many frames tends to the exact picture. Energy stays
-   exact in each frame. Extents stay as they are, at right angles to the light's own direction.
-   out     as many as there are lights */
+/* Writes the lights with other directions, each of them inside the light's stratum and chosen in proportion
+   to luminance. Each frame has its own directions, by a low-discrepancy sequence, so that the mean of many
+   frames tends to the exact picture. Energy is exact in each frame. Extents stay as they are, at right angles
+   to the direction that the light had before.
+   frame   the number of the frame
+   seed    another seed gives other directions
+   out     receives as many lights as there are
+   Errors  ENVLT_ERR_ARGUMENT (NULL) */
 
 ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previous_count, envlt_light *lights,
                                    uint32_t count);
-/* Reorders the lights of another build, for maps that change their size or method: the previous lights,
-   brightest first, give place and id to the nearest light that is left. Of more previous lights than there
-   are now the faintest are forgotten, and a light whose place is beyond count takes a forgotten one's. The
-   rest follow with new ids.
+/* Reorders the lights of a new build so that each stands where a previous light like it stood, with the same
+   id, for maps that change their size or method. The previous lights, brightest first, give their place and
+   id to the nearest light that is left. If there are more previous lights than new ones, the faintest
+   previous lights are forgotten, and a light whose place is beyond count takes the place of a forgotten one.
+   If there are fewer, the other new lights follow with new ids.
+   Errors  ENVLT_ERR_ARGUMENT (NULL)
    Cost    O(previous_count x count) */
 
 /* ---- what a light stands for, and what all of them leave out ---- */
 
-#define ENVLT_NO_LIGHT UINT32_MAX   /* stratum of texels below the horizon of hemisphere */
+#define ENVLT_NO_LIGHT UINT32_MAX   /* in place of the light of a texel that no light stands for: below the
+                                       horizon with hemisphere, or in a black map */
 
 ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
-/* Returns for each texel of the map the index of its light, or ENVLT_NO_LIGHT. count, which may be NULL, is
-   that of the texels. */
+/* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
+   how many texels there are. The array is valid until the next envlt_follow or envlt_free.
+   lights  NULL gives NULL and a count of 0
+   count   may be NULL */
 
 ENVLT_DEF envlt_result envlt_residual(const envlt_lights *lights, const envlt_map *map, float *rgb);
-/* Writes map minus lights, each light spread evenly over its stratum: 3 floats a texel, negative ones too;
-   their integral over every stratum is 0 in every channel. For glossy or unshadowed detail by your own means.
-   Errors  those of a map; ENVLT_ERR_MISMATCH for one of another size or projection */
+/* Writes the radiance of the map minus that of the lights, each light spread evenly over its stratum: what a
+   renderer may add by other means, glossy or without shadows. The integral over every stratum is 0 in every
+   channel.
+   rgb     receives 3 floats a texel, negative ones too
+   Errors  ENVLT_ERR_ARGUMENT, ENVLT_ERR_INPUT, ENVLT_ERR_LIMIT (as for envlt_create), ENVLT_ERR_MISMATCH (a
+           map of another size or projection) */
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *lights, const envlt_map *map, float sh[27]);
-/* Writes map minus lights as directions, in 9 spherical harmonics x 3 channels (sh[3 j + channel]); those of
-   j = 0 are 0 but for rounding, since energy is exact. envlt_sh_irradiance of it makes unshadowed shading
-   exact to that order.
-   Errors  as envlt_residual */
+/* Writes the radiance of the map minus that of the lights, each light at its direction, as 9 spherical
+   harmonics for each channel. If you add envlt_sh_irradiance of them, shading without shadows is exact to
+   that order.
+   sh      receives sh[3 j + channel] for harmonic j; j = 0 is 0 but for rounding, since energy is exact
+   Errors  those of envlt_residual */
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3]);
-/* Writes the irradiance of a surface with that unit normal, W/m^2; it may be negative for a residual. */
+/* Writes the irradiance that radiance given as harmonics makes on a surface, W/m^2. It may be negative if the
+   harmonics are those of a residual.
+   normal  unit */
 
 /* ---- glTF ---- */
 
 ENVLT_DEF size_t envlt_gltf_bytes(const envlt_light *lights, uint32_t count);
-/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text. 0 for NULL. */
+/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text; 0 for NULL. */
 
 ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t count, char *text, size_t bytes);
-/* Writes a glTF 2.0 document with a node and a KHR_lights_punctual directional light for each, and a zero
-   behind it. W/m^2 go where lux are expected. Numbers that are not finite become 0.
-   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY: fewer bytes than envlt_gltf_bytes says; nothing is
-           written */
+/* Writes a glTF 2.0 document with a node and a directional light of KHR_lights_punctual for each light, and a
+   zero at the end of the text. Intensities are written in W/m^2, where glTF expects lux. Numbers that are not
+   finite become 0.
+   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY (fewer bytes than envlt_gltf_bytes returns) */
 
 /* ---- texels of a map ---- */
 
 ENVLT_DEF double envlt_texel_solid_angle(envlt_projection projection, uint32_t width, uint32_t height,
                                          uint32_t x, uint32_t y);
-/* Returns the steradians of texel x, y (of any face of a cube), exactly: all texels add up to 4 pi. 0 outside
-   the map. */
+/* Returns the solid angle of texel x, y in steradians, exactly: all texels of a map add up to 4 pi. It is the
+   same on all faces of a cube. Returns 0 for texels outside the map. */
 
 ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width, uint32_t height,
-                                     uint32_t face,
-                                     float x, float y, float direction[3]);
-/* Writes the unit direction of the point x, y in texels from the top left corner; + 0.5 is a texel's centre.
-   face    of a cube, else 0
-   x, y    beyond the map the direction goes on round the sphere, or on the face's plane, to 8 times the map's
-           size; what is not finite counts as 0 */
+                                     uint32_t face, float x, float y, float direction[3]);
+/* Writes the unit direction towards the point x, y of a map.
+   face    0..5 of a cube, else 0
+   x, y    in texels from the top left corner: x + 0.5, y + 0.5 is the centre of texel x, y. Beyond the map
+           the direction goes on round the sphere, or on the plane of the face, to 8 times the map's size; a
+           number that is not finite counts as 0 */
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(ENVLIGHTS_IMPLEMENTATION) && !defined(ENVLIGHTS_IMPLEMENTED)
 #define ENVLIGHTS_IMPLEMENTED

@@ -169,7 +169,7 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
     if (!d.light_count) d.light_count = 128;
     if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
     l = envlt__make_empty(&d, map, texels);
-    if (!l) return ENVLT_ERR_ALLOC;
+    if (!l) return envlt__end_call(&logger, ENVLT_ERR_ALLOC);
     result = envlt__make_grid(&grid, map, d.hemisphere, ENVLT_NO_LIGHT, &l->allocator);
     l->roll = grid.roll;
     l->strata = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->strata);
@@ -180,7 +180,7 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
     envlt__free(&l->allocator, grid.memory);
     if (result != ENVLT_OK) {
         envlt_free(l);
-        return result;
+        return envlt__end_call(&logger, result);
     }
     if (stats) envlt__fill_stats(l, &grid, stats);
     *out = l;

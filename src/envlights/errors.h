@@ -27,7 +27,14 @@ static envlt_result envlt__refuse(const envlt__logger *logger, const char *field
     return result;
 }
 
-/* Does the same with a text in place of the value. */
+/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
+static envlt_result envlt__end_call(const envlt__logger *logger, envlt_result result)
+{
+    if (result == ENVLT_ERR_ALLOC) envlt__log_text(logger, "system.allocator", "returned no memory");
+    return result;
+}
+
+/* Does what envlt__refuse does, with a text in place of the value. */
 static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *field, const char *text,
                                        envlt_result result)
 {

@@ -435,5 +435,5 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     }
     envlt__close_follow(&f);
     envlt__free(&l->allocator, g.memory);
-    return anew ? envlt__rebuild_lights(l, map, asked, stats) : result;
+    return anew ? envlt__rebuild_lights(l, map, asked, stats) : envlt__end_call(&logger, result);
 }

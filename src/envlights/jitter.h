@@ -3,7 +3,10 @@
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *l, uint32_t frame, uint32_t seed, envlt_light *out)
 {
     uint32_t i;
-    if (!l || (!out && l->count)) return ENVLT_ERR_ARGUMENT;
+    envlt__logger logger;
+    if (!l) return ENVLT_ERR_ARGUMENT;
+    logger = envlt__make_logger(&l->desc.system, "envlt_jitter");
+    if (!out && l->count) return envlt__refuse_text(&logger, "out", "is NULL", ENVLT_ERR_ARGUMENT);
     for (i = 0; i < l->count; i++) {
         uint32_t hash = envlt__hash_combine(seed, l->list[i].id), t, row, column;
         uint32_t first = l->start[i], a, b;

@@ -1,23 +1,27 @@
-/* envlights.h - v1.0.0 - a sky as k directional lights whose energy is the sky's, for any renderer - MIT-0 OR Unlicense
+/* envlights.h - v1.0.0 - a sky as k directional lights, for any renderer - MIT-0 OR Unlicense
 
    What it does
 
-   Turns a radiance map of the surroundings into k directional lights, by importance, so that their energy is
-   the map's energy; follows a map that changes from frame to frame; moves lights inside their strata; says
-   what the lights leave out; and writes them as glTF. Methods: Agarwal, Ramamoorthi, Belongie and Jensen,
-   "Structured importance sampling of environment maps", SIGGRAPH 2003; Debevec, "A median cut algorithm for
-   light probe sampling", 2005; Viriyothai and Debevec, "Variance minimization light probe sampling", 2009;
-   and inversion of the distribution.
+   Turns a radiance map of the surroundings into k directional lights, by importance, so that the lights have
+   the energy of the map; follows a map that changes from frame to frame; moves lights inside their strata;
+   computes what the lights leave out; and writes the lights as glTF. The lights are those of Knuth and
+   Fuhrmann, "Self-Shadowing of Dynamic Scenes with Environment Maps using the GPU", WSCG 2005, whose shadows
+   are in envshadow.h. There are four methods: Agarwal, Ramamoorthi, Belongie and Jensen, "Structured
+   importance sampling of environment maps", SIGGRAPH 2003, which that paper takes; Debevec, "A median cut
+   algorithm for light probe sampling", 2005; Viriyothai and Debevec, "Variance minimization light probe
+   sampling", 2009; and inversion of the distribution.
 
    What it does not do
 
-   - Lights are at infinity: no light enters from inside the scene, and all of it sees the same map.
-   - No shadows: envshadow.h renders a map for each light, csm.h and any ray tracer take lights too.
-   - No rendering of pictures, no file access, no threads.
+   - Lights are infinitely far away: no light comes from a place inside the scene, and every point of the
+     scene sees the same map.
+   - It computes no shadows: envshadow.h renders a shadow map for each light; csm.h and any ray tracer can
+     take the lights too.
+   - It renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define ENVLIGHTS_IMPLEMENTATION
        #include "envlights.h"
@@ -43,49 +47,55 @@
 
    Conventions
 
-   Right-handed, +Y up (in a scene with Z up turn the lights by envlt_rotate); matrices are column-major
-   float[16]; directions have unit length and point to the light; angles in radians, radiance in W/(sr m^2),
-   irradiance in W/m^2.
+   Coordinates are right-handed and +Y is up (turn the lights by envlt_rotate for a scene whose up is Z);
+   matrices are column-major float[16]; directions have unit length and point to the light; angles are in
+   radians, radiance in W/(sr m^2), irradiance in W/m^2.
 
      map        the environment: radiance of all directions, latitude-longitude or six cube faces, one float
                 RGB a texel
      light      a directional light that stands for a stratum
-     stratum    a region of the map, given to one light: radiance x solid angle is summed into it, per channel
-     extent     how far the stratum's radiance spreads about the light's direction: an ellipse of two half
-                axes
+     stratum    a region of the map that one light stands for: the light's irradiance is the sum of
+                radiance x solid angle over the stratum, for each channel
+     extent     how far the stratum's radiance spreads about the light's direction: an ellipse, given by its
+                two half axes
 
-   Latitude-longitude: row 0 is +Y, v = acos(y) / pi from the top, u = 0.5 + atan2(z, x) / (2 pi). Cube: faces
-   +X -X +Y -Y +Z -Z one after another, each as OpenGL stores it.
+   A latitude-longitude map has +Y in row 0; a direction lies at v = acos(y) / pi from the top and
+   u = 0.5 + atan2(z, x) / (2 pi) from the left. A cube map has its faces +X -X +Y -Y +Z -Z one after another,
+   each as OpenGL stores it.
 
    How it works
 
-   Texels weigh radiance x solid angle, computed exactly. STRUCTURED thresholds the map into six layers,
-   shares lights out among connected bright regions by importance L min(w, 0.01 sr)^(1/4) and spreads them by
-   farthest-first traversal; MEDIAN_CUT halves energy along the longer side; VARIANCE cuts where the spread
-   of directions falls most; CDF inverts the cumulative distribution on a grid of (i + 0.5) / n. Cuts of
-   latitude-longitude maps begin at the column of least energy, so that turning the map turns the lights.
+   The energy of a texel is its luminance x its solid angle, which is computed exactly. STRUCTURED thresholds
+   the map into six layers, shares the lights out among the connected bright regions by the importance
+   L min(w, 0.01 sr)^(1/4) of a region with energy L and solid angle w, and spreads them within a region by
+   farthest-first traversal. MEDIAN_CUT cuts a region across its longer side into two of the same energy.
+   VARIANCE cuts a region where the cut lowers the spread of directions most. CDF inverts the cumulative
+   distribution at the points (i + 0.5) / n of a grid. Cuts of latitude-longitude maps begin at the column of
+   least energy, so that turning the map turns the lights.
 
    From the paper to the code
 
-     Knuth 2005, 3, importance sampling    envlt_create                  T17 T18 T19 T20 T22
-     Knuth 2005, 3, rotation of the map    envlt_rotate                  T21
-     Knuth 2005, 3, jitter in a stratum    envlt_jitter                  T15
-     Knuth 2005, 6, size of the light      axis_u and axis_v of          envlt_light
-     Agarwal 2003, structured sampling     ENVLT_METHOD_STRUCTURED of    envlt_create
-     Debevec 2005, median cut              ENVLT_METHOD_MEDIAN_CUT of    envlt_create
-     Viriyothai 2009, minimum variance     ENVLT_METHOD_VARIANCE of      envlt_create
-     solid angles                          envlt_texel_solid_angle       T11 T12 T13
-     sums over large maps                  envlt_create                  T16
+     Knuth 2005, 3, Fig. 1, importance     envlt_create                            T17 T18 T19 T20 T22
+     Knuth 2005, 3, rotation of the map    envlt_rotate                            T21
+     Knuth 2005, 3, jitter in a stratum    envlt_jitter                            T15
+     Knuth 2005, 6, size of the light      envlt__find_extent; axis_u, axis_v of envlt_light
+     Agarwal 2003, structured sampling     envlt__run_structured (ENVLT_METHOD_STRUCTURED)
+     Debevec 2005, median cut              envlt__run_median (ENVLT_METHOD_MEDIAN_CUT)
+     Viriyothai 2009, minimum variance     envlt__best_cut (ENVLT_METHOD_VARIANCE)
+     inversion of the distribution         envlt__run_inversion (ENVLT_METHOD_CDF)
+     solid angles                          envlt_texel_solid_angle                 T11 T12 T13
+     sums over large maps                  envlt_create                            T16
 
    The knobs, and what each trades:
 
-     light_count   fewer lights: shadow edges of single lights; a renderer's time and memory grow with k
-     method        VARIANCE has the smallest errors by measurement (docs/measured/envlights.md)
-     split_sun     a small bright spot becomes a light of its own, with the sun's extent instead of its
-                   surroundings'
-     hemisphere    leaves out what is below the horizon, so that no light is spent on it
+     light_count   With few lights the shadow edges of single lights can be seen; with many a renderer needs
+                   more time and memory.
+     method        VARIANCE has the smallest errors by measurement (docs/measured/envlights.md).
+     split_sun     A small bright spot becomes a light of its own, with the extent of the spot and not of its
+                   surroundings.
+     hemisphere    Directions below the horizon are left out, so that no light is spent on them.
 
-   Memory: 76 bytes a texel of the map while building (79 with split_sun), 16 kept.
+   A build takes 76 bytes of memory for each texel of the map (79 with split_sun), and keeps 16 of them.
 
    Configuration
 
@@ -96,12 +106,13 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envlt_result; where it is not ENVLT_OK, outputs are untouched and nothing leaks.
-   There are no globals; const objects may be read by any number of threads, one that is written belongs to
-   one. Lights have the same bytes on every compiler and byte order (not with x87 arithmetic, nor clang's
-   -ffast-math).
+   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched and nothing
+   leaks. There are no globals: any number of threads may read the same lights at once; a call that changes
+   them needs them to itself. Lights have the same bytes on every compiler and byte order (not with x87
+   arithmetic, nor clang's -ffast-math).
 
-   Cost: docs/measured/envlights.md, build/bench envshadow_lights. History: CHANGELOG.md. Licence: at the end. */
+   Cost: docs/measured/envlights.md, build/bench envshadow_lights.   History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef ENVLIGHTS_H
 #define ENVLIGHTS_H
 

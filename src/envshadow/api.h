@@ -21,80 +21,81 @@ typedef enum envsh_result {
     ENVSH_RESULT_COUNT
 } envsh_result;
 
-typedef struct envsh_bounds { float low[3], high[3]; } envsh_bounds;    /* of the casters, world space */
+typedef struct envsh_bounds { float low[3], high[3]; } envsh_bounds;    /* a box in world space */
 
+typedef struct envsh_maps envsh_maps;               /* shadow maps of some lights */
 typedef struct envsh_lights envsh_lights;           /* arrays of directional lights: below */
 typedef struct envsh_mesh envsh_mesh;               /* triangles that cast shadows: below */
 typedef struct envsh_points envsh_points;           /* arrays of receivers: below */
-typedef struct envsh_maps envsh_maps;               /* shadow maps of some lights */
-typedef struct envsh_maps_desc envsh_maps_desc;     /* how large they are: below */
-typedef struct envsh_query envsh_query;             /* how they are filtered: below */
+typedef struct envsh_maps_desc envsh_maps_desc;     /* how large the maps are: below */
+typedef struct envsh_query envsh_query;             /* how the maps are filtered: below */
 
 ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t capacity, envsh_maps **out);
-/* Makes room for shadow maps, which envsh_maps_free takes back.
+/* Makes shadow maps, *out, without any light as yet. Give them back by envsh_maps_free.
    desc      NULL = all defaults: 256 x 256 texels a light
-   capacity  lights held at once: all of them (the paper's algorithm 1), or a cluster (its algorithm 2,
-             envsh_illuminate); 0 is allowed
-   out       written on ENVSH_OK only
-   Errors    ENVSH_ERR_ARGUMENT (out, capacity above ENVSH_MAX_LIGHTS), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT,
-             ENVSH_ERR_ALLOC */
-
-ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
-/* Returns the bounds of all finite vertices; low > high: there are none.
-   transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
+   capacity  0..ENVSH_MAX_LIGHTS, how many lights the maps hold at once: all lights of a frame (the paper's
+             algorithm 1), or a cluster of them (its algorithm 2, envsh_illuminate)
+   Errors    ENVSH_ERR_ARGUMENT (out, capacity), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT, ENVSH_ERR_ALLOC */
 
 ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds);
-/* Begins a frame: clears all tiles and fits them to bounds. Sizes go in steps of a sixteenth of an octave and
-   corners on whole texels, so that small changes of the bounds move no texel of a resting light. Casters
-   outside are cut, those nearer to the light kept. Empty bounds: nothing casts shadows.
+/* Begins a frame: clears the tiles of all lights and fits them to the bounds of the casters. Parts of casters
+   outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty bounds
+   (low > high) mean that nothing casts shadows.
    lights  NULL = none
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a count above capacity, a stride, one array of axes without the other;
-           ENVSH_ERR_INPUT: a light that is not finite, has a direction that is not unit, or an axis of 1e3 or
-           more; bounds not finite or beyond 1e15 */
+   Errors  ENVSH_ERR_ARGUMENT (NULL, a count above capacity, a stride, one array of axes without the other),
+           ENVSH_ERR_INPUT (a light that is not finite, a direction that is not unit, an axis of length 1e3 or
+           more; bounds that are not finite or beyond 1e15) */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
-/* Renders the depth of a mesh into every tile: texel centres, top-left rule, both sides. Triangles with a
-   vertex that is not finite are left out.
+/* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
+   sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a stride; ENVSH_ERR_INPUT: an index, a count that is no multiple of 3, a
-           transform that is not affine; ENVSH_ERR_ORDER; ENVSH_ERR_DESC with no_depth; ENVSH_ERR_CANCELLED:
-           some tiles have the mesh, others not; begin anew */
+   Errors     ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_INPUT (an index, a count that is no multiple of
+              3, a transform that is not affine), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC
+              (no_depth), ENVSH_ERR_CANCELLED (some tiles may have the mesh: begin the frame anew) */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
-/* Says that all is drawn: makes the depth bounds of cells that shading needs. A later draw or set asks for
-   another end. */
+/* Makes the maps ready for shading, after all casters are drawn: finds the least and greatest depth of small
+   blocks of texels (cells), by which shading saves most of its reads. After a later envsh_maps_draw or
+   envsh_maps_set the maps need another envsh_maps_end.
+   Errors  ENVSH_ERR_ARGUMENT (NULL), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
-                                   const envsh_points *points,
-                                   float *irradiance);
-/* Writes for each point the sum over all lights of visibility x cosine x irradiance: 3 floats, W/m^2; times
-   albedo / pi it is the radiance of a diffuse surface. Points or normals that are not finite give 0.
-   query   NULL = all defaults
-   Errors  ENVSH_ERR_ARGUMENT: NULL, a stride; ENVSH_ERR_DESC: a field of the query, or no_depth;
-           ENVSH_ERR_INPUT: a normal that is not unit; ENVSH_ERR_ORDER; ENVSH_ERR_CANCELLED: some points may
-           be done */
+                                   const envsh_points *points, float *irradiance);
+/* Writes for each point the sum over all lights of visibility x cosine x irradiance, which times albedo / pi
+   is the radiance of a diffuse surface. A point or normal that is not finite gives 0.
+   query       NULL = all defaults
+   irradiance  receives 3 floats for each point, W/m^2
+   Errors      ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_DESC (a field of the query, no_depth),
+               ENVSH_ERR_INPUT (a normal that is not unit), ENVSH_ERR_ORDER (before envsh_maps_end),
+               ENVSH_ERR_CANCELLED (some points may have been written)
+   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide */
 
 ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
-/* Takes back the maps and their memory; NULL is allowed. */
+/* Gives back the maps and their memory. NULL is allowed. */
+
+ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
+/* Returns the box, in world space, of all finite vertices of the meshes; low > high if there are none.
+   transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
 
 ENVSH_DEF const char *envsh_result_text(envsh_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- structs of page one ---- */
 
-struct envsh_lights {       /* directional lights from anywhere: envlights.h makes them of a sky; or
-                                       your own */
+struct envsh_lights {               /* directional lights: your own, or those that envlights.h makes of a sky
+                                       (stride sizeof(envlt_light)) */
     uint32_t     count;
-    const float *directions;        /* x, y, z of each light, unit, towards it */
+    const float *directions;        /* x, y, z of each light, unit, towards the light */
     const float *irradiances;       /* red, green, blue on a plane that faces the light, W/m^2 */
-    const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light is spread, at
-                                       right angles to its direction, tangents of angles, below 1e3; both NULL
-                                       = no extent */
-    size_t       stride;            /* bytes from one light to the next, in each of the arrays, a multiple of
+    const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light spreads, at right
+                                       angles to the light's direction. Lengths are tangents of angles, below
+                                       1e3. Both NULL = no extent: sharp shadows */
+    size_t       stride;            /* bytes from one light to the next in each of the arrays, a multiple of
                                        4, >= 12; 0 = 12 */
 };
 
-struct envsh_mesh {         /* what casts shadows */
+struct envsh_mesh {                 /* triangles that cast shadows */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
@@ -103,18 +104,19 @@ struct envsh_mesh {         /* what casts shadows */
     const uint16_t *indices16;      /* in place of indices; not both */
 };
 
-struct envsh_points {       /* receivers */
+struct envsh_points {               /* receivers */
     size_t       count;
     const float *positions;         /* x, y, z of each, world space */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit shading normals, for the cosine; 0 0 0: no receiver, its results
                                        are 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *geometric_normals; /* unit normals of the surface itself, for offsets and which side it is;
-                                       NULL = normals. 0 0 0: results are 0 */
+    const float *geometric_normals; /* unit normals of the triangles, which say on which side of a surface a
+                                       light is and where the bias moves a point; NULL = normals. 0 0 0: no
+                                       receiver, its results are 0 */
     size_t       geometric_normal_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    uint32_t     first;             /* the number of point 0: point i turns its taps by (query.seed, first +
-                                       i) */
+    uint32_t     first;             /* the number of point 0, for pictures that are shaded in parts: point i
+                                       turns the taps of its filter by query.seed and first + i */
 };
 
 /* ---- memory, threads, progress, log: the caller's ---- */
@@ -142,8 +144,8 @@ typedef struct envsh_system {       /* all zero: malloc and free, this thread al
 
 /* ---- settings ---- */
 
-#define ENVSH_MAX_LIGHTS 8192u
-#define ENVSH_MAX_TAPS 64u
+#define ENVSH_MAX_LIGHTS 8192u      /* the most lights that maps hold at once */
+#define ENVSH_MAX_TAPS 64u          /* the most taps of a query */
 
 typedef enum envsh_rows {
     ENVSH_ROWS_DEFAULT,             /* = ENVSH_ROWS_BOTTOM_FIRST */
@@ -161,26 +163,29 @@ typedef enum envsh_clip_depth {
 } envsh_clip_depth;
 
 struct envsh_maps_desc {            /* zero it, then set what you care about */
-    envsh_system system;            /* progress: of each envsh_maps_draw, envsh_shade and envsh_visible.
-                                       envsh_illuminate counts as one call: shading advances, draws only ask
-                                       whether to go on */
+    envsh_system system;            /* progress is told by envsh_maps_draw, envsh_shade and envsh_visible,
+                                       each from 0 to 1. envsh_illuminate goes from 0 to 1 once: shading moves
+                                       the fraction on, draws only ask whether to go on */
     uint32_t map_side;              /* texels a side of a tile, guard included, 16..4096; 0 = 256 */
-    uint32_t guard;                 /* empty texels on each side, 1..map_side / 4; 0 = 4 */
-    uint32_t max_side;              /* of the atlas texture, map_side..32768; 0 = 8192. Further tiles go to
-                                       pages */
-    int      rgba;                  /* not 0: four tiles share a texel's channels */
+    uint32_t guard;                 /* empty texels on each side of a tile, 1..map_side / 4; 0 = 4 */
+    uint32_t max_side;              /* the most texels a side of the atlas, map_side..32768; 0 = 8192, or
+                                       map_side if that is more. Tiles that do not fit go to further pages */
+    int      rgba;                  /* not 0: four tiles share texels, each in a channel of its own */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
-    envsh_rows       rows;          /* of envsh_view.clip: of the textures that your GPU renders */
-    envsh_clip_depth clip_depth;    /* of envsh_view.clip, and of the depth that envsh_maps_set takes */
+    envsh_rows       rows;          /* which row comes first in the textures that your GPU renders by
+                                       envsh_view.clip */
+    envsh_clip_depth clip_depth;    /* the depth that envsh_view.clip makes, and that envsh_maps_set takes */
 };
 
-typedef enum envsh_filter {
+typedef enum envsh_filter {         /* which texels of a map answer for a point */
     ENVSH_FILTER_DEFAULT,           /* = ENVSH_FILTER_PENUMBRA */
-    ENVSH_FILTER_PLAIN,             /* one texel */
-    ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, weights falling
+    ENVSH_FILTER_PLAIN,             /* the texel that the point falls into */
+    ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, with weights that fall
                                        linearly */
-    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps jittered within radius */
-    ENVSH_FILTER_PENUMBRA,          /* taps within the penumbra: extent x distance to the blockers found */
+    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of that radius,
+                                       turned by another angle at each point */
+    ENVSH_FILTER_PENUMBRA,          /* such taps on an ellipse as large as the penumbra: the light's extent
+                                       times the distance to the blockers that a first set of taps finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
 
@@ -188,11 +193,12 @@ struct envsh_query {                /* zero it, then set what you care about */
     envsh_filter filter;
     uint32_t     taps;              /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
     float        radius;            /* texels. SMOOTH: 0.5..8, 0 = 2; PCF: up to 32, 0 = 2, negative = none;
-                                       PENUMBRA: the most, up to 64, 0 = 12, negative = none */
-    float        bias;              /* texels along the geometric normal at grazing light; 0 = 1, negative =
-                                       none */
-    float        extent_scale;      /* PENUMBRA: factor on the lights' extents; 0 = 1, negative = no extent */
-    uint32_t     seed;              /* of the taps' rotation */
+                                       PENUMBRA: the largest half axis, up to 64, 0 = 12, negative = none */
+    float        bias;              /* texels, up to 1e6, by which a point is moved along its geometric normal
+                                       at grazing light; 0 = 1, negative = none */
+    float        extent_scale;      /* PENUMBRA: factor on the lights' extents, up to 1e6; 0 = 1, negative =
+                                       no extent */
+    uint32_t     seed;              /* another seed turns the taps by other angles */
     int          add;               /* not 0: envsh_shade adds to the output */
 };
 
@@ -200,87 +206,114 @@ struct envsh_query {                /* zero it, then set what you care about */
 
 ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, const envsh_query *query,
                                      const envsh_points *points, float *visible);
-/* Writes the visibility of one light from each point, 0..1, for your own BRDF; 0 behind the geometric
-   surface. query.add is ignored.
-   Errors  as envsh_shade; ENVSH_ERR_ARGUMENT for a light that the maps do not hold */
+/* Writes how much of one light reaches each point, 0..1, for a BRDF of your own; 0 if the light is behind the
+   geometric surface.
+   light    its number in the arrays of envsh_maps_begin
+   query    NULL = all defaults; add is ignored
+   visible  receives a float for each point
+   Errors   those of envsh_shade; ENVSH_ERR_ARGUMENT also for a light that the maps do not hold */
 
 typedef envsh_result (*envsh_draw_fn)(void *user, envsh_maps *maps);
-/* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows. */
+/* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows, and return ENVSH_OK; another
+   result ends envsh_illuminate, which returns it. */
 
 ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds,
                                         envsh_draw_fn draw_fn, void *user, const envsh_query *query,
                                         const envsh_points *points, float *irradiance);
-/* Is the paper's algorithm 2: for each cluster of as many lights as there is capacity, draws their maps and
-   adds their light. With a capacity for all lights it is algorithm 1. The sums are the same, to the bit, for
+/* Shades points with more lights than the maps hold, by the paper's algorithm 2: takes the lights in clusters
+   of as many as there is capacity, has draw_fn draw the maps of a cluster, and adds the cluster's light to
+   the points. With a capacity for all lights this is algorithm 1. The sums are the same, to the bit, for
    every capacity.
-   Errors  those of envsh_maps_begin,
-       envsh_shade (of query and points before anything is drawn) and draw_fn */
+   maps        receive the lights of each cluster; envsh_maps_begin and envsh_maps_end are called for you
+   bounds      of the casters, as for envsh_maps_begin
+   draw_fn     is called once for each cluster, with user
+   query       NULL = all defaults
+   irradiance  receives 3 floats for each point, as from envsh_shade
+   Errors      those of envsh_maps_begin and envsh_shade, and the result of draw_fn. Lights, query and points
+               are checked before anything is drawn; after an error of draw_fn or ENVSH_ERR_CANCELLED some
+               clusters may have been added */
 
 /* ---- maps for and from your own renderer ---- */
 
-typedef struct envsh_view {         /* one light's shadow map: what your renderer or shader needs of it */
+typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
     float    clip[16];              /* world to clip space of the tile's viewport */
-    float    lookup[12];            /* rows of 4: world to x and y in texels of the tile (0 = its edge), and
-                                       depth */
-    float    right[3], up[3];       /* unit axes of the tile, at right angles to the direction */
+    float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
+                                       tile's corner, and to depth */
+    float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
     float    direction[3], irradiance[3];
-    float    texel[2];              /* world size of a texel, in x and y */
-    float    depth_range;           /* world distance of depth 0..1 */
-    float    spread[4];             /* extent: axis_u's x, y and axis_v's x, y, in texels for a blocker depth
-                                       1 away */
-    uint32_t x, y, page, channel;   /* of the tile in the atlas: texels of its corner */
+    float    texel[2];              /* size of a texel in the world, in x and y */
+    float    depth_range;           /* distance in the world from depth 0 to depth 1 */
+    float    spread[4];             /* extent in texels of the tile, for a blocker that is depth 1 away: x, y
+                                       of axis_u, then x, y of axis_v */
+    uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
 
 typedef struct envsh_info {         /* the atlas */
-    uint32_t width, height, pages, channels;   /* channels: 1 or 4 */
+    uint32_t width, height;         /* texels of a page */
+    uint32_t pages;
+    uint32_t channels;              /* 1, or 4 with rgba */
     uint32_t map_side, guard, capacity;
     float   *depth;                 /* channels floats a texel, row by row, page by page: 0 near .. 1 far.
                                        NULL with no_depth */
-    size_t   bytes;                 /* all that the object keeps */
+    size_t   bytes;                 /* of memory that the maps keep */
 } envsh_info;
 
 ENVSH_DEF void envsh_get_info(const envsh_maps *maps, envsh_info *out);
-/* Writes how the tiles lie in memory; nothing where a pointer is NULL. */
+/* Writes how the tiles lie in memory. Does nothing if a pointer is NULL. */
 
 ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *maps, uint32_t *count);
-/* Returns a view for each light of the last envsh_maps_begin, valid until the next. NULL for NULL; count may
-   be NULL. */
+/* Returns an array with a view for each light of the last envsh_maps_begin, valid until the next, and writes
+   how many there are.
+   maps   NULL gives NULL and a count of 0
+   count  may be NULL */
 
 ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const float *depth,
                                       size_t row_stride);
-/* Copies a tile from your own renderer: map_side rows of map_side depths, row 0 at y = 0. The guard is kept
-   empty whatever is given. NaN counts as nothing there.
-   row_stride  bytes from one row to the next, a multiple of 4; 0 = packed */
+/* Copies the depths of one light's tile from a renderer of your own. The guard stays empty whatever is given,
+   and NaN means no caster.
+   light       its number in the arrays of envsh_maps_begin
+   depth       map_side rows of map_side depths, row 0 at y = 0, as clip_depth of envsh_maps_desc says
+   row_stride  bytes from one row to the next, a multiple of 4; 0 = packed
+   Errors      ENVSH_ERR_ARGUMENT (NULL, a light that the maps do not hold, row_stride), ENVSH_ERR_ORDER
+               (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
 
-typedef struct envsh_tile {         /* a tile in memory of yours */
+typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;
-    const float      *depth;        /* its corner texel and channel; 0 near .. 1 far */
+    const float      *depth;        /* the tile's corner texel, in its channel; 0 near .. 1 far */
     size_t            row_stride, texel_stride;    /* bytes, multiples of 4 */
-    uint32_t          side;         /* texels */
+    uint32_t          side;         /* texels a side */
 } envsh_tile;
 
 ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query *query, const float point[3],
                                       const float geometric_normal[3], uint32_t index);
-/* Returns the visibility of one tile's light from one point: the C twin of the GLSL function, without the
-   shortcut of cells that envsh_visible takes. The answers are the same; 0 where a pointer is NULL or the
-   query is one that envsh_visible refuses. */
+/* Returns how much of one tile's light reaches one point, 0..1, read from depths in your memory: the twin in
+   C of the shader function in gl_envshadow.h, with which you can compare a shader that you wrote for another
+   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0 if a pointer is NULL,
+   the query is one that envsh_visible refuses, or the normal is not unit.
+   query   NULL = all defaults
+   index   the number of the point, by which its taps are turned */
 
 /* ---- how many lights a pass: the cost model ---- */
 
-typedef struct envsh_cost {         /* milliseconds of a frame with clusters of c: passes = ceil(k / c) */
-    double pass;                    /* each pass, whatever it holds: state, geometry, fetching the surface */
-    double slot;                    /* each of the passes x c places for a light, filled or not */
+typedef struct envsh_cost {         /* milliseconds of which a frame of k lights in clusters of c is made:
+                                       passes x pass + passes x c x slot, with passes = ceil(k / c) */
+    double pass;                    /* for each pass: state, geometry, fetching the surface */
+    double slot;                    /* for each place for a light in a pass, filled or not */
 } envsh_cost;
 
 ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, const double *ms, size_t count,
                              envsh_cost *out);
-/* Finds the costs by least squares through times measured with clusters of clusters[i] lights, two different
-   ones or more. Returns 0 where they cannot be found. */
+/* Finds the costs by least squares through measured times of a frame. Returns 1; returns 0 and leaves *out
+   untouched if the times do not determine the costs, or if an argument is NULL or 0.
+   light_count  k, in all measurements
+   clusters     count of them, the c of each measurement, > 0; at least two that differ
+   ms           the milliseconds of each measurement, 0..1e12 */
 
 ENVSH_DEF uint32_t envsh_cost_cluster(const envsh_cost *cost, uint32_t light_count, uint32_t most);
-/* Returns the c of 1..most with the least passes x pass + passes x c x slot; among equals the smallest, which
-   needs the least memory. most: what your atlas, uniforms or instruction limit allow. */
+/* Returns the c of 1..most for which a frame costs least; among equals the smallest, which needs the least
+   memory. Returns 1 if an argument is NULL or 0.
+   most    as many as your atlas, uniforms or instruction limit allow */
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(ENVSHADOW_IMPLEMENTATION) && !defined(ENVSHADOW_IMPLEMENTED)
 #define ENVSHADOW_IMPLEMENTED

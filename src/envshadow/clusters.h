@@ -32,7 +32,8 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
     if (!maps->capacity && count)
         return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
-    result = envsh__check_query(query, &q, &logger);
+    result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
+    if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);
     if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
     if (result != ENVSH_OK) return result;
     memset(&part, 0, sizeof part);

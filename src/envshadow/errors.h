@@ -27,7 +27,7 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
     return result;
 }
 
-/* Does the same with a text in place of the value. */
+/* Does the same, with a text in place of the value. */
 static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *field, const char *text,
                                        envsh_result result)
 {

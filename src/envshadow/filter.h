@@ -11,7 +11,8 @@ typedef struct envsh__lookup {
 } envsh__lookup;
 
 typedef struct envsh__receiver {
-    float x, y, z, gx, gy;          /* texels, depth, and its slope over texels */
+    float x, y, z;                  /* texels, and depth */
+    float gx, gy;                   /* slope of depth over texels */
     /* depth of one texel; how far the slope may bring a tap towards the light */
     float texel_depth, limit;
 } envsh__receiver;

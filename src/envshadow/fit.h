@@ -109,14 +109,12 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
     return ENVSH_ERR_INPUT;
 }
 
-static envsh_result envsh__check_lights(const envsh_maps *m, const envsh_lights *lights,
-                                        const envsh__logger *log)
+/* Checks lights, however many they are. */
+static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
     envsh_result result = ENVSH_OK;
     uint32_t i;
-    if (lights->count > m->capacity)
-        return envsh__refuse(log, "lights.count", lights->count, "at most the capacity of the maps", bad);
     if (!lights->count) return ENVSH_OK;
     if (!lights->directions) return envsh__refuse_text(log, "lights.directions", "is NULL", bad);
     if (!lights->irradiances) return envsh__refuse_text(log, "lights.irradiances", "is NULL", bad);
@@ -165,7 +163,10 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     envsh_result result = ENVSH_OK;
     if (!m) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
-    if (lights) result = envsh__check_lights(m, lights, &logger);
+    if (count > m->capacity)
+        return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
+                             ENVSH_ERR_ARGUMENT);
+    if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;
     for (i = 0; i < count; i++) {

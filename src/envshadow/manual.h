@@ -1,24 +1,25 @@
-/* envshadow.h - v1.0.0 - environment-map shadows: many directional lights with shadow maps - MIT-0 OR Unlicense
+/* envshadow.h - v1.0.0 - many directional lights with shadow maps, such as a sky's - MIT-0 OR Unlicense
 
    What it does
 
    Takes directional lights, lays out, fits and (on the CPU) renders one shadow map for each, and shades
    arrays of points with all of them in one pass: hundreds of lights that stand for a sky, as envlights.h
-   makes them, or your own. After Knuth and Fuhrmann, "Self-Shadowing of Dynamic Scenes with Environment Maps
-   using the GPU", WSCG 2005. Nothing is computed on the geometry beforehand: it may deform, tear, be open or
-   intersect itself.
+   makes them, or your own. The method is that of Knuth and Fuhrmann, "Self-Shadowing of Dynamic Scenes with
+   Environment Maps using the GPU", WSCG 2005. Nothing is computed on the geometry beforehand: the geometry
+   may deform, tear, be open or intersect itself.
 
    What it does not do
 
-   - Lights are at infinity: no light enters from inside the scene. envlights.h turns a sky into lights.
-   - k shadow maps see k directions. Too few lights show as separate shadow edges; too small maps as jagged
-     ones, and walls thinner than the filter's radius and four texels may leak. docs/envshadow.md has pictures
-     and figures.
-   - No bounced light, no rendering of pictures, no file access, no threads of its own.
+   - Lights are infinitely far away: no light comes from a place inside the scene. envlights.h turns a sky
+     into lights.
+   - k shadow maps see k directions. Too few lights show as separate shadow edges, too small maps as jagged
+     edges, and light may leak through walls thinner than the filter's radius and four texels.
+     docs/envshadow.md has pictures and figures.
+   - It computes no bounced light, renders no pictures, opens no files and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define ENVSHADOW_IMPLEMENTATION
        #include "envshadow.h"
@@ -55,50 +56,60 @@
 
    Conventions
 
-   Right-handed, any axis up; matrices are column-major float[16]; directions have unit length and point from
-   the surface to the light; distances in your units, angles in radians, irradiance in W/m^2.
+   Coordinates are right-handed, and any axis may be up; matrices are column-major float[16]; directions have
+   unit length and point from the surface to the light; distances are in your units, angles in radians,
+   irradiance in W/m^2.
 
      light      a directional light: direction, irradiance, and extent
-     extent     how far what the light stands for spreads about its direction: an ellipse of two half axes,
-                which are tangents of angles. A disc such as the sun's: its radius; without extent shadows are
-                sharp
+     extent     how far a light spreads about its direction, as the sun's disc or a region of the sky does: an
+                ellipse, given by two half axes whose lengths are tangents of angles. A light without extent
+                casts sharp shadows
      map        a light's shadow map
-     tile       the shadow map of one light inside the atlas; four tiles share a texel's RGBA where that is
-                asked for
-     guard      texels around each tile that are never drawn into, so that filters find "nothing here" and no
-                neighbour
-     caster     what is drawn into shadow maps; receiver: a point that is shaded
-     depth      0 nearest to the light .. 1 farthest caster, linear in distance; 1 or more means nothing there
+     atlas      the texture, of one or several pages, that holds the maps of all lights
+     tile       the place of one light's map in the atlas; with rgba four tiles lie in the same texels, each
+                in a channel of its own
+     guard      texels around each tile that are never drawn into, so that filters find no caster there and
+                not a neighbouring tile
+     caster     geometry that is drawn into shadow maps
+     receiver   a point that is shaded
+     depth      0 nearest to the light .. 1 farthest caster, linear in distance; 1 or more means no caster
 
    How it works
 
-   One orthographic map for each light, fitted to the casters' bounds and snapped to its texels. A receiver is
-   moved along its normal by bias x texel x sine and compared with its own plane's depth at each tap, so that
-   steep light needs no more bias than flat light.
+   Each light has one orthographic map, which is fitted to the casters' bounds. Sizes go in steps of a
+   sixteenth of an octave and corners lie on whole texels, so that small changes of the bounds move no texel
+   of a resting light. A receiver is moved along its normal, by bias texels at grazing light and a quarter of
+   that at light from straight above. Each tap of a filter then compares the stored depth with the depth of
+   the receiver's plane at that tap, so that grazing light needs no larger bias than that.
 
    From the paper to the code
 
+     3, importance sampling                envlights.h
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate
-     3, Fig. 2, maps side by side          envsh_get_info envsh_get_views                     T24
+     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
+     3, Fig. 4, smoothing                  envsh__filter_smooth (ENVSH_FILTER_SMOOTH)
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
-     3, Fig. 4, smoothing                  ENVSH_FILTER_SMOOTH and ENVSH_FILTER_PCF of        envsh_query
+     4, percentage closer filtering        envsh__filter_taps (ENVSH_FILTER_PCF)
      4, load balancing                     envsh_cost_fit envsh_cost_cluster
-     6, size of the light source           ENVSH_FILTER_PENUMBRA of envsh_query, axes_u of    envsh_lights
+     6, size of the light source           envsh__filter_penumbra (ENVSH_FILTER_PENUMBRA),
+                                           axes_u and axes_v of envsh_lights
 
    The knobs, and what each trades:
 
-     lights        fewer of them: shadow edges of single lights (Fig. 3 of the paper); time and memory grow
-                   with k
-     map_side      fewer texels: jagged contact shadows, leaks through thin walls; memory grows with its
-                   square
-     filter        PLAIN is sharp; SMOOTH and PCF blur every edge alike (the paper's); PENUMBRA by the light's
-                   extent and the blocker's distance (its future work): the fewest lights for a picture
-     radius        of PENUMBRA, texels at most: with too few, shadows of a large sun stay sharp far from their
-                   casters
-     bias          too little: acne; too much: light under things that touch the ground
+     lights        With few lights the shadow edges of single lights can be seen (Fig. 3 of the paper); time
+                   and memory grow with k.
+     map_side      Fewer texels give jagged contact shadows and leaks through thin walls; memory grows with
+                   the square of map_side.
+     filter        PLAIN is sharp. SMOOTH and PCF, the paper's, blur every edge alike. PENUMBRA, the paper's
+                   future work, blurs by the light's extent and the distance of the blocker, and so needs the
+                   fewest lights for a picture.
+     radius        PENUMBRA looks no farther than radius texels: with too few, shadows of a large sun stay
+                   sharp far from their casters.
+     bias          Too little gives acne; too much lets light under things that touch the ground.
 
-   Memory: 4 bytes a texel of map_side^2 x capacity, and a 32nd for the depth bounds of cells.
+   Maps take 4 bytes for each of the map_side^2 texels of each light, and a 32nd of that for the depth bounds
+   of cells.
 
    Configuration
 
@@ -109,12 +120,13 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envsh_result; where it is not ENVSH_OK, outputs are untouched and nothing leaks.
-   There are no globals; const objects may be read by any number of threads, one that is written belongs to
-   one. Maps and shading have the same bytes on every compiler, byte order and thread count (not with x87
-   arithmetic, nor clang's -ffast-math).
+   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched and nothing
+   leaks. There are no globals: any number of threads may shade with the same maps at once; a call that
+   changes them needs them to itself. Maps and shading have the same bytes on every compiler, byte order and
+   thread count (not with x87 arithmetic, nor clang's -ffast-math).
 
-   Cost: docs/measured/envshadow.md, build/bench gl_envshadow. History: CHANGELOG.md. Licence: at the end. */
+   Cost: docs/measured/envshadow.md, build/bench gl_envshadow.   History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef ENVSHADOW_H
 #define ENVSHADOW_H
 

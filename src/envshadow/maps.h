@@ -7,7 +7,9 @@ struct envsh_maps {
     envsh__allocator allocator;
     envsh_system system;
     float        told, span;        /* the part of the whole that the next steps are */
-    uint32_t     map_side, guard, capacity, channels, across, down, pages, cells;
+    uint32_t     map_side, guard, capacity, channels;
+    uint32_t     across, down, pages;   /* tiles side by side, rows of tiles on a page, pages */
+    uint32_t     cells;             /* cells a side of a tile */
     int          no_depth;
     envsh_rows       rows;
     envsh_clip_depth clip_depth;
@@ -103,7 +105,7 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     own = &d.system.allocator;
     a = envsh__allocator_make(own->alloc_fn, own->free_fn, own->user);
     m = (envsh_maps *)envsh__alloc(&a, sizeof *m);
-    if (!m) return ENVSH_ERR_ALLOC;
+    if (!m) return envsh__refuse_text(&logger, "system.allocator", "returned no memory", ENVSH_ERR_ALLOC);
     memset(m, 0, sizeof *m);
     m->allocator = a;
     m->system = d.system;
@@ -126,7 +128,8 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
         m->views = (envsh_view *)envsh__alloc_array(&a, capacity, sizeof *m->views);
         if (!m->no_depth) m->depth = (float *)envsh__alloc_array(&a, texels, sizeof *m->depth);
         if (!m->no_depth) m->bounds = (float *)envsh__alloc_array(&a, cells, sizeof *m->bounds);
-        if (!m->views || (!m->no_depth && (!m->depth || !m->bounds))) result = ENVSH_ERR_ALLOC;
+        if (!m->views || (!m->no_depth && (!m->depth || !m->bounds)))
+            result = envsh__refuse_text(&logger, "system.allocator", "returned no memory", ENVSH_ERR_ALLOC);
     }
     m->bytes = sizeof *m + capacity * sizeof *m->views + (m->no_depth ? 0 : 4 * (texels + cells));
     if (result != ENVSH_OK) {

@@ -34,13 +34,13 @@ GIFILT_DEF gifilt_result gifilt_create(const struct gifilt_desc *desc, gifilt_fi
 GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt_frame *frame,
                                       const struct gifilt_points *points, const float *light, float *out);
 /* Filters the light of one frame, and remembers it for the next.
-   frame    NULL = all defaults; the frame then starts anew, since no camera is known
-   points   the picture: width x height of them, row by row
-   light    3 floats a pixel: irradiance, noisy
-   out      3 floats a pixel: the same, smooth. May be light. 0 where a pixel shows nothing
+   frame    NULL = all defaults; the history then starts anew, since no camera is known
+   points   what each pixel shows: width x height points, row by row
+   light    the noisy irradiance, 3 floats a pixel, up to 1e30; more, and what is not finite, counts as 0
+   out      the smooth irradiance, 3 floats a pixel; 0 for a pixel that shows nothing. May be light
    Errors   GIFILT_ERR_ARGUMENT, GIFILT_ERR_DESC, GIFILT_ERR_INPUT (a normal that is not unit). The filter and
             out are then as they were
-   Cost     no memory; a thread takes some 20 ns a pixel with two passes */
+   Cost     about 20 ns a pixel with two passes, on one thread; nothing is allocated */
 
 GIFILT_DEF void gifilt_reset(gifilt_filter *filter);
 /* Forgets the frames so far, for a cut to another scene. Accepts NULL. */
@@ -59,29 +59,29 @@ typedef enum gifilt_rows {          /* which row of a picture in memory comes fi
     GIFILT_ROWS_COUNT
 } gifilt_rows;
 
-typedef struct gifilt_frame {
+typedef struct gifilt_frame {       /* the camera and the settings of one frame */
     const float *view_projection;   /* the camera's matrix of this frame, world to clip, 16 floats,
-                                       column-major. The next frame finds its surfaces in this one by it.
-                                       NULL: nothing is known of the camera, and neither this frame nor the
-                                       next finds what was before */
-    const float *motion;            /* where the surface of each pixel was: x, y in pixels of the last frame,
-                                       centres at 0.5, rows counted as they lie in memory. NULL: by
-                                       view_projection alone */
+                                       column-major. The next frame finds its surfaces in this one by the
+                                       matrix. NULL: the camera is unknown, so that neither this frame nor the
+                                       next one has a history */
+    const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
+                                       that frame's pixels, centres at 0.5, rows counted as they lie in
+                                       memory. NULL: view_projection alone says so */
     gifilt_rows  rows;              /* of the pictures */
-    uint32_t     history;           /* frames that count at most, 1..1000: of a static light the noise's
-                                       variance falls to 1 / history, a moving light lags by as many. 0 = 8;
-                                       1 = this frame alone */
-    int          passes;            /* of the a-trous filter over neighbours, steps of 1, 2, 4, .. pixels, at
-                                       most 6; 0 = 2, negative = none */
-    float        normal_cosine;     /* neighbours whose normals have a smaller cosine do not count, below 1;
-                                       0 = 0.9 */
-    float        plane_slope;       /* neighbours that lie off the pixel's plane by more than this times their
-                                       distance do not count; 0 = 0.1 */
+    uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
+                                       variance of the noise falls to 1 / history; if it moves, the picture
+                                       lags behind by as many frames. 0 = 8; 1 = this frame alone */
+    int          passes;            /* passes of the a-trous filter over neighbours that are 1, 2, 4, ...
+                                       pixels apart, at most 6; 0 = 2, negative = none */
+    float        normal_cosine;     /* neighbours count if the cosine between their normal and the pixel's is
+                                       above this, below 1; 0 = 0.9 */
+    float        plane_slope;       /* neighbours count if they lie off the pixel's plane by less than this
+                                       times their distance; 0 = 0.1 */
 } gifilt_frame;
 
 typedef struct gifilt_points {      /* what the pixels show, row by row */
     size_t       count;             /* width x height */
-    const float *positions;         /* x, y, z of each, world */
+    const float *positions;         /* x, y, z of each, world, up to 1e9; a pixel beyond shows nothing */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: the pixel shows nothing, its result is 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
@@ -110,8 +110,8 @@ typedef struct gifilt_system {      /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } gifilt_system;
 
-typedef struct gifilt_desc {
-    gifilt_system system;           /* kept: frames run on its threads */
+typedef struct gifilt_desc {        /* what gifilt_create is given; width and height have no default */
+    gifilt_system system;           /* kept: the filter's later calls use it too */
     uint32_t   width, height;       /* of the pictures, 1..65536 */
 } gifilt_desc;
 

@@ -1,6 +1,7 @@
 /* ---- arguments: results, strides, systems, points ---- */
 
 #define GIFILT__MAX_FLOAT 3.40282347e38f
+#define GIFILT__MAX_LIGHT 1e30f     /* more counts as 0, so that sums of neighbours stay finite */
 #define GIFILT__FAR 3.0e38f
 
 enum {

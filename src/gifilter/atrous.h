@@ -34,7 +34,8 @@ static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means mean
 }
 
 /* One pass of the a-trous filter on as many pixels as there are lanes. */
-static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r, const float *p,
+static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r,
+                                                                   const float *p,
                                                                    const float *rgb, const gifilt__tap *taps,
                                                                    size_t count)
 {

@@ -1,20 +1,19 @@
-/* gifilter.h - v1.0.0 - pictures of noisy light made smooth over frames and over neighbours - MIT-0 OR Unlicense
+/* gifilter.h - v1.0.0 - noisy pictures of light made smooth over frames and neighbours - MIT-0 OR Unlicense
 
    What it does
 
-   Bounced light from few samples is a picture of noise. This header takes such pictures, one each frame, with
-   the place and the normal of what every pixel shows. It brings along what the frames before knew of the same
-   surfaces (temporal accumulation with reprojection), and then takes means of neighbours on the same surface
-   (the a-trous filter of Dammertz, Sewtz, Hanika and Lensch, "Edge-Avoiding A-Trous Wavelet Transform for
-   fast Global Illumination Filtering", HPG 2010). Where the light comes from does not matter: rsm.h with few
-   samples, ism.h with few lights, or a path tracer.
+   This header smooths noisy pictures of light, such as bounced light from few samples. It takes one picture
+   each frame, with the place and the normal of what every pixel shows. It first adds what the frames before
+   knew of the same surfaces (temporal accumulation with reprojection), and then takes means of neighbours on
+   the same surface (the a-trous filter of Dammertz, Sewtz, Hanika and Lensch, "Edge-Avoiding A-Trous Wavelet
+   Transform for fast Global Illumination Filtering", HPG 2010). The light may come from rsm.h with few
+   samples, from ism.h with few lights, or from a path tracer.
 
    What it does not do
 
-   - It knows of no textures: give it the light (irradiance), and multiply by the albedo afterwards.
-   - It does not look for motion: it finds the surfaces of the last frame by that frame's matrix, or where you
-     say.
-   - No rendering of pictures, no threads of its own, no file access.
+   - Textures would be blurred: give the light (irradiance), and multiply by the albedo afterwards.
+   - Motion is not looked for: surfaces are found in the last frame by that frame's matrix, or where you say.
+   - The header renders no pictures, starts no threads and opens no files.
 
    Quick start
 
@@ -68,8 +67,8 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; distances in your units. Linear colours: three floats,
-   interleaved. Pictures are row by row; gifilt_frame says which row comes first.
+   Space is right-handed. Matrices are column-major float[16]. Distances are in your units. Colours are
+   linear, three floats r, g, b. Pictures lie row by row; gifilt_frame.rows says which row comes first.
 
    How it works
 
@@ -77,31 +76,38 @@
 
    gifilt_apply, step by step:
 
-     - Each pixel's place is projected by the last frame's matrix, or its motion is taken. The four pixels of
-       the last frame about that point count, bilinearly, as far as they show the same surface: not farther
-       than four of this frame's pixels, not off the plane, with a like normal.
-     - What they knew and the new sample are mixed, the new one as 1 of n frames, n growing to the frame's
-       history.
-     - Each pass takes the mean of 3 x 3 pixels, 1, 2, 4, ... apart, weighted 1 2 1 by 1 2 1 and by how much
-       they are of one surface.
+     - Each pixel's place is projected by the last frame's matrix, or moved by the pixel's motion. The four
+       pixels of the last frame about that point count, with bilinear weights, if they show the same surface:
+       not farther away than four of this frame's pixels are wide, not off the plane, with a like normal.
+     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows by
+     1
+       each frame, up to the frame's history.
+     - Each pass takes the mean of 3 x 3 pixels, which are 1, 2, 4, ... apart in the first, second, third
+     pass.
+       Their weights are 1 2 1 by 1 2 1, times how much they are of one surface.
 
-   A filter takes 80 bytes a pixel and 4 KB a row. gifilt_apply takes no memory. The knobs, and what each
+   A filter takes 80 bytes a pixel and 4 KB a row; gifilt_apply allocates nothing. The knobs, and what each
    trades:
 
-     history    more: less noise, and light that moves lags behind. 8 mostly does
-     passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 mostly do
-     normal_cosine, plane_slope    stricter: edges and fine shapes stay sharp, with less help from neighbours
+     history    more: less noise, and light that moves lags behind. 8 is mostly enough
+     passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 are mostly
+                enough
+     normal_cosine   more: edges and fine shapes stay sharp, and fewer neighbours help
+     plane_slope     less: the same
 
    From the paper to the code
 
-     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame
-     section 2.1  weights that stop at edges                          gifilt_frame
+     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame (passes)
+     section 2.1  weights that stop at edges                          gifilt_frame (normal_cosine,
+     plane_slope)
+
+   The paper has no history: that is temporal accumulation with reprojection, gifilt_frame (history).
 
    Where this departs from the paper
 
      - The kernel is 3 x 3 (1 2 1), not 5 x 5 (1 4 6 4 1): with two passes every one of 4 x 4 interleaved
        sample sets counts alike, with three of 8 x 8. A larger kernel costs three times as much.
-     - Colours are not compared: edges of light are no edges, since noise looks like them.
+     - Colours are not compared, since noise looks like an edge of light.
      - Weights fall to 0 at a cosine and at a slope off the plane, where the paper has exponentials.
      - A pixel with few neighbours like it is made no brighter than its brightest neighbour
        (docs/gifilter.md).
@@ -118,9 +124,10 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in the system, called from the thread that called us. Every function
-   that can fail returns a gifilt_result; where it is not GIFILT_OK, outputs are untouched and nothing leaks.
-   No globals: a filter belongs to one thread at a time. Same input, same bytes, on every compiler, processor,
-   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
+   leaks, and the system's log is told which field or element is wrong. There are no globals; a filter belongs
+   to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
+   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/gifilter.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef GIFILTER_H

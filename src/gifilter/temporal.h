@@ -50,7 +50,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(there, gifilt__lanes_load(g[c] + l)));
         for (; c < GIFILT__FRAMES; c++) {
             const gifilt__lanes light = gifilt__lanes_load(g[c] + l);
-            const gifilt__lane_mask good = gifilt__mask_and(there, gifilt__at_most(light, GIFILT__MAX_FLOAT));
+            const gifilt__lane_mask good = gifilt__mask_and(there, gifilt__at_most(light, GIFILT__MAX_LIGHT));
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(good, light));
         }
         gifilt__lanes_store(k->size2 + l, gifilt__lanes_select(
@@ -61,8 +61,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 }
 
 /* Pixels x .. x + end - 1 of row y. Four of this frame's pixels are how far the last one's may be. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k, size_t x,
-                                                        size_t y, size_t end)
+static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                        size_t x, size_t y, size_t end)
 {
     size_t ps = gifilt__stride(r->points->position_stride, 12) / 4,
            ns = gifilt__stride(r->points->normal_stride, 12) / 4;
@@ -143,7 +143,8 @@ static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there,
     x = gifilt__lanes_select(there, x, eight);
     centre = gifilt__lanes_of_ints(gifilt__lanes_truncate(gifilt__lanes_add(x, gifilt__lanes_all(0.5f))));
     x = gifilt__lanes_select(gifilt__lanes_greater(gifilt__lanes_all(1.0f / 64.0f),
-                                                   gifilt__lanes_abs(gifilt__lanes_sub(x, centre))), centre, x);
+                                                   gifilt__lanes_abs(gifilt__lanes_sub(x, centre))), centre,
+                                                   x);
     whole = gifilt__lanes_of_ints(gifilt__lanes_truncate(x));           /* above 0: this rounds down */
     gifilt__lanes_store(pixel, gifilt__lanes_sub(whole, eight));
     gifilt__lanes_store(between, gifilt__lanes_sub(x, whole));
@@ -155,7 +156,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_place(const gifilt__filter_ru
     size_t l;
     for (l = 0; l < GIFILT__SPAN; l += GIFILT__LANE_COUNT) {
         gifilt__lane_mask there = gifilt__mask_and(gifilt__near_picture(gifilt__lanes_load(k->x + l), width),
-                                                   gifilt__near_picture(gifilt__lanes_load(k->y + l), height));
+                                                   gifilt__near_picture(gifilt__lanes_load(k->y + l),
+                                                                        height));
         there = gifilt__mask_and(there, gifilt__are_there(k, l));
         gifilt__set_there(k, l, there);
         gifilt__place_axis(there, k->x + l, k->i + l, k->u + l);

@@ -16,8 +16,8 @@ static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt_
     *greatest = (int32_t)highs[0];
 }
 
-/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1: they
-   were a run, but for one column or row between; 0: they were not. */
+/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1:
+   they were a run, but for one column or row between; 0: they were not. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, size_t o, size_t count,
                                                         int32_t low[2], int32_t high[2])
 {
@@ -51,8 +51,8 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gif
 }
 
 /* Runs of pixels, at most 3 x 3: from low to one after high. */
-static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k, size_t o,
-                                                       const int32_t low[2], const int32_t high[2])
+static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                       size_t o, const int32_t low[2], const int32_t high[2])
 {
     const gifilt_filter *f = r->filter;
     const gifilt__lanes numbers = gifilt__lanes_load(gifilt__numbers), rows = gifilt__lanes_load(k->j + o);
@@ -75,7 +75,8 @@ static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run 
         }
 }
 
-static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k, size_t o)
+static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                       size_t o)
 {
     const gifilt_filter *f = r->filter;
     float room[GIFILT__PLANES][GIFILT__LANE_COUNT], weights[GIFILT__LANE_COUNT];
@@ -139,7 +140,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float
 GIFILT__HOT GIFILT__KERNEL static void gifilt__accumulate(const gifilt__filter_run *r, size_t y)
 {
     const float *motion = r->frame->motion;
-    size_t x, c, l, width = r->filter->width, s = r->filter->spacing;
+    size_t x, c, l;
+    size_t width = r->filter->width, s = r->filter->spacing;
     gifilt__chunk k;
     int wrong = 0;
     for (x = 0; x < width; x += GIFILT__SPAN) {

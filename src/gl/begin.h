@@ -6,7 +6,7 @@
 
 #endif /* GL_BACKEND_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_BACKEND_IMPLEMENTATION) && !defined(GL_BACKEND_IMPLEMENTED)
 #define GL_BACKEND_IMPLEMENTED

@@ -14,8 +14,8 @@ static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, si
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
     if (!bytes || bytes > PTRDIFF_MAX)
-        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes", (double)bytes, 1,
-                               (double)PTRDIFF_MAX);
+        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
+                               (double)bytes, 1, (double)PTRDIFF_MAX);
     ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
     ctx->gl.BindBuffer(target, out->name);
@@ -32,8 +32,8 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const v
     return glbk__buffer_make(ctx, __func__, bytes, data, 0, out);
 }
 
-/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one belongs to the
-   vertex array, and core profiles need not have one bound. */
+/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one
+   belongs to the vertex array, and core profiles need not have one bound. */
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out)
 {
     return glbk__buffer_make(ctx, __func__, bytes, data, ctx && ctx->webgl, out);
@@ -52,8 +52,8 @@ static glbk_result glbk__check_run(const glbk_context *ctx, const char *function
     return glbk__bad_range(ctx, bad, function, "bytes", (double)bytes, 0, (double)(buffer->bytes - offset));
 }
 
-GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                        const void *data)
+GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                        size_t bytes, const void *data)
 {
     const uint32_t target = GLBK_GL_COPY_WRITE_BUFFER;
     int32_t bound = 0;
@@ -69,28 +69,24 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
     return glbk__leave_frame(ctx);
 }
 
-/* All values of a block or storage buffer for the draws that follow, bound to its slot: two calls, which go through the
-   binding that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what they
-   read or, on GPUs that draw tile by tile, splits their pass. */
-GLBK_DEF glbk_result glbk__put_values(glbk_context *ctx, uint32_t target, uint32_t slot, const glbk_buffer *buffer,
+/* All values of a block for the draws that follow, bound to its slot: two calls, which go through the binding
+   that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what
+   they read or, on GPUs that draw tile by tile, splits their pass. */
+GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
                                       const void *values)
 {
+    const uint32_t target = GLBK_GL_UNIFORM_BUFFER;
     glbk_result result = glbk__enter_frame(ctx);
     if (ctx->lost || !buffer->name) return ctx->lost ? GLBK_ERR_LOST : GLBK_ERR_ARGUMENT;
-    if (target == GLBK_GL_UNIFORM_BUFFER) slot += ctx->first_block;
-    ctx->gl.BindBufferBase(target, slot, buffer->name);         /* even so: a callback may draw in spite of an error */
+    /* Even so: a callback may draw in spite of an error. */
+    ctx->gl.BindBufferBase(target, ctx->first_block + slot, buffer->name);
     if (result != GLBK_OK) return result;
     ctx->gl.BufferData(target, (ptrdiff_t)buffer->bytes, values, GLBK_GL_STREAM_DRAW);
     return glbk__leave_frame(ctx);
 }
 
-GLBK_DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer, const void *values)
-{
-    return glbk__put_values(ctx, GLBK_GL_UNIFORM_BUFFER, slot, buffer, values);
-}
-
-GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t bytes,
-                                      void *out)
+GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
+                                      size_t bytes, void *out)
 {
     int32_t bound = 0;
     glbk_result result = glbk__enter(ctx);

@@ -1,5 +1,5 @@
-// Copies a GLBK_FORMAT_COLOR texture, texel by texel, to the same pixels of a target: of the same kind or, with
-// TO_COLOR, of colours.
+// Copies a GLBK_FORMAT_COLOR texture, texel by texel, to the same pixels of a target: of the same kind or,
+// with TO_COLOR, of colours.
 // uses: base_bindings
 // with: screen.vert
 // sets: TO_COLOR=0 | TO_COLOR=1

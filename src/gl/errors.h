@@ -2,8 +2,8 @@
 
 enum { GLBK__OUT_OF_MEMORY = 0x0505, GLBK__CONTEXT_LOST = 0x0507 };
 
-/* Takes all errors that GL keeps; there may be one for each part of a distributed driver. The count is bounded since a
-   driver without a context may return an error for ever. */
+/* Takes all errors that GL keeps; there may be one for each part of a distributed driver. The count is
+   bounded since a driver without a context may return an error for ever. */
 static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
 {
     uint32_t first = ctx->gl.GetError(), error = first;
@@ -17,37 +17,37 @@ static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
         error = ctx->gl.GetError();
     }
     if (!first) return GLBK_OK;
-    glbk__log_constant(ctx, otherwise == GLBK_ERR_PENDING ? "before this call: GL error " : "GL error ", first);
+    glbk__log_constant(ctx, otherwise == GLBK_ERR_PENDING ? "before this call: GL error " : "GL error ",
+                       first);
     return otherwise == GLBK_ERR_GL && first == GLBK__OUT_OF_MEMORY ? GLBK_ERR_GL_MEMORY : otherwise;
 }
 
 /* Every function that can fail and calls GL begins and ends with these. */
-GLBK_DEF glbk_result glbk__enter(glbk_context *ctx)
+GLBK__DEF glbk_result glbk__enter(glbk_context *ctx)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     return ctx->lost ? GLBK_ERR_LOST : glbk__take_errors(ctx, GLBK_ERR_PENDING);
 }
 
-GLBK_DEF glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
+GLBK__DEF glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
 
-/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and drivers with
-   threads of their own wait for all that was asked of them before. */
+/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and
+   drivers with threads of their own wait for all that was asked of them before. */
 static glbk_result glbk__enter_frame(glbk_context *ctx)
 {
     if (!ctx || ctx->check) return glbk__enter(ctx);
     return ctx->lost ? GLBK_ERR_LOST : GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
+GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
 
 /* The end of a creating call whose last steps were a frame's. */
-GLBK_DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
+GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
 {
     return result == GLBK_OK ? glbk__leave(ctx) : result;
 }
 
-/* With desc.check: whether a technique's framebuffer is bound where yours should be. */
-static glbk_result glbk__check_bound(const glbk_context *ctx, const char *function)
+GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *function)
 {
     int32_t bound = 0;
     if (!ctx->check || !ctx->inner) return GLBK_OK;

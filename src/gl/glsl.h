@@ -3,15 +3,16 @@
 enum { GLBK__MAX_FILES = 32 };
 
 /* "lib/" + "table" + ".glsl" = "lib/table.glsl"; length counts the middle. */
-static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length, const char *after)
+static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length,
+                          const char *after)
 {
     size_t n = strlen(before);
     return strncmp(name, before, n) == 0 && strncmp(name + n, middle, length) == 0 &&
            strcmp(name + n + length, after) == 0;
 }
 
-static const glbk_file *glbk__find_in(const glbk_part *part, const char *before, const char *middle, size_t length,
-                                      const char *after)
+static const glbk_file *glbk__find_in(const glbk_part *part, const char *before, const char *middle,
+                                      size_t length, const char *after)
 {
     uint32_t i;
     for (i = 0; i < part->file_count; i++)
@@ -25,16 +26,16 @@ GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name
     return file || !name ? file : glbk__find_in(glbk_base_part(), "", name, strlen(name), "");
 }
 
-/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts, then the
-   base. */
+/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts,
+   then the base. */
 typedef struct glbk__list {
     const glbk_file *file[GLBK__MAX_FILES];
     uint32_t         count;
     const glbk_part *parts[GLBK_MAX_PARTS + 1];
 } glbk__list;
 
-static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle, size_t length,
-                                   const char *after)
+static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle,
+                                   size_t length, const char *after)
 {
     const glbk_file *file = NULL;
     uint32_t i;
@@ -57,8 +58,8 @@ static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <
 
 static int glbk__gather(glbk__list *list, const char *names);
 
-/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files, which
-   tests/gl_backend/backend_test.c walks. */
+/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files,
+   which tests/gl_backend/backend_test.c walks. */
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
@@ -88,14 +89,16 @@ static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const ch
         const char *name = part->files[i].block, *at = text;
         size_t length = strlen(name);
         if (!length) continue;
-        while ((at = strstr(at, "glbk_")) != NULL && (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
+        while ((at = strstr(at, "glbk_")) != NULL &&
+               (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
             at++;
         if (at && !glbk__gather_file(list, &part->files[i])) return 0;
     }
     return 1;
 }
 
-/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is unknown. */
+/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is
+   unknown. */
 static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const glbk_file **main_file)
 {
     uint32_t i;
@@ -112,7 +115,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     return known;
 }
 
-GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
+GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
 {
     size_t room = sink->bytes > sink->used + 1 ? sink->bytes - 1 - sink->used : 0;
     if (room > length) room = length;
@@ -120,7 +123,7 @@ GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
     sink->used += length;
 }
 
-GLBK_DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
+GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
 
 /* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
    the thousands. */
@@ -135,7 +138,7 @@ static void glbk__put_line(glbk__sink *sink, uint32_t n)
     glbk__put_text(sink, "\n");
 }
 
-GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
+GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
 {
     uint32_t i;
     for (i = 0; i < file->text_count; i++) glbk__put_text(sink, file->texts[i]);

@@ -1,12 +1,13 @@
 /* ---- init: functions and what the context can do ---- */
 
 enum {
-    GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS, GLBK__GROUP_COMPUTE,
-    GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
+    GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS,
+    GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
 };
 
-/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which holds nothing
-   but pointers to them: a table of pointers to names would be six times as large in a program that can be moved. */
+/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which
+   holds nothing but pointers to them: a table of pointers to names would be six times as large in a program
+   that can be moved. */
 static const char glbk__function_names[] =
 #define GLBK__ENTRY(group, type, name, parameters) "gl" #name "\0"
     GLBK_FUNCTIONS(GLBK__ENTRY);
@@ -37,7 +38,8 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
     return NULL;
 }
 
-/* "4.5 (Core Profile) ...", "OpenGL ES 3.0 ...", "OpenGL ES 3.0 (WebGL 2.0 ...)": the first number is the version. */
+/* "4.5 (Core Profile) ...", "OpenGL ES 3.0 ...", "OpenGL ES 3.0 (WebGL 2.0 ...)": the first number is the
+   version. */
 static void glbk__read_version(glbk_context *ctx, const char *text)
 {
     const char *s = text;
@@ -89,11 +91,14 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->float_targets = desk || es32 || glbk__has_extension(ctx, "GL_EXT_color_buffer_float");
     ctx->float_blend = desk || es32 || (ctx->float_targets && glbk__has_extension(ctx, "GL_EXT_float_blend"));
     ctx->float_linear = desk || glbk__has_extension(ctx, "GL_OES_texture_float_linear");
-    ctx->compute = desk && ctx->version >= 430 && !desc->core_only && !glbk__load(ctx, desc, GLBK__GROUP_COMPUTE);
+    ctx->compute =
+        desk && ctx->version >= 430 && !desc->core_only && !glbk__load(ctx, desc, GLBK__GROUP_COMPUTE);
     ctx->clip_control = glbk__has_clip_control(ctx, desc);
     ctx->each_target = desk || (es32 && !glbk__load(ctx, desc, GLBK__GROUP_TARGETS));
-    ctx->each_blend = ctx->each_target && (es32 || ctx->version >= 400) && !glbk__load(ctx, desc, GLBK__GROUP_BLENDS);
-    ctx->offset_clamp = desk && (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
+    ctx->each_blend =
+        ctx->each_target && (es32 || ctx->version >= 400) && !glbk__load(ctx, desc, GLBK__GROUP_BLENDS);
+    ctx->offset_clamp = desk &&
+                        (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
                         !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
     ctx->max_side = glbk__get(ctx, 0x0D33);
     ctx->max_layers = glbk__get(ctx, 0x88FF);
@@ -104,7 +109,8 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->max_point_side = points[1];
 }
 
-/* Whether `least` bindings from `first` on are among those that the context has; *out: how many, up to `most`. */
+/* Whether `least` bindings from `first` on are among those that the context has; *out: how many, up to
+   `most`. */
 static glbk_result glbk__check_first(const glbk_context *ctx, const char *field, uint32_t first, uint32_t has,
                                      uint32_t least, uint32_t most, uint32_t *out)
 {
@@ -137,8 +143,8 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get(ctx, 0x8B4D), GLBK_UNITS,
                                GLBK_MAX_UNITS, &ctx->unit_count);
     if (result == GLBK_OK)
-        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F), GLBK_BLOCKS,
-                                   GLBK_MAX_BLOCKS, &ctx->block_count);
+        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F),
+                                   GLBK_BLOCKS, GLBK_MAX_BLOCKS, &ctx->block_count);
     if (result != GLBK_OK) return result;
     ctx->gl.GenVertexArrays(1, &ctx->vertex_array);
     ctx->gl.GenBuffers(1, &ctx->shown);
@@ -159,7 +165,8 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     if (!desc->get_proc_fn)
         result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
     else if (!glbk__allocator_valid(desc->system.allocator.alloc_fn, desc->system.allocator.free_fn))
-        result = glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
+        result =
+            glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
     else
         result = glbk__init(ctx, desc);
     if (result != GLBK_OK) glbk_free(ctx);

@@ -39,18 +39,22 @@ static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pa
     static const char function[] = "glbk_begin";
     const int32_t *v = pass->viewport;
     if ((unsigned)pass->depth >= GLBK_DEPTH_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth, "a glbk_depth");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
+                               "a glbk_depth");
     if ((unsigned)pass->blend >= GLBK_BLEND_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend, "a glbk_blend");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
+                               "a glbk_blend");
     if ((unsigned)pass->cull >= GLBK_CULL_COUNT)
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull, "a glbk_cull");
     if (pass->target && !pass->target->name)
         return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
     if (v[2] < 0 || v[3] < 0)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]",
-                               v[2] < 0 ? v[2] : v[3], "0 or more");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function,
+                               v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
+                               "0 or more");
     if (!pass->target && (!v[2] || !v[3]))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport", "is empty, and there is no pass.target");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport",
+                         "is empty, and there is no pass.target");
     return GLBK_OK;
 }
 
@@ -94,7 +98,8 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     return GLBK_OK;
 }
 
-GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4])
+GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                         const float rgba[4])
 {
     if (!ctx || ctx->lost || !target || attachment >= target->count || !rgba) return;
     if (glbk__is_integer(target->format[attachment])) {
@@ -104,7 +109,9 @@ GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t 
             memcpy(words, rgba, sizeof words);      /* floats by their bits */
         } else {
             for (i = 0; i < 4; i++)
-                words[i] = rgba[i] > 0 ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0) : 0;
+                words[i] = rgba[i] > 0
+                               ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0)
+                               : 0;
         }
         ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, (int32_t)attachment, words);
     } else {
@@ -154,73 +161,16 @@ GLBK_DEF void glbk_draw_screen(glbk_context *ctx)
     if (ctx && !ctx->lost) ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
 }
 
-static glbk_result glbk__before_dispatch(glbk_context *ctx, glbk_program *program)
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
+                                   uint32_t z)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!program || !program->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_dispatch", "program", "was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
     if (ctx->lost) return GLBK_ERR_LOST;
     if (!ctx->compute) return GLBK_ERR_FEATURE;
     glbk_program_use(ctx, program);
-    return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z)
-{
-    glbk_result result = glbk__before_dispatch(ctx, program);
-    if (result != GLBK_OK) return result;
     ctx->gl.DispatchCompute(x, y, z);
     ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
     return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
-                                            size_t offset)
-{
-    glbk_result result = glbk__before_dispatch(ctx, program);
-    if (result != GLBK_OK) return result;
-    if (!groups || !groups->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "groups", "was not created");
-    if (offset % 4 || groups->bytes < 12 || offset > groups->bytes - 12)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "offset", (double)offset,
-                               "a multiple of 4 with 12 bytes of the buffer behind it");
-    ctx->gl.BindBuffer(GLBK__GROUPS, groups->name);
-    ctx->gl.DispatchComputeIndirect((ptrdiff_t)offset);
-    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
-    return GLBK_OK;
-}
-
-/* Where a resolve draws its picture: the corner of the viewport, ints by their bits. See glbk_pass. */
-static glbk_result glbk__corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width, uint32_t height,
-                                uint32_t corner[2])
-{
-    const int32_t *v = pass->viewport;
-    const int whole = pass->target && !v[2] && !v[3];
-    const uint32_t wide = whole ? pass->target->width : (uint32_t)v[2];
-    const uint32_t high = whole ? pass->target->height : (uint32_t)v[3];
-
-    corner[0] = whole ? 0u : (uint32_t)v[0];
-    corner[1] = whole ? 0u : (uint32_t)v[1];
-    if (wide <= width && high <= height) return GLBK_OK;
-    if (wide > width)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
-}
-
-GLBK_DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass, const glbk_picture *picture,
-                                         uint32_t width, uint32_t height, glbk_program *program)
-{
-    glbk_shown shown;
-    glbk_buffer buffer;
-    glbk_result result;
-    memset(&shown, 0, sizeof shown);
-    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
-    if (result == GLBK_OK) result = glbk__corner(ctx, pass, width, height, shown.how);
-    if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
-    if (result != GLBK_OK) return result;
-    shown.how[2] = picture && picture->keep_empty;
-    shown.how[3] = picture && picture->world_to_clip;
-    if (shown.how[3]) memcpy(shown.to_clip, picture->world_to_clip, sizeof shown.to_clip);
-    buffer.name = ctx->shown;
-    buffer.bytes = sizeof shown;
-    return glbk__put_block(ctx, GLBK_SLOT_glbk_shown, &buffer, &shown);
 }

@@ -18,8 +18,8 @@ precision highp usampler2DArray;
 #error "GLBK_FLOAT_BITS: 1 where GLBK_FORMAT_COLOR is RGBA32UI, else 0"
 #endif
 
-// An output of such a target is "layout(location = 0) out glbk_color name;" and gets glbk_pack(vec4); a texture of that
-// format is a glbk_color_sampler, glbk_unpack(texelFetch(...)).
+// An output of such a target is "layout(location = 0) out glbk_color name;" and gets glbk_pack(vec4); a
+// texture of that format is a glbk_color_sampler, glbk_unpack(texelFetch(...)).
 #if GLBK_FLOAT_BITS
 #define glbk_color uvec4
 #define glbk_color_sampler usampler2D

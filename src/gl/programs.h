@@ -66,7 +66,9 @@ static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glb
 /* Compiles one stage and attaches it. */
 static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const glbk__stage *stage)
 {
-    glbk_dialect dialect = ctx->es ? GLBK_GLSL_300_ES : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430 : GLBK_GLSL_330;
+    glbk_dialect dialect = ctx->es                        ? GLBK_GLSL_300_ES
+                           : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430
+                                                          : GLBK_GLSL_330;
     glbk__allocator memory = glbk__memory(ctx);
     int bits = !ctx->float_targets;
     size_t bytes = glbk_write_glsl(dialect, bits, &stage->shader, NULL, 0);
@@ -75,9 +77,11 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
     int32_t compiled = 0;
 
     if (!bytes)
-        return glbk__fail(ctx, GLBK_ERR_NAME, "an unknown library file, or bad defines: ", stage->shader.uses);
+        return glbk__fail(ctx, GLBK_ERR_NAME,
+                          "an unknown library file, or bad defines: ", stage->shader.uses);
     if (bytes > INT32_MAX)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1, INT32_MAX);
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
+                               INT32_MAX);
     text = (char *)glbk__alloc(&memory, bytes);
     if (!text) return GLBK_ERR_ALLOC;
     glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
@@ -146,8 +150,8 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     return result;
 }
 
-GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                            const char *name, const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
+                                             const char *name, const char *defines, glbk_program *out)
 {
     glbk__stage stages[2];
     const glbk_file *file, *vertex;
@@ -159,7 +163,7 @@ GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_program_create", "name", "is NULL");
+    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
     length = strlen(name);
     if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
     file = glbk_find_file(part, path);
@@ -185,15 +189,15 @@ GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *
     return glbk__link(ctx, stages, 2, "", out);
 }
 
-GLBK_DEF glbk_result glbk_program_create(glbk_context *ctx, const glbk_part *part, const char *name,
-                                         const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
+                                           const char *defines, glbk_program *out)
 {
     return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
 }
 
 /* The program of a user's text: linked as others, then its parts must not meet. */
-static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count, const glbk_source *s,
-                                     glbk_program *out)
+static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count,
+                                     const glbk_source *s, glbk_program *out)
 {
     glbk_result result = glbk__link(ctx, stages, count, s->outputs && count == 2 ? s->outputs : "", out);
     if (result != GLBK_OK) return result;

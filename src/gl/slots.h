@@ -1,5 +1,11 @@
 /* ---- slots: which unit or binding each texture and block of a program has ---- */
 
+GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset)
+{
+    const glbk_offset none = { 0, 0 };
+    return offset ? *offset : none;
+}
+
 static const glbk_slot glbk__user_slots[] = {
     { "glbk_user0", GLBK_SLOT_glbk_user0 }, { "glbk_user1", GLBK_SLOT_glbk_user1 },
     { "glbk_user2", GLBK_SLOT_glbk_user2 }, { "glbk_user3", GLBK_SLOT_glbk_user3 }, { NULL, 0 }
@@ -25,15 +31,16 @@ static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders 
     m.used = 0;
     glbk__message_text(&m, "and ");
     glbk__message_text(&m, second);
-    glbk__message_text(&m, is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
+    glbk__message_text(&m,
+                       is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
     glbk__message_count(&m, place);
     glbk__message_text(&m, ": give one part an offset");
     return glbk__bad(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
 }
 
 /* The names of one list take their places; first: by how much these are moved. */
-static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_program, const glbk_slot *s, uint32_t first,
-                                     int is_block, glbk__holders *h)
+static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_program, const glbk_slot *s,
+                                     uint32_t first, int is_block, glbk__holders *h)
 {
     const uint32_t count = is_block ? ctx->block_count : ctx->unit_count;
     const char **holders = is_block ? h->blocks : h->units;
@@ -44,7 +51,8 @@ static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_progra
                                    (double)count - 1);
         if (holders[first + s->slot])
             return glbk__bad_place(ctx, h, holders[first + s->slot], s->name,
-                                   first + s->slot + (is_block ? ctx->first_block : ctx->first_unit), is_block);
+                                   (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
+                                   is_block);
         holders[first + s->slot] = s->name;
     }
     return GLBK_OK;
@@ -54,12 +62,14 @@ static glbk_result glbk__take_part(const glbk_context *ctx, uint32_t gl_program,
                                    const glbk_offset *offset, glbk__holders *h)
 {
     glbk_result result = glbk__take_places(ctx, gl_program, part->textures, offset ? offset->unit : 0, 0, h);
-    return result == GLBK_OK ? glbk__take_places(ctx, gl_program, part->blocks, offset ? offset->block : 0, 1, h)
-                             : result;
+    return result == GLBK_OK
+               ? glbk__take_places(ctx, gl_program, part->blocks, offset ? offset->block : 0, 1, h)
+               : result;
 }
 
 /* Whether all that a linked program declares of its parts and the base has a place of its own. */
-static glbk_result glbk__check_places(const glbk_context *ctx, const char *function, const glbk_program *program)
+static glbk_result glbk__check_places(const glbk_context *ctx, const char *function,
+                                      const glbk_program *program)
 {
     glbk__holders h;
     glbk_result result;
@@ -101,8 +111,8 @@ static void glbk__set_base_slots(const glbk_context *ctx, uint32_t gl_program)
     glbk__set_units(ctx, glbk__user_slots, 0, gl_program);
 }
 
-/* Uniforms can be set in the program in use alone before OpenGL 4.1: another one is put back. If it was to be deleted
-   once it is no longer in use, GL has done so by now, and none is in use. */
+/* Uniforms can be set in the program in use alone before OpenGL 4.1: another one is put back. If it was to be
+   deleted once it is no longer in use, GL has done so by now, and none is in use. */
 GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, const glbk_offset *offset,
                                     uint32_t gl_program)
 {

@@ -1,53 +1,52 @@
 /* ---- state: what passes touch ----
 
-   X(group, GL's name, value that a pass needs): BOTH, or DESK for OpenGL alone. PROGRAM_POINT_SIZE and MULTISAMPLE are
-   on because ES has no switch for them and behaves so; the rest must not interfere. SRGB: only of targets that have
-   such a format, which ES encodes, too. In the user's framebuffer it is a matter of the user's. */
-
-#define GLBK__CAPS(X)                                                   \
-    X(BOTH, 0x0BE2, 0) /* BLEND */                                      \
-    X(BOTH, 0x0B71, 0) /* DEPTH_TEST */                                 \
-    X(BOTH, 0x0B44, 0) /* CULL_FACE */                                  \
-    X(BOTH, 0x8037, 0) /* POLYGON_OFFSET_FILL */                        \
-    X(BOTH, 0x0C11, 0) /* SCISSOR_TEST */                               \
-    X(BOTH, 0x0B90, 0) /* STENCIL_TEST */                               \
-    X(BOTH, 0x0BD0, 0) /* DITHER */                                     \
-    X(BOTH, 0x809E, 0) /* SAMPLE_ALPHA_TO_COVERAGE */                   \
-    X(BOTH, 0x80A0, 0) /* SAMPLE_COVERAGE */                            \
-    X(BOTH, 0x8C89, 0) /* RASTERIZER_DISCARD */                         \
-    X(RESTART, 0x8D69, 0) /* PRIMITIVE_RESTART_FIXED_INDEX */           \
-    X(DESK, 0x8F9D, 0) /* PRIMITIVE_RESTART */                          \
-    X(DESK, 0x0BF2, 0) /* COLOR_LOGIC_OP */                             \
-    X(DESK, 0x864F, 0) /* DEPTH_CLAMP */                                \
-    X(DESK, 0x809F, 0) /* SAMPLE_ALPHA_TO_ONE */                        \
-    X(DESK, 0x8E51, 0) /* SAMPLE_MASK */                                \
-    X(DESK, 0x0B41, 0) /* POLYGON_SMOOTH */                             \
-    X(DESK, 0x0B20, 0) /* LINE_SMOOTH */                                \
-    X(DESK, 0x2A02, 0) /* POLYGON_OFFSET_LINE */                        \
-    X(DESK, 0x2A01, 0) /* POLYGON_OFFSET_POINT */                       \
-    X(DESK, 0x8642, 1) /* PROGRAM_POINT_SIZE */                         \
-    X(DESK, 0x809D, 1) /* MULTISAMPLE */                                \
-    X(SRGB, 0x8DB9, 1) /* FRAMEBUFFER_SRGB */                           \
-    X(DESK, 0x884F, 1) /* TEXTURE_CUBE_MAP_SEAMLESS */                  \
-    X(DESK, 0x3000, 0) X(DESK, 0x3001, 0) X(DESK, 0x3002, 0) X(DESK, 0x3003, 0) /* CLIP_DISTANCE */  \
-    X(DESK, 0x3004, 0) X(DESK, 0x3005, 0) X(DESK, 0x3006, 0) X(DESK, 0x3007, 0)
+   GL's name, where it exists, the value that a pass needs. BOTH are in both dialects, DESK in OpenGL alone.
+   PROGRAM_POINT_SIZE and MULTISAMPLE are on because ES has no switch for them and behaves so; the rest must
+   not interfere. SRGB is for targets alone that have such a format, which ES encodes, too: in the user's
+   framebuffer it is a matter of the user's. */
 
 enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB };
 
 static const struct { uint32_t name; int group, value; } glbk__caps[] = {
-#define GLBK__ENTRY(group, name, value) { name, GLBK__CAP_##group, value },
-    GLBK__CAPS(GLBK__ENTRY)
-#undef GLBK__ENTRY
+    { 0x0BE2, GLBK__CAP_BOTH, 0 },      /* BLEND */
+    { 0x0B71, GLBK__CAP_BOTH, 0 },      /* DEPTH_TEST */
+    { 0x0B44, GLBK__CAP_BOTH, 0 },      /* CULL_FACE */
+    { 0x8037, GLBK__CAP_BOTH, 0 },      /* POLYGON_OFFSET_FILL */
+    { 0x0C11, GLBK__CAP_BOTH, 0 },      /* SCISSOR_TEST */
+    { 0x0B90, GLBK__CAP_BOTH, 0 },      /* STENCIL_TEST */
+    { 0x0BD0, GLBK__CAP_BOTH, 0 },      /* DITHER */
+    { 0x809E, GLBK__CAP_BOTH, 0 },      /* SAMPLE_ALPHA_TO_COVERAGE */
+    { 0x80A0, GLBK__CAP_BOTH, 0 },      /* SAMPLE_COVERAGE */
+    { 0x8C89, GLBK__CAP_BOTH, 0 },      /* RASTERIZER_DISCARD */
+    { 0x8D69, GLBK__CAP_RESTART, 0 },   /* PRIMITIVE_RESTART_FIXED_INDEX */
+    { 0x8F9D, GLBK__CAP_DESK, 0 },      /* PRIMITIVE_RESTART */
+    { 0x0BF2, GLBK__CAP_DESK, 0 },      /* COLOR_LOGIC_OP */
+    { 0x864F, GLBK__CAP_DESK, 0 },      /* DEPTH_CLAMP */
+    { 0x809F, GLBK__CAP_DESK, 0 },      /* SAMPLE_ALPHA_TO_ONE */
+    { 0x8E51, GLBK__CAP_DESK, 0 },      /* SAMPLE_MASK */
+    { 0x0B41, GLBK__CAP_DESK, 0 },      /* POLYGON_SMOOTH */
+    { 0x0B20, GLBK__CAP_DESK, 0 },      /* LINE_SMOOTH */
+    { 0x2A02, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_LINE */
+    { 0x2A01, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_POINT */
+    { 0x8642, GLBK__CAP_DESK, 1 },      /* PROGRAM_POINT_SIZE */
+    { 0x809D, GLBK__CAP_DESK, 1 },      /* MULTISAMPLE */
+    { 0x8DB9, GLBK__CAP_SRGB, 1 },      /* FRAMEBUFFER_SRGB */
+    { 0x884F, GLBK__CAP_DESK, 1 },      /* TEXTURE_CUBE_MAP_SEAMLESS */
+    /* CLIP_DISTANCE0 to 7 */
+    { 0x3000, GLBK__CAP_DESK, 0 }, { 0x3001, GLBK__CAP_DESK, 0 }, { 0x3002, GLBK__CAP_DESK, 0 },
+    { 0x3003, GLBK__CAP_DESK, 0 }, { 0x3004, GLBK__CAP_DESK, 0 }, { 0x3005, GLBK__CAP_DESK, 0 },
+    { 0x3006, GLBK__CAP_DESK, 0 }, { 0x3007, GLBK__CAP_DESK, 0 }
 };
 enum { GLBK__CAP_COUNT = sizeof glbk__caps / sizeof glbk__caps[0] };
 
 static int glbk__has_cap(const glbk_context *ctx, int i)
 {
-    if (glbk__caps[i].group == GLBK__CAP_RESTART) return ctx->es ? !ctx->webgl : ctx->version >= 430;    /* WebGL: on */
+    if (glbk__caps[i].group == GLBK__CAP_RESTART)
+        return ctx->es ? !ctx->webgl : ctx->version >= 430;     /* in WebGL it is always on */
     return glbk__caps[i].group == GLBK__CAP_BOTH || !ctx->es;
 }
 
-GLBK_DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
+GLBK__DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
 {
     if (on) ctx->gl.Enable(name);
     else ctx->gl.Disable(name);
@@ -95,8 +94,6 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
     }
 }
 
-enum { GLBK__GROUPS = 0x90EE /* DISPATCH_INDIRECT_BUFFER */ };
-
 /* IMAGE_BINDING_NAME, _LEVEL, _LAYERED, _LAYER, _ACCESS, _FORMAT. */
 static const uint32_t glbk__image_names[6] = { 0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E };
 
@@ -112,7 +109,8 @@ static void glbk__restore_images(glbk_context *ctx, const glbk_state *s)
     uint32_t i;
     for (i = 0; i < GLBK_IMAGES; i++) {
         const int32_t *m = s->images[i];
-        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4], (uint32_t)m[5]);
+        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4],
+                                 (uint32_t)m[5]);
     }
 }
 
@@ -211,7 +209,7 @@ static void glbk__restore_bindings(glbk_context *ctx, const glbk_state *s)
     ctx->gl.BindBuffer(GLBK_GL_UNIFORM_BUFFER, (uint32_t)s->words[GLBK__W_BLOCK]);
     if (!ctx->compute) return;
     ctx->gl.BindBuffer(GLBK_GL_SHADER_STORAGE_BUFFER, (uint32_t)s->words[GLBK__W_STORAGE]);
-    ctx->gl.BindBuffer(GLBK__GROUPS, (uint32_t)s->words[GLBK__W_GROUPS]);
+    ctx->gl.BindBuffer(GLBK_GL_DISPATCH_INDIRECT_BUFFER, (uint32_t)s->words[GLBK__W_GROUPS]);
     glbk__restore_images(ctx, s);
 }
 

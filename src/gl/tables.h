@@ -2,8 +2,8 @@
 
 enum { GLBK__TABLE_BITS = 10, GLBK__TABLE_SIDE = 1 << GLBK__TABLE_BITS };
 
-GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, const void *texels, size_t count,
-                                       glbk_texture *out)
+GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, const void *texels,
+                                         size_t count, glbk_texture *out)
 {
     const size_t side = GLBK__TABLE_SIDE;
     glbk_texture_desc d;
@@ -16,22 +16,23 @@ GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, co
     if (ctx->lost) return GLBK_ERR_LOST;
     rows = count ? (count - 1) / side + 1 : 0;
     if (!count || (rows - 1) / side >= ctx->max_layers)
-        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 1,
-                               (double)ctx->max_layers * 1048576.0);
+        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
+                               (double)count, 1, (double)ctx->max_layers * 1048576.0);
     memset(&d, 0, sizeof d);
     d.format = format;
     d.width = GLBK__TABLE_SIDE;
     d.height = (uint32_t)(rows < side ? rows : side);
     d.layers = (uint32_t)((rows - 1) / side + 1);
     result = glbk_texture_create(ctx, &d, out);
-    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk_table_update(ctx, out, 0, count, texels));
+    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk__table_update(ctx, out, 0, count, texels));
     if (result != GLBK_OK) glbk_texture_free(ctx, out);
     return result;
 }
 
-/* A run of texels is up to three boxes in each layer: the rest of a row, whole rows, the beginning of a row. */
-GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *table, size_t first, size_t count,
-                                       const void *texels)
+/* A run of texels is up to three boxes in each layer: the rest of a row, whole rows, the beginning of a
+   row. */
+GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
+                                         size_t count, const void *texels)
 {
     const size_t side = GLBK__TABLE_SIDE;
     const unsigned char *from = (const unsigned char *)texels;
@@ -41,12 +42,14 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!table || !table->name || table->width != side || !table->layers)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk_table_create");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
     if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     room = side * table->height * table->layers;
-    if (first > room) return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
+    if (first > room)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
     if (count > room - first)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0, (double)(room - first));
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
+                               (double)(room - first));
     result = glbk__enter_frame(ctx);
     if (result != GLBK_OK || !count) return result;
     glbk__upload_begin(ctx, table, &old);
@@ -58,8 +61,8 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
             width = side;
             height = count / side < side - y ? count / side : side - y;
         }
-        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width, (uint32_t)height,
-                         1, from);
+        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width,
+                         (uint32_t)height, 1, from);
         from += width * height * glbk__formats[table->format].bytes;
         first += width * height;
         count -= width * height;

@@ -11,20 +11,23 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     const glbk_texture *t = is_color ? d->color[i] : d->depth;
     const uint32_t layer = is_color ? d->layer[i] : d->depth_layer, layers = t->layers ? t->layers : 1;
 
-    if (is_color && i != out->count) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
+    if (is_color && i != out->count)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
     if (!t->name) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
     if (d->level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0, (double)t->levels - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
+                               (double)t->levels - 1);
     if (layer >= layers)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer", layer, 0,
-                               (double)layers - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
+                               layer, 0, (double)layers - 1);
     if (is_color == glbk__is_depth(t->format))
         return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
                          is_color ? "is a depth texture" : "is no depth texture");
     if (glbk__is_float(t->format) && !ctx->float_targets) return GLBK_ERR_FLOAT_TARGET;
     if (out->width && (out->width != glbk__half(t->width, d->level) ||
                        out->height != glbk__half(t->height, d->level)))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i], "is of another size than those before it");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                         "is of another size than those before it");
     out->width = glbk__half(t->width, d->level);
     out->height = glbk__half(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
@@ -37,23 +40,26 @@ static glbk_result glbk__check_target(const glbk_context *ctx, const glbk_target
     glbk_result result = GLBK_OK;
     uint32_t i;
     for (i = 0; i <= GLBK_MAX_ATTACHMENTS && result == GLBK_OK; i++)
-        if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth) result = glbk__check_attachment(ctx, d, i, out);
+        if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth)
+            result = glbk__check_attachment(ctx, d, i, out);
     if (result != GLBK_OK || out->width) return result;
     return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
 }
 
-GLBK_DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t, uint32_t level,
-                           uint32_t layer)
+GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
+                            uint32_t level, uint32_t layer)
 {
     if (!t) return;
     if (t->layers)
-        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->name, (int32_t)level, (int32_t)layer);
+        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->name, (int32_t)level,
+                                        (int32_t)layer);
     else
-        ctx->gl.FramebufferTexture2D(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->gl_target, t->name, (int32_t)level);
+        ctx->gl.FramebufferTexture2D(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->gl_target, t->name,
+                                     (int32_t)level);
 }
 
-/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1 dropped
-   that. */
+/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1
+   dropped that. */
 static void glbk__read_nothing(const glbk_context *ctx, uint32_t name)
 {
     int32_t bound = 0;
@@ -103,7 +109,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     return result;
 }
 
-GLBK_DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out)
+GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out)
 {
     const glbk_result result = glbk_target_create(ctx, desc, out);
     if (result == GLBK_OK) out->inner = 1;
@@ -111,14 +117,15 @@ GLBK_DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_de
 }
 
 /* A texture and the target that is drawn to it. */
-GLBK_DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                  const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                   const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
 {
     glbk_texture_desc d;
     glbk_target_desc t;
     glbk_result result;
     if (!width || !height)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0, "1 or more");
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
+                               "1 or more");
     memset(&d, 0, sizeof d);
     memset(&t, 0, sizeof t);
     d.format = format;
@@ -142,8 +149,8 @@ static void glbk__widen(void *rgba, size_t count)
     }
 }
 
-GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment, uint32_t x,
-                                      uint32_t y, uint32_t width, uint32_t height, void *rgba)
+GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
+                                      uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba)
 {
     glbk__store store;
     int32_t bound = 0, clamp = 0;
@@ -152,7 +159,8 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
     glbk_result result = glbk__enter(ctx);
 
     if (result != GLBK_OK) return result;
-    if (!target || !target->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
+    if (!target || !target->name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
     if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (attachment >= target->count)
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
@@ -162,7 +170,8 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
         result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, target->height);
     if (result != GLBK_OK) return result;
     integer = glbk__is_integer(target->format[attachment]);
-    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of these */
+    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of
+                                                                                       these */
     ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, target->name);
     ctx->gl.ReadBuffer(GLBK_GL_COLOR_ATTACHMENT0 + attachment);

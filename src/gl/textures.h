@@ -1,22 +1,51 @@
 /* ---- textures ---- */
 
+/* GL's constants of formats. */
+enum {
+    GLBK__RED = 0x1903, GLBK__RGBA = 0x1908, GLBK__RED_INTEGER = 0x8D94, GLBK__RGBA_INTEGER = 0x8D99,
+    GLBK__RG_INTEGER = 0x8228, GLBK__RG = 0x8227, GLBK__DEPTH_COMPONENT = 0x1902, GLBK__R8 = 0x8229,
+    GLBK__RGBA8 = 0x8058, GLBK__SRGB8_ALPHA8 = 0x8C43, GLBK__R8UI = 0x8232, GLBK__RGBA8UI = 0x8D7C,
+    GLBK__R16UI = 0x8234, GLBK__RG16UI = 0x823A, GLBK__RGBA16UI = 0x8D76, GLBK__R32UI = 0x8236,
+    GLBK__RG32UI = 0x823C, GLBK__RGBA32UI = 0x8D70, GLBK__R16F = 0x822D, GLBK__RGBA16F = 0x881A,
+    GLBK__R32F = 0x822E, GLBK__RG32F = 0x8230, GLBK__RGBA32F = 0x8814, GLBK__DEPTH_COMPONENT24 = 0x81A6,
+    GLBK__DEPTH_COMPONENT32F = 0x8CAC
+};
+
 typedef struct glbk__format_info {
     int32_t  internal;
-    uint32_t format, type, bytes, components;
+    uint32_t format, type, bytes;           /* a texel */
 } glbk__format_info;
 
+/* In the order of glbk_format. */
 static const glbk__format_info glbk__formats[] = {
-#define GLBK__ENTRY(name, internal, format, type, bytes, components) { internal, format, type, bytes, components },
-    GLBK_FORMATS(GLBK__ENTRY)
-#undef GLBK__ENTRY
+    { 0, 0, 0, 0 },                                                 /* NONE */
+    { 0, 0, 0, 0 },                                                 /* COLOR: resolved before */
+    { GLBK__R8, GLBK__RED, GLBK_GL_UNSIGNED_BYTE, 1 },
+    { GLBK__RGBA8, GLBK__RGBA, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__SRGB8_ALPHA8, GLBK__RGBA, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__R8UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_BYTE, 1 },
+    { GLBK__RGBA8UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_BYTE, 4 },
+    { GLBK__R16UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_SHORT, 2 },
+    { GLBK__RG16UI, GLBK__RG_INTEGER, GLBK_GL_UNSIGNED_SHORT, 4 },
+    { GLBK__RGBA16UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_SHORT, 8 },
+    { GLBK__R32UI, GLBK__RED_INTEGER, GLBK_GL_UNSIGNED_INT, 4 },
+    { GLBK__RG32UI, GLBK__RG_INTEGER, GLBK_GL_UNSIGNED_INT, 8 },
+    { GLBK__RGBA32UI, GLBK__RGBA_INTEGER, GLBK_GL_UNSIGNED_INT, 16 },
+    { GLBK__R16F, GLBK__RED, GLBK_GL_HALF_FLOAT, 2 },
+    { GLBK__RGBA16F, GLBK__RGBA, GLBK_GL_HALF_FLOAT, 8 },
+    { GLBK__R32F, GLBK__RED, GLBK_GL_FLOAT, 4 },
+    { GLBK__RG32F, GLBK__RG, GLBK_GL_FLOAT, 8 },
+    { GLBK__RGBA32F, GLBK__RGBA, GLBK_GL_FLOAT, 16 },
+    { GLBK__DEPTH_COMPONENT24, GLBK__DEPTH_COMPONENT, GLBK_GL_UNSIGNED_INT, 4 },
+    { GLBK__DEPTH_COMPONENT32F, GLBK__DEPTH_COMPONENT, GLBK_GL_FLOAT, 4 }
 };
 
 static int glbk__is_depth(glbk_format f) { return f == GLBK_FORMAT_DEPTH24 || f == GLBK_FORMAT_DEPTH32F; }
 
 static int glbk__is_integer(glbk_format f)
 {
-    uint32_t format = glbk__formats[f].format;     /* RED_INTEGER, RG_INTEGER, RGBA_INTEGER */
-    return format == 0x8D94 || format == 0x8228 || format == 0x8D99;
+    const uint32_t format = glbk__formats[f].format;
+    return format == GLBK__RED_INTEGER || format == GLBK__RG_INTEGER || format == GLBK__RGBA_INTEGER;
 }
 
 static int glbk__is_float(glbk_format f)
@@ -25,7 +54,8 @@ static int glbk__is_float(glbk_format f)
            (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
-/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or writes. */
+/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or
+   writes. */
 enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
 
 typedef struct glbk__store {
@@ -33,7 +63,8 @@ typedef struct glbk__store {
 } glbk__store;
 
 static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
-    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB first */
+    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB
+       first */
     { 0x0CF5, 0x0CF2, 0x0CF3, 0x0CF4, 0x806E, 0x806D, 0x0CF0, 0x0CF1 },
     { 0x0D05, 0x0D02, 0x0D03, 0x0D04, 0x806C, 0x806B, 0x0D00, 0x0D01 }
 };
@@ -59,11 +90,15 @@ static void glbk__store_begin(const glbk_context *ctx, int way, glbk__store *old
 static void glbk__store_end(const glbk_context *ctx, int way, const glbk__store *old)
 {
     int i;
-    for (i = 0; i < glbk__store_count(ctx, way); i++) ctx->gl.PixelStorei(glbk__store_names[way][i], old->value[i]);
+    for (i = 0; i < glbk__store_count(ctx, way); i++)
+        ctx->gl.PixelStorei(glbk__store_names[way][i], old->value[i]);
     ctx->gl.BindBuffer(glbk__store_buffer[way][0], (uint32_t)old->buffer);
 }
 
-static uint32_t glbk__binding_of(uint32_t gl_target) { return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du; }
+static uint32_t glbk__binding_of(uint32_t gl_target)
+{
+    return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du;
+}
 
 static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
 {
@@ -73,7 +108,8 @@ static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
 }
 
 /* What a format allows of the sampling; of its own values the desc is right. */
-static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function, const glbk_texture_desc *d)
+static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function,
+                                        const glbk_texture_desc *d)
 {
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->sampling == GLBK_SAMPLING_COMPARE)
@@ -91,12 +127,14 @@ static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its limit. */
-static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field, uint32_t value,
-                                      uint32_t low, uint32_t high)
+/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its
+   limit. */
+static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field,
+                                      uint32_t value, uint32_t low, uint32_t high)
 {
     if (value >= low && value <= high) return GLBK_OK;
-    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low, high);
+    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
+                           high);
 }
 
 /* Checks a desc and resolves its defaults in place. */
@@ -108,11 +146,15 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
                                "a glbk_format, not NONE");
     if ((unsigned)d->sampling >= GLBK_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling, "a glbk_sampling");
-    if (d->format == GLBK_FORMAT_COLOR) d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
+                               "a glbk_sampling");
+    if (d->format == GLBK_FORMAT_COLOR)
+        d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
     result = glbk__check_extent(ctx, function, "desc.width", d->width, 1, ctx->max_side);
-    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.height", d->height, 1, ctx->max_side);
-    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.layers", d->layers, 0, ctx->max_layers);
+    if (result == GLBK_OK)
+        result = glbk__check_extent(ctx, function, "desc.height", d->height, 1, ctx->max_side);
+    if (result == GLBK_OK)
+        result = glbk__check_extent(ctx, function, "desc.layers", d->layers, 0, ctx->max_layers);
     if (result != GLBK_OK) return result;
     most = glbk__all_levels(d->width, d->height);
     if (!d->levels) d->levels = d->sampling == GLBK_SAMPLING_MIPMAPS ? most : 1;
@@ -123,8 +165,8 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
-/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those below it are
-   seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
+/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those
+   below it are seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
 static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];
@@ -144,12 +186,13 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     const glbk__format_info *f = &glbk__formats[d->format];
     int linear = d->sampling == GLBK_SAMPLING_LINEAR || d->sampling == GLBK_SAMPLING_COMPARE;
     int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? 0x2901 : 0x812F;
+    /* LINEAR_MIPMAP_LINEAR, LINEAR, NEAREST_MIPMAP_NEAREST, NEAREST */
+    const int smaller = mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700 : 0x2600;
     uint32_t level;
 
     /* Parameters first: Mesa allots levels by them, and else forgets some of small arrays of integers. */
     ctx->gl.TexParameteri(target, 0x813D /* MAX_LEVEL */, (int32_t)d->levels - 1);
-    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700
-                                                                                                             : 0x2600);
+    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, smaller);
     ctx->gl.TexParameteri(target, 0x2800 /* MAG_FILTER */, mipmaps || linear ? 0x2601 : 0x2600);
     ctx->gl.TexParameteri(target, 0x2802 /* WRAP_S */, wrap);
     ctx->gl.TexParameteri(target, 0x2803 /* WRAP_T */, wrap);
@@ -165,10 +208,11 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
         int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
         const void *data = level == 0 ? d->data : NULL;
         if (d->layers)
-            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0, f->format,
-                               f->type, data);
+            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0,
+                               f->format, f->type, data);
         else
-            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type, data);
+            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type,
+                               data);
     }
     if (mipmaps && d->data) ctx->gl.GenerateMipmap(target);
 }
@@ -227,24 +271,26 @@ static void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, con
     glbk__store_end(ctx, GLBK__UNPACK, &old->store);
 }
 
-static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x, uint32_t y,
-                             uint32_t layer, uint32_t width, uint32_t height, uint32_t layers, const void *data)
+static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
+                             uint32_t y, uint32_t layer, uint32_t width, uint32_t height, uint32_t layers,
+                             const void *data)
 {
     const glbk__format_info *f = &glbk__formats[t->format];
     if (t->layers)
-        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer, (int32_t)width,
-                              (int32_t)height, (int32_t)layers, f->format, f->type, data);
+        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer,
+                              (int32_t)width, (int32_t)height, (int32_t)layers, f->format, f->type, data);
     else
-        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
-                              f->format, f->type, data);
+        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width,
+                              (int32_t)height, f->format, f->type, data);
 }
 
 /* Where a run of texels or layers ends. */
-static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field, uint64_t end,
-                                    uint64_t most)
+static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field,
+                                    uint64_t end, uint64_t most)
 {
-    return end <= most ? GLBK_OK
-                       : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
+    return end <= most
+               ? GLBK_OK
+               : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
 }
 
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
@@ -261,9 +307,11 @@ GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
     if (result == GLBK_OK)
-        result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
+        result =
+            glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
     if (result == GLBK_OK)
-        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers, t->layers ? t->layers : 1);
+        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers,
+                                  t->layers ? t->layers : 1);
     if (result != GLBK_OK) return result;
     glbk__upload_begin(ctx, t, &old);
     glbk__upload_box(ctx, t, level, x, y, layer, width, height, layers, data);

@@ -1,325 +1,428 @@
-/* ---- csm: coherent shadow maps, after csm.h ----
+/* ---- csm: blocks of csm.h, and instances of them ----
 
-   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
-   uniform block, more in a table of their own, so that moving them leaves the blocks alone. docs/gpu-layouts.md has all
-   layouts, for those who bring their own API. Then the complete renderer of the paper's section 5, whose lights,
-   materials and samples are those of lightsampling.h. For shaders of your own, lib/csm_visible.glsl with glbk_csm_bind:
+   The blocks of a scene, as cohsm_data returns them, are uploaded once, into one table. Instances are apart
+   from them, so that moving objects leaves the blocks alone: up to 16 stand in a uniform block, more in a
+   table of their own. Shaders of your own ask them by lib/csm_visible.glsl, after glbk_csm_bind:
 
-       cohsm_query cohsm_ask(int light, int filtering, float bias);       // COHSM_LIGHT_*, COHSM_FILTER_*; map pixels
+       cohsm_query cohsm_ask(int light, int filtering, float bias);
        float csm_visible(uint entity, cohsm_query query, vec3 point, vec3 light);
 
-   entity: the instance that the point lies on, counted from 1, or 0 for none, as in cohsm_query.entities; point:
-   world; light: by COHSM_LIGHT_DIRECTION the unit direction to it, _POSITION a place, _PARAMETER coordinates in 0..1,
-   _INDEX uintBitsToFloat(cell) in x. Result: 1 lit, 0 dark, between with PCF, -1 refused. Roulette: set query.seed, and
-   query.id anew for each sample. */
+   cohsm_ask takes a COHSM_LIGHT_..., a COHSM_FILTER_... and a bias in pixels of a map. csm_visible returns 1
+   lit, 0 dark, something between with PCF, or -1 where the light lies inside an object's hull.
 
-#define GLBK_CSM_TEXTURES(X)                                                                        \
-    X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
-    X(usampler2DArray, glbk_csm_lights, 1)      /* lights, lobes, patterns */                       \
-    X(usampler2D, glbk_csm_place, 2)            /* of the G-buffer, for pictures */                 \
-    X(usampler2D, glbk_csm_normal, 3)                                                               \
-    X(glbk_color_sampler, glbk_csm_sum, 6)                                                          \
-    X(usampler2DArray, glbk_csm_instances, 7)   /* where there are many; 8 to 11 are the G-buffer's */  \
-    X(usampler2DArray, glbk_csm_questions, 5)                                                       \
-    X(usampler2D, glbk_csm_layer0, 2)           /* building: depth layers of a batch of views */    \
-    X(usampler2D, glbk_csm_layer1, 3)                                                               \
-    X(usampler2D, glbk_csm_layer2, 4)                                                               \
-    X(usampler2D, glbk_csm_opened, 5)           /* building: the open segment of each pixel */
+       entity   the instance that the point lies on, counted from 1; 0 = none
+       point    world space
+       light    COHSM_LIGHT_DIRECTION: the unit direction to it; _POSITION: a place in world space;
+                _PARAMETER: its coordinates 0..1; _INDEX: the cell, as uintBitsToFloat(cell) in x
 
-#define GLBK_CSM_SCENE_MEMBERS(X)                                                                   \
-    X(uvec4, table, 1)          /* 0; count; 1: they are in the block; 0 */                         \
-    X(uvec4, instances, 176)    /* up to 16: the record, then texels 1 to 7 of the block */
-
-#define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, light, 1)          /* texel of the light; 0; instances; ask */                         \
-    X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
-    X(uvec4, range, 1)          /* samples from, to (resolving: corner); filter; seed of roulette */ \
-    X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
-    X(vec4, query, 1)           /* bias; offset; 1 / frames; 0 = the sum begins here */             \
-    X(vec4, eye, 1)                                                                                 \
-    X(vec4, planes, 8)
-
-#define GLBK_CSM_PEEL_MEMBERS(X)                                                                    \
-    X(mat4, view, 1)            /* object to pixels of the tile, depth or w */                      \
-    X(vec4, values, 1)          /* 2 / size; depth of w = 1, or 0; open thickness */                \
-    X(uvec4, tiles, 1)          /* size of a tile, tiles in a row, views */                         \
-    X(uvec4, how, 1)            /* top of the grid; far; positional; self_only */
-
-#define GLBK_CSM_BLOCKS(X)                              \
-    X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
-    X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
-    X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
-
-#define GLBK_CSM_STORAGE(X)                             \
-    X(readonly, uvec4, glbk_csm_asked, 1)               \
-    X(writeonly, float, glbk_csm_answers, 2)            \
-    X(restrict, uvec4, glbk_csm_records, 3)
-
-#define GLBK_CSM_IMAGES(X)      X(restrict, rgba32f, image2D, glbk_csm_total, 0)     /* the sum, by compute */
-
-GLBK__PART(CSM)
+   With COHSM_FILTER_ROULETTE also set query.seed, and query.id to another number for each sample.
+   docs/gpu-layouts.md has all layouts, for those who bring their own API. */
 
 GLBK_DEF const glbk_part *glbk_csm_part(void);
-/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
+   files. */
 
-#define GLBK_CSM_MAX_PLANES 8u
-
-typedef struct glbk_csm_block { const void *data; size_t bytes; } glbk_csm_block;    /* what cohsm_data returns */
+typedef struct glbk_csm_block {     /* one object's maps: what cohsm_data returns */
+    const void *data;
+    size_t      bytes;
+} glbk_csm_block;
 
 typedef struct glbk_csm_instance {
-    uint32_t start;             /* of its block: what glbk_csm_maps_create returned */
-    float    transform[16];     /* object to world: rotation, one scale > 0, translation */
-    float    offset;            /* world units that receivers on it move along their geometric normal, in the
-                                   renderer */
+    uint32_t start;                 /* says which block: what glbk_csm_maps_create wrote for it */
+    float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
+                                       translation */
+    float    offset;                /* how far the renderer moves receivers on it along their geometric
+                                       normal, world units, lest they shadow themselves */
 } glbk_csm_instance;
 
-typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
-    glbk_texture blocks;
-    glbk_buffer  scene;
-    uint32_t     texels, capacity, count;       /* texels: of all blocks */
-    char         defines[80];   /* what all blocks have in common, for glbk_csm_bind */
-    uint32_t     key, near_count, starts[16], heads[16][28];
-    glbk_texture instances;     /* none where they fit in the uniform block */
+typedef struct glbk_csm_maps {      /* blocks and instances of one scene; read only; zeroed = none */
+    glbk_texture blocks;            /* the table of all blocks */
+    glbk_texture instances;         /* the table of instances; none where they fit into the uniform block */
+    glbk_buffer  scene;             /* the uniform block */
+    uint32_t     texels;            /* of all blocks */
+    uint32_t     capacity;          /* the most instances */
+    uint32_t     count;             /* instances that are placed */
+    char         defines[80];       /* what all blocks have in common, for programs of your own: see
+                                       glbk_csm_bind */
+    uint32_t     key;               /* private, like all that follows: a number for defines */
+    uint32_t     near_count;        /* instances that the uniform block has room for, 0 = they are in the
+                                       table */
+    uint32_t     starts[16];        /* of the first blocks */
+    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
 } glbk_csm_maps;
 
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
                                           uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
-/* Uploads blocks, bytes as they are. No more than 4 GB and ctx->max_layers layers of 16 MB; 256 are guaranteed.
-   capacity   instances there is room for
-   starts     receives for each block where it begins, for glbk_csm_instance
-   Errors     GLBK_ERR_ARGUMENT, GLBK_ERR_FORMAT (not a block of csm.h), GLBK_ERR_VERSION, GLBK_ERR_LIMIT */
+/* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet.
+   blocks     count of them; they are read during the call only
+   capacity   the most instances that are ever placed, up to 2^26
+   starts     receives for each block where it begins, for glbk_csm_instance.start
+   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
+   Errors     GLBK_ERR_ARGUMENT; GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one; GLBK_ERR_VERSION;
+              GLBK_ERR_LIMIT: more than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees
+              256; those of textures and buffers */
 
-GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
-                                         uint32_t count);
-/* All instances of the scene, each time that one moves: one upload.
-   Errors   GLBK_ERR_ARGUMENT, where a transform shears, mirrors or scales unevenly, too; GLBK_ERR_ALLOC, of many */
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
+                                         const glbk_csm_instance *instances, uint32_t count);
+/* Replaces all instances of the scene. Call it whenever one of them has moved: it is one upload, of 64 bytes
+   an instance (3 KB where there are no more than 16).
+   count    0 .. maps->capacity
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
+            transform shears, mirrors or scales unevenly; GLBK_ERR_ALLOC, with more than 16 instances */
 
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
-/* For a program of yours with csm_visible among its library files, which is bound: textures and uniform block, moved by
-   the offset that csm has in the program; NULL = none. One compiled with maps->defines among its own is much faster
-   (one domain, one order, one orientation, no table of instances), but is for maps with the same defines only. */
+/* Binds textures and uniform block of the maps for a program of yours that uses lib/csm_visible.glsl and is
+   bound (glbk_begin). A program that was compiled with maps->defines among its own is much faster, since it
+   holds the code of one domain, one order and one orientation, but it is right for maps with the same defines
+   only.
+   offset   what glbk_source.offsets gives this part in the program; NULL = none */
 
 GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
+/* Deletes the maps' objects of GL and zeroes the struct. Accepts NULL. */
 
-/* Answers in bulk, as cohsm_visible_scene gives them. */
-#define GLBK_CSM_MAX_PROGRAMS 64u       /* combinations of ask, filter, kind of maps (and shape) that are kept
-                                           compiled; then the one that was not used for longest makes room */
+/* ---- csm: programs that are kept ---- */
 
-typedef struct glbk_csm_programs {
+#define GLBK_CSM_MAX_PROGRAMS                                                                                \
+    64u /* combinations of light_kind, filter, defines of maps and shape of lights that are
+                                       kept compiled; then the one that was not used for longest makes room */
+
+typedef struct glbk_csm_programs {  /* private */
     glbk_program list[GLBK_CSM_MAX_PROGRAMS];
-    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS], count;
-    uint32_t     used[GLBK_CSM_MAX_PROGRAMS], frame;    /* private: in which frame each was asked for last */
+    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS];   /* the combination of each */
+    uint32_t     used[GLBK_CSM_MAX_PROGRAMS];   /* the frame in which each was asked for last */
+    uint32_t     count;
+    uint32_t     frame;
 } glbk_csm_programs;
 
-typedef struct glbk_csm_asker { /* read only; zeroed = none */
+/* ---- csm: many questions at once ----
+
+   An asker answers queries of points and lights in bulk, as cohsm_visible_scene does. Where ctx->compute, it
+   uses storage buffers, unless they may not be as large as 32 bytes a question; else a pass draws the answers
+   into a texture. */
+
+typedef struct glbk_csm_asker {     /* read only; zeroed = none */
     glbk_csm_programs programs;
-    uint32_t     question;      /* 1 + 3 light_kind + filter of those uploaded; 0: none */
-    glbk_texture questions, answers;
-    glbk_target  target;
-    glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
-    uint32_t     capacity;
+    uint32_t     capacity;          /* the most questions */
+    uint32_t     question;          /* private: 1 + 3 light_kind + filter of those uploaded; 0 = none */
+    glbk_texture questions;         /* core path: questions and answers, the answers as the bits of floats,
+                                       question i at (i & 1023, i >> 10) */
+    glbk_texture answers;
+    glbk_target  target;            /* private */
+    glbk_buffer  frame;             /* private */
+    glbk_buffer  asked;             /* compute path: questions and answers, a float each */
+    glbk_buffer  answered;
 } glbk_csm_asker;
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
+/* Makes room on the GPU for questions and their answers.
+   capacity   the most questions at once, 1..2^20
+   Memory     36 bytes a question
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL or capacity is out of range; those of textures and buffers
+              */
+
 GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *query);
+/* Uploads the points and lights of a query, 1 .. capacity of them. With COHSM_LIGHT_PARAMETER light_stride
+   must be 12 or more, and three floats are read for each light, since the dimensions of the maps are not
+   known yet.
+   Memory   32 bytes a question while it runs
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range; GLBK_ERR_DESC:
+            light_kind, filter or bias; GLBK_ERR_ALLOC */
+
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
-GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
+/* Answers the first questions of those uploaded, on the GPU; it may be repeated, with other maps too. It
+   compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
+   this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
+   refuses then.
+   count    1 .. asker->capacity
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: nothing was uploaded yet; those of glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
+                                       float *visible);
+/* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 where the
+   light lies inside an object's hull.
+   visible   receives count floats, count being 1 .. asker->capacity
+   Errors    GLBK_ERR_ARGUMENT; those of glbk_buffer_read and glbk_target_read */
+
 GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
-/* create    capacity: the most questions that are uploaded at once, 1 .. 2^20
-   upload    puts the points and lights of a query on the GPU; 1 .. capacity of them. With COHSM_LIGHT_PARAMETER
-             light_stride must be 12 or more, and three floats are read, since the maps' dimensions are not known yet
-   run       answers the first count of them; may be repeated. Compiles a program for the first maps with their defines,
-             light_kind and filter. Maps that cannot answer this kind of light give what is in them: ask cohsm_visible
-             once, which refuses. Errors: GLBK_ERR_ORDER without an upload, those of glbk_program_create
-   read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
-   Where ctx->compute, the compute path is taken, unless storage buffers may not be as large as 32 bytes a question. */
+/* Deletes the asker's objects of GL and zeroes the struct. Accepts NULL. */
 
-/* ---- csm: lights ---- */
+/* ---- csm: lights ----
 
-/* A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it; GPUs cannot call functions, so
-   LSAMP_LIGHT_CALLBACK and emission_fn are refused, too. Differences:
+   A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it. These are the differences:
+
+   - GPUs cannot call functions, so LSAMP_LIGHT_CALLBACK and emission_fn are refused, too.
    - cone_half_angle of a spot may reach pi.
-   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first. Samples and their
-     coordinates are those of lsamp_sample if the mesh is made of lsamp_light_triangles, without indices. Give it those
-     where the light's maps are asked by COHSM_LIGHT_PARAMETER. places and radius do not matter here. */
-
-GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
-/* Texels (of 16 bytes) that a light takes in a table; 0: the desc is refused, and glbk_csm_light_write says why. Needs
-   no context. */
-GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
-/* Writes 4 words a texel: the light as it is at desc->time. Texels of L that are not finite or negative count as 0.
-   Errors   GLBK_ERR_ARGUMENT (NULL); GLBK_ERR_DESC, named in desc->system.log; GLBK_ERR_INPUT (a mesh without area) */
+   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first, and its
+     places and
+   radius do not matter here. Samples and their coordinates are those of lsamp_sample if the mesh is made of
+   lsamp_light_triangles, without indices: give it those where the light's maps are asked by
+   COHSM_LIGHT_PARAMETER.
+   - Texels of L that are not finite or negative count as 0. */
 
 typedef struct glbk_csm_lights_desc {
     const lsamp_light_desc *lights;
-    uint32_t          light_count;
-    const lsamp_lobe *lobes;            /* of all Lafortune materials, or NULL */
-    uint32_t          lobe_count;
-    const float      *patterns;         /* lsamp_patterns_build, or NULL = a scrambled (0, 2)-sequence */
-    uint32_t          pattern_length;   /* S; then every light must be used with S samples */
+    uint32_t                light_count;
+    const lsamp_lobe       *lobes;          /* of all Lafortune materials one after the other; NULL = none */
+    uint32_t                lobe_count;     /* up to 2^20 */
+    const float            *patterns;       /* from lsamp_patterns_build; NULL = a scrambled (0,
+                                               2)-sequence */
+    uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
+                                               then have S samples */
 } glbk_csm_lights_desc;
 
-typedef struct glbk_csm_lights {        /* read only; zeroed = none */
+typedef struct glbk_csm_lights {    /* a table of lights; read only; zeroed = none */
     glbk_texture texels;
-    uint32_t     lobe_count, patterns_at, pattern_length;
+    uint32_t     lobe_count;
+    uint32_t     patterns_at;       /* texel of the first pattern */
+    uint32_t     pattern_length;
 } glbk_csm_lights;
 
-GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc, uint32_t *starts,
-                                            glbk_csm_lights *out);
-/* starts   receives for each light where it begins
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_INPUT (a mesh without area), GLBK_ERR_LIMIT, GLBK_ERR_ALLOC (all
-            texels are put together in memory once). What is refused is named in the context's log */
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc,
+                                            uint32_t *starts, glbk_csm_lights *out);
+/* Uploads lights as they are at their desc.time, lobes and patterns.
+   starts   receives for each light where it begins, for glbk_csm_use.start
+   Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
+            texel of its L, 3 a triangle, 128 for each point of a pattern
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_INPUT: a mesh without
+            area; GLBK_ERR_LIMIT: more than 2^28 texels; GLBK_ERR_ALLOC */
+
 GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
                                             const lsamp_light_desc *desc);
-/* A light that moved or changed, or whose desc->time went on: its glbk_csm_light_texels stayed the same. */
+/* Replaces a light that has moved or changed, or whose desc->time went on. Its texture has the size that it
+   had, and its mesh as many triangles.
+   start    what glbk_csm_lights_create wrote for it
+   Errors   as for glbk_csm_lights_create; GLBK_ERR_ARGUMENT where start is that of no light with as many
+            texels */
+
 GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
+/* Deletes the table and zeroes the struct. Accepts NULL. */
+
+/* The next two need no context. They serve renderers on another API, whose shaders have lib/cohsm_light.glsl
+   or a translation of it: examples/06b_csm_own_api.c. */
+
+GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
+/* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is
+   NULL. */
+
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
+/* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
+   words    receives 4 words for each of glbk_csm_light_texels(desc) texels
+   Errors   GLBK_ERR_ARGUMENT: NULL; GLBK_ERR_DESC, and desc->system.log is told the field; GLBK_ERR_INPUT: a
+            mesh without area */
 
 /* ---- csm: the Monte Carlo renderer of direct light ----
 
-   Once glbk_csm_maps_create, glbk_csm_lights_create, glbk_csm_renderer_create. A frame:
+   A program calls glbk_csm_maps_create, glbk_csm_lights_create and glbk_csm_renderer_create once. A frame:
 
-       glbk_csm_maps_place(gl, &maps, instances, n);              // where something moved, and then:
-       glbk_csm_reset(&r);                                        // frames are averaged until here; camera, lights, too
-       glbk_gbuffer_begin(gl, &seen, clip, eye);                  // or glbk_gbuffer_import, glbk_gbuffer_upload
-       glbk_gbuffer_object(gl, &seen, &surface);                  // of each object, and your draw
+       glbk_csm_maps_place(gl, &maps, instances, n);              // where an object has moved, and then
+       glbk_csm_reset(&r);                                        // this, as where the camera or a light has
+       glbk_gbuffer_begin(gl, &seen, clip, eye);                // or glbk_gbuffer_import, glbk_gbuffer_upload
+       glbk_gbuffer_object(gl, &seen, &surface);                  // for each object, with your draw
        glbk_csm_render(gl, &r, &seen, &frame);
        glbk_csm_resolve(gl, &r, &seen, &pass, NULL);
 
-   Of the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on, plane the one of
-   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes. Occlusion is of
-   bounced light and plays no part. */
+   In the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on and plane the one of
+   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes.
+   Occlusion, which is of bounced light, plays no part. */
+
+#define GLBK_CSM_MAX_PLANES 8u
 
 typedef struct glbk_csm_renderer_desc {
-    uint32_t width, height;     /* of the picture, and of its G-buffers */
-    uint32_t lobes;             /* most lobes of a material: 1..8; 0 = 1 */
-    int      patterns;          /* not 0: the lights have patterns */
+    uint32_t width;             /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
+    uint32_t height;
+    uint32_t lobes;             /* the most lobes of a material, 1..8; 0 = 1 */
+    int      patterns;          /* not 0: lights are sampled by patterns, which their table must have */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
-    glbk_csm_programs shade;
-    glbk_program resolve;
-    uint32_t     lobes, patterns;
-    glbk_texture sums[2];
-    glbk_target  targets[2];
-    glbk_buffer  frame;
-    uint32_t     width, height, frames, passes, now;
-    int          compute;
+    glbk_csm_programs shade;            /* private */
+    glbk_program resolve;               /* private */
+    uint32_t     lobes;                 /* of the desc, like patterns, width and height */
+    uint32_t     patterns;
+    uint32_t     width;
+    uint32_t     height;
+    glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
+    glbk_target  targets[2];            /* private */
+    glbk_buffer  frame;                 /* private */
+    uint32_t     frames;                /* in the sum */
+    uint32_t     passes;                /* 0: the sum has no pass yet */
+    uint32_t     now;
+    int          compute;               /* not 0: it renders by compute shaders */
 } glbk_csm_renderer;
 
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
                                               glbk_csm_renderer *out);
+/* Makes a renderer without frames. Programs that shade are compiled when they are first used: see
+   glbk_csm_prepare.
+   Memory   on the GPU 32 bytes a pixel, 16 where it computes
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; those of textures, targets and
+            glbk_program_compile */
+
 GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
+/* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
 
 typedef struct glbk_csm_use {           /* a light in a frame */
-    uint32_t             start;         /* from glbk_csm_lights_create */
+    uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
     lsamp_light_kind     kind;          /* of that light */
-    const glbk_csm_maps *maps;          /* what its samples ask */
-    cohsm_light_kind     ask;           /* and by what */
-    uint32_t             samples;       /* S, 1..65536 */
-    uint32_t             seed;          /* another for each light */
+    const glbk_csm_maps *maps;          /* the maps that its samples ask */
+    cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
+    uint32_t             samples;       /* S, samples a pixel and frame, 1..65536 */
+    uint32_t             seed;          /* of its random numbers; give each light another one */
 } glbk_csm_use;
 
 typedef struct glbk_csm_frame_desc {
     const glbk_csm_lights *lights;
-    const glbk_csm_use    *uses;
+    const glbk_csm_use    *uses;        /* the lights that shine in this frame */
     uint32_t               use_count;
-    float                  eye[3];
-    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* receivers without maps: unit normal, distance */
-    uint32_t               plane_count;
+    float                  eye[3];      /* world */
+    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* infinite planes that receive light, have no
+                                                               maps and hide what lies behind them: unit
+                                                               normal, distance from the origin along it */
+    uint32_t               plane_count; /* 0..GLBK_CSM_MAX_PLANES */
     lsamp_sampling         sampling;
     cohsm_filter           filter;
-    float                  bias;                /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
-    float                  offset;              /* map pixels that receivers move, local lights; else see instances */
-    uint32_t               frame;               /* of progressive rendering: other random numbers */
-    uint32_t               samples_per_pass;    /* 0 = 64: a pass must not take longer than the driver's patience */
+    float                  bias;        /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
+    float                  offset;      /* pixels of a map that receivers of local lights move along their
+                                           geometric normal, >= 0; those of other lights move by
+                                           glbk_csm_instance.offset */
+    uint32_t               frame;       /* number of the frame in progressive rendering: each has random
+                                           numbers of its own */
+    uint32_t               samples_per_pass;    /* samples that one draw takes, lest it outlast the driver's
+                                                   patience; 0 = 64 */
 } glbk_csm_frame_desc;
 
-GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                     const glbk_csm_frame_desc *desc);
-/* Adds one frame of what the G-buffer holds to the sum. The first use of a combination of kind, ask, filter and kind of
-   maps compiles a program;
-   see glbk_csm_prepare. After an error some lights of the frame may be in the sum: glbk_csm_reset.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_MISMATCH (samples that are not the patterns' length, a
-            G-buffer of another size); GLBK_ERR_LIMIT: more than GLBK_CSM_MAX_PROGRAMS combinations in one frame;
-            those of glbk_program_create and glbk_buffer_update */
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                     const glbk_gbuffer *gbuffer, const glbk_csm_frame_desc *desc);
+/* Adds one frame of what the G-buffer holds to the sum: for each use samples / samples_per_pass passes. The
+   first use of a combination of kind, ask, filter and defines of maps compiles a program (glbk_csm_prepare).
+   After an error the sum may have some lights of the frame: call glbk_csm_reset.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_MISMATCH: samples are not
+            the patterns' length, or the G-buffer has another size; GLBK_ERR_LIMIT: more than
+            GLBK_CSM_MAX_PROGRAMS combinations in one frame; those of glbk_program_compile and
+            glbk_buffer_update */
 
-GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
-/* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_csm_frame_desc *desc);
+/* Compiles the programs that such a frame needs, so that the first one does not stutter.
+   Errors   those of glbk_csm_render that are not about the G-buffer */
 
 GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
-/* Forgets all frames. */
+/* Forgets all frames: the next one begins the sum. */
 
-GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
-                                      const glbk_pass *pass, const glbk_picture *picture);
-/* Draws the mean of the frames, linear radiance, to the pass's target; viewports: see glbk_pass.
-   picture   or NULL, see glbk_picture
-   gbuffer   that was rendered; it may be NULL where picture does not ask what is seen, or is NULL
-   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks, and there is no G-buffer, or one of another size */
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
+                                      const glbk_picture *picture);
+/* Draws the mean of the frames, linear radiance, to the pass's target, a pixel each; glbk_pass says how
+   viewports cut it.
+   gbuffer   the one that was rendered; it may be NULL where picture does not ask what is seen
+   picture   may be NULL: every pixel is drawn, without depths
+   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks what is seen, and there is no G-buffer, or it
+             has another size; those of glbk_begin */
 
 GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
-/* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER before the first frame */
+/* Waits for the GPU and reads the mean of the frames.
+   rgba     receives 4 floats a pixel, rows from the bottom up: linear radiance, and how many samples of a
+            frame were refused, because their light lies inside a hull
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: there is no frame yet; those of glbk_target_read */
 
 /* ---- csm: building on the GPU ----
 
-   Draws the layers of a builder's views by depth peeling and finds their segments (equation 1). csm.h then writes the
-   block: its cohsm_builder is given, for each view, layers that keep exactly the segments found here, so that the bytes
-   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, batch by batch:
+   A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
+   csm.h then writes the block: its cohsm_builder is given layers for each view that keep exactly these
+   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come in
+   batches:
 
-       while (from < views) { glbk_csm_builder_draw(gl, &b, from, n); glbk_csm_builder_compress(gl, &b); from += n; }
-       glbk_csm_builder_replay(gl, &b, add, user);              // calls cohsm_builder_add for all views
-
-   glbk_csm_builder_layers reads what was drawn instead, for a builder that compresses on the CPU. */
+       for (from = 0; from < view_count; from += n) {              // n <= b.batch
+           glbk_csm_builder_draw(gl, &b, from, n);
+           glbk_csm_builder_compress(gl, &b);
+       }
+       glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
 
 typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view: cohsm_builder_view. Of its fields matrix and depth_scale are read. */
+/* Writes the camera of a view, as cohsm_builder_view does. Of its fields matrix and depth_scale are read. */
+
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
-/* Draws your object: bind its vertex array, attribute 0 the position in object space, and draw; program and state are
-   ours. */
+/* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
+   changes neither program nor state. */
+
 typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
-/* Takes the layers of a view: cohsm_builder_add. Not 0 ends the replay. */
+/* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
 
 typedef struct glbk_csm_builder_desc {
-    uint32_t         map_side;          /* M, 4..1024 */
-    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: it is built on the CPU only */
+    uint32_t         map_side;          /* M, pixels, 4..1024 */
+    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone builds it */
     uint32_t         depth_bits;        /* as in cohsm_desc; 0 = 8 */
     float            open_thickness;    /* as in cohsm_desc; 0 = 8 */
-    int              positional, self_only;
-    glbk_csm_view_fn view_fn;
+    int              positional;        /* not 0: views are perspective, maps are of positions */
+    int              self_only;         /* as in cohsm_desc */
+    glbk_csm_view_fn view_fn;           /* required, like draw_fn */
     glbk_csm_draw_fn draw_fn;
     void            *user;              /* given to both */
 } glbk_csm_builder_desc;
 
-typedef struct glbk_csm_segment { uint32_t first, pixel, value; } glbk_csm_segment; /* private */
+typedef struct glbk_csm_segment {       /* private: of one pixel */
+    uint32_t first;                     /* the view that it begins with */
+    uint32_t pixel;
+    uint32_t value;                     /* lo | hi << 8 on the grid of depths, or an exact depth | 1 << 16 */
+} glbk_csm_segment;
 
-typedef struct glbk_csm_builder {       /* batch: most views that are drawn at once. The rest is private */
-    uint32_t              batch, tiles, drawn, drawn_from, next_view, passes;
+typedef struct glbk_csm_builder {       /* read only; zeroed = none */
+    uint32_t              batch;        /* the most views that are drawn at once, a power of two */
+    uint32_t              tiles;        /* private, like all that follows: tiles in a row of the atlas */
+    uint32_t              drawn;        /* views that glbk_csm_builder_draw drew last */
+    uint32_t              drawn_from;   /* the first of them */
+    uint32_t              next_view;    /* the first that is not compressed yet */
+    uint32_t              passes;       /* runs of the shader that compresses */
     glbk_csm_builder_desc desc;
-    glbk_program          first_layer, next_layer, compress;
-    glbk_texture          layers[3], depth, opened[2], records[3];
-    glbk_target           layer_targets[3], targets[2];
-    glbk_buffer           block, storage;
-    int                   now, compute;
+    glbk_program          first_layer;
+    glbk_program          next_layer;
+    glbk_program          compress;
+    glbk_texture          layers[3];    /* an atlas of tiles each */
+    glbk_texture          depth;
+    glbk_texture          opened[2];    /* core path: open segments, read from one and written to the other */
+    glbk_texture          records[3];   /* core path */
+    glbk_target           layer_targets[3];
+    glbk_target           targets[2];
+    glbk_buffer           block;
+    glbk_buffer           storage;      /* compute path: open segments and records */
+    int                   now;          /* core path: which of opened and targets is up to date */
+    int                   compute;
     uint32_t             *words;        /* what was read back */
-    uint32_t             *firsts;       /* of the open segment of each pixel */
+    uint32_t             *firsts;       /* the first view of the open segment of each pixel */
     glbk_csm_segment     *segments;
-    size_t                segment_count, segment_room;
+    size_t                segment_count;
+    size_t                segment_room;
 } glbk_csm_builder;
 
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
                                              glbk_csm_builder *out);
-GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from, uint32_t count);
-GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view,
-                                             uint32_t layer, float *depths);
+/* Makes a builder that has drawn no view yet.
+   Memory   here 84 map_side^2 bytes; on the GPU 4 layers of up to 4 MB, and 64 map_side^2 bytes
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_ALLOC; those of textures,
+            targets and glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from,
+                                           uint32_t count);
+/* Draws the layers of views from .. from + count - 1, calling view_fn and draw_fn once for each view and
+   layer.
+   count    1 .. builder->batch
+   Errors   GLBK_ERR_ARGUMENT; those of glbk_begin */
+
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
+/* Finds the segments of the views that were drawn last, which must follow those compressed before, and reads
+   them back.
+   Memory   12 bytes a segment
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no views were drawn, others come next, or they lie on both
+            sides of a multiple of 65,536; GLBK_ERR_ALLOC; those of reading */
+
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              glbk_csm_add_fn add_fn, void *user);
+/* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
+   view. Of the cohsm_stats of such a build only the count of open, empty entries is missing.
+   Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no view was compressed; GLBK_ERR_INPUT: add_fn returned
+            something other than 0; GLBK_ERR_ALLOC */
+
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
-/* draw      count <= builder->batch views from view `from` on
-   layers    layer 0, 1 (2 with Z1Z3) of a view from the last draw: map_side^2 depths, above 1 where there is no hit
-   compress  the views drawn last, which must follow those compressed before
-   replay    after the last view: add_fn for each in turn; its not 0 ends with GLBK_ERR_INPUT. Stored segments are
-             those of the layers; cohsm_stats of it counts no open, empty entries
-   Memory    16 map_side^2 words, 12 bytes a segment (twice in replay)
-   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_ORDER (views that were not drawn), GLBK_ERR_ALLOC */
+/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */

@@ -6,7 +6,7 @@
 
 #endif /* GL_CSM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_CSM_IMPLEMENTATION) && !defined(GL_CSM_IMPLEMENTED)
 #define GL_CSM_IMPLEMENTED

@@ -2,7 +2,8 @@
 
 enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
 
-/* Magic, format and length, as docs/csm-format.md has them; in the host's byte order, which is what GL takes. */
+/* Checks magic, format and length of a block, as docs/csm-format.md has them, in the host's byte order: that
+   of GL. */
 static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
 {
     static const char function[] = "glbk_csm_maps_create";
@@ -19,8 +20,13 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
     return GLBK_OK;
 }
 
-enum { GLBK__CSM_NEAR = 16, GLBK__CSM_NEAR_TEXELS = 11, GLBK__CSM_HEAD = 28 /* words: texels 1 to 7 of a block */ };
+enum {
+    GLBK__CSM_NEAR = 16,            /* instances that the uniform block has room for */
+    GLBK__CSM_NEAR_TEXELS = 11,     /* of each: its record and texels 1 to 7 of its block */
+    GLBK__CSM_HEAD = 28             /* the words of texels 1 to 7 */
+};
 
+/* Appends a define with a number below 20, unless it is 0. */
 static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 {
     char digit = (char)('0' + value % 10);
@@ -30,11 +36,13 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
     glbk__put(sink, &digit, 1);
 }
 
-/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where
-   blocks differ; instances and headers in the uniform block where they fit. */
+/* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
+   order and orientation where all blocks have the same, and how many instances stand in the uniform block, if
+   they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
-    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of texel 1: which word, up to
+                                                                               what */
     uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
@@ -73,7 +81,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
         starts[i] = (uint32_t)texels;
         if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
         texels += blocks[i].bytes / 16;
-        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
+        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
     }
     if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
         return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
@@ -81,19 +89,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
     if (result == GLBK_OK && !out->near_count)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
-                                   &out->instances);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
+                                    &out->instances);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
-        result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+        result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
     if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;
 }
 
-/* Four texels: the way into the object's space, its block. */
+/* Writes the four texels of an instance: world to object, where its block begins, its offset. */
 static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
 {
     float inverse[16], row[4];
@@ -108,9 +116,9 @@ static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
     words[14] = words[15] = 0;
 }
 
-/* Instances and the headers of their blocks into the uniform block. */
-static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances, uint32_t count,
-                                 glbk_csm_scene *scene)
+/* Writes instances and the headers of their blocks into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                 uint32_t count, glbk_csm_scene *scene)
 {
     uint32_t i, block;
     for (i = 0; i < count; i++) {
@@ -121,7 +129,7 @@ static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_insta
     }
 }
 
-/* All of them into their table at once. */
+/* Uploads all instances to their table, at once. */
 static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *maps,
                                         const glbk_csm_instance *instances, uint32_t count)
 {
@@ -130,11 +138,12 @@ static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *
     glbk_result result;
     if (!words) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
-    result = glbk_table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
+    result = glbk__table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
     glbk_csm__free(&memory, words);
     return result;
 }
 
+/* Checks what glbk_csm_maps_place is given. */
 static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk_csm_maps *maps,
                                              const glbk_csm_instance *instances, uint32_t count)
 {
@@ -158,8 +167,8 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
-                                         uint32_t count)
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
+                                         const glbk_csm_instance *instances, uint32_t count)
 {
     glbk_csm_scene scene;
     glbk_result result;
@@ -172,8 +181,8 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
     else if (count) result = glbk__csm_place_many(ctx, maps, instances, count);
     if (result != GLBK_OK) return result;
     maps->count = count;
-    scene.table[1] = count;
-    scene.table[2] = maps->near_count != 0;
+    scene.count = count;
+    scene.in_block = maps->near_count != 0;
     return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
 }
 

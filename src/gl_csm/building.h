@@ -1,8 +1,13 @@
 /* ---- csm: building ---- */
 
-enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
-#define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
+enum {
+    GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */
+    GLBK__CSM_CHUNK = 65536,        /* views after which csm.h's lists begin anew */
+    GLBK__CSM_EXACT = 65536         /* of a segment's value: it is an exact depth */
+};
+#define GLBK__CSM_NONE 2.0f         /* a depth above 1: there is no hit */
 
+/* Returns the greatest value of the grid of depths. */
 static uint32_t glbk__csm_top(const glbk_csm_builder *b)
 {
     return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
@@ -13,6 +18,7 @@ static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
     return b->desc.layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
 }
 
+/* Makes the atlas of each layer. */
 static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_texture_desc texture;
@@ -35,7 +41,8 @@ static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *
     return result;
 }
 
-/* Where open segments and records go: two states to ping-pong between, or a buffer. */
+/* Makes what open segments and records go to: on the core path two textures of open segments, each drawn from
+   the other, on the compute path one buffer. */
 static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_texture_desc texture;
@@ -59,7 +66,7 @@ static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder 
     return result;
 }
 
-/* Every pixel begins anew: all values possible, no view yet. Only the first words of the state are read back later. */
+/* Begins the open segment of every pixel anew: it may have all values of the grid, and has no view yet. */
 static void glbk__csm_open_all(glbk_csm_builder *b)
 {
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
@@ -70,17 +77,19 @@ static void glbk__csm_open_all(glbk_csm_builder *b)
     }
 }
 
-/* State to the GPU, with the cursors at the batch's first view. words: 16 a pixel, of which 4 are the state. */
+/* Uploads the open segments, with the cursor of each at the batch's first view. words has 16 a pixel, of
+   which the first 4 are its open segment. */
 static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 {
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
     for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
     if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
-    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1, b->words);
+    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1,
+                               b->words);
 }
 
-/* State and records from the GPU, 16 words a pixel in either path. */
+/* Reads open segments and records back, 16 words a pixel on either path. */
 static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
 {
     uint32_t m = b->desc.map_side, k;
@@ -91,12 +100,15 @@ static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
     if (b->compute) return glbk_buffer_read(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (k = 0; k < 4 && result == GLBK_OK; k++) {
         result = glbk_target_read(ctx, &b->targets[b->now], k, 0, 0, m, m, planes);
-        for (i = 0; i < pixels && result == GLBK_OK; i++) memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
+        for (i = 0; i < pixels && result == GLBK_OK; i++)
+            memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
     }
     return result;
 }
 
-static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record, uint32_t end)
+/* Keeps a segment of a pixel, which ends before view `end`; returns 0 if there is no memory. */
+static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record,
+                          uint32_t end)
 {
     glbk_csm_segment *s;
     if (b->segment_count == b->segment_room) {
@@ -117,6 +129,7 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
     return 1;
 }
 
+/* Checks the desc of a builder. */
 static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
 {
     static const char function[] = "glbk_csm_builder_create";
@@ -131,13 +144,15 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
     if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
         return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
-        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
+                               "0 or more");
     if (!d->view_fn || !d->draw_fn)
         return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d, glbk_csm_builder *out)
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
+                                             glbk_csm_builder *out)
 {
     glbk_csm__allocator memory;
     size_t pixels;
@@ -152,19 +167,21 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     pixels = (size_t)d->map_side * d->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
     for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
-    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
+    out->batch = out->tiles * out->tiles;       /* a power of two, so that batches end where csm.h's lists
+                                                   do */
     memory = glbk_csm__memory(ctx);
     out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
-    if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
-    if (result == GLBK_OK)
         result =
-            glbk_program_create(ctx, glbk_csm_part(),
-                                out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+            glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+    if (result == GLBK_OK)
+        result = glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+    if (result == GLBK_OK)
+        result = glbk__program_create(ctx, glbk_csm_part(),
+                                      out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,
+                                      &out->compress);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
     if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
     if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
@@ -201,22 +218,24 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *b)
     memset(b, 0, sizeof *b);
 }
 
+/* Fills the uniform block of a batch, all but the camera. */
 static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
 {
     float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_side;
     memset(out, 0, sizeof *out);
-    out->values[0] = 2.0f / m;
-    out->values[2] = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
-    out->tiles[0] = b->desc.map_side;
-    out->tiles[1] = b->tiles;
-    out->tiles[2] = views;
-    out->how[0] = glbk__csm_top(b);
-    out->how[1] = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
-    out->how[2] = b->desc.positional != 0;
-    out->how[3] = b->desc.self_only != 0;
+    out->clip_per_pixel = 2.0f / m;
+    out->open_thickness = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->depth_top = glbk__csm_top(b);
+    out->side = b->desc.map_side;
+    out->tiles_across = b->tiles;
+    out->view_count = views;
+    out->far_layer = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+    out->positional = b->desc.positional != 0;
+    out->self_only = b->desc.self_only != 0;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from, uint32_t count)
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from,
+                                           uint32_t count)
 {
     static const float none[4] = { 1073741824.0f, 0, 0, 0 };    /* the bits of 2.0 as a number */
     glbk_csm_peel block;
@@ -237,7 +256,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
         for (i = 0; i < count; i++) {
             b->desc.view_fn(b->desc.user, from + i, &view);
             memcpy(block.view, view.matrix, sizeof block.view);
-            block.values[1] = view.depth_scale;
+            block.depth_scale = view.depth_scale;
             result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
             if (result != GLBK_OK) return result;
             pass.viewport[0] = (int32_t)(i % b->tiles * m);
@@ -258,28 +277,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *b, uint32_t view, uint32_t layer,
-                                             float *depths)
-{
-    uint32_t row[4 * 1024], m, x, y, at;
-    glbk_result result = GLBK_OK;
-
-    if (!ctx || !b || !depths) return GLBK_ERR_ARGUMENT;
-    if (view < b->drawn_from || view - b->drawn_from >= b->drawn)
-        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "view", view, "of those drawn last");
-    if (layer >= glbk__csm_layer_count(b))
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "layer", layer, 0, glbk__csm_layer_count(b) - 1.0);
-    m = b->desc.map_side;
-    at = view - b->drawn_from;
-    for (y = 0; y < m && result == GLBK_OK; y++) {
-        result =
-            glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
-        for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
-    }
-    return result;
-}
-
-/* One run of the shader, which goes on until each pixel is through or has no room for more records. */
+/* Runs the shader once; it goes on with each pixel until the batch or the room for records ends. */
 static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_pass pass;
@@ -294,7 +292,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
     }
     glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
-    for (i = 0; i < 3; i++)         /* of two layers the third is not read */
+    for (i = 0; i < 3; i++)         /* where there are two layers, the third is not read */
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
     b->passes++;
     if (b->compute) {
@@ -306,7 +304,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
     return GLBK_OK;
 }
 
-/* Takes the records that a run left. *left: pixels that are not through. */
+/* Keeps the segments that a run has ended. *left receives how many pixels are not through yet. */
 static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
 {
     uint32_t pixels = b->desc.map_side * b->desc.map_side, p, i;
@@ -322,7 +320,7 @@ static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b
     return result;
 }
 
-/* Lists of csm.h begin anew after 65,536 views: what is open ends there. */
+/* Ends all open segments, as lists of csm.h do after 65,536 views. */
 static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
 {
     uint32_t pixels = b->desc.map_side * b->desc.map_side, p;
@@ -359,30 +357,37 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
 }
 
-/* A depth of the builder's layers whose 16 bits are d <= 65533. */
-static float glbk__csm_layer_depth(uint32_t d) { return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f; }
+/* Returns a depth whose 16 bits are d <= 65533. */
+static float glbk__csm_layer_depth(uint32_t d)
+{
+    return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f;
+}
 
-/* Layers whose interval is just the values that the segment may have (lo .. hi on the grid, or one exact depth). */
+/* Writes depths of layers whose interval is just the values that a segment may have: lo .. hi of the grid, or
+   one exact depth. */
 static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
 {
     uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
     int far_layers = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
 
     *z1 = *z2 = *z3 = GLBK__CSM_NONE;
-    if (value & GLBK__CSM_EXACT) {              /* both layers in one place: an interval of that depth alone */
+    if (value & GLBK__CSM_EXACT) {              /* all layers in one place: an interval of that depth alone */
         *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
         return;
     }
     if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
     *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
-    if (hi == top) return;                      /* FAR: no end */
+    if (hi == top) return;                      /* the interval has no end */
     *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
 }
 
-/* Segments in the order of their first views. */
-static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b, size_t *ends)
+/* Returns the segments in the order of their first views, or NULL without memory. ends[v] receives where
+   those of view v end. */
+static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b,
+                                           size_t *ends)
 {
-    glbk_csm_segment *sorted = (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
+    glbk_csm_segment *sorted =
+        (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
     size_t i, sum = 0, n;
     if (!sorted) return NULL;
     memset(ends, 0, (size_t)b->next_view * sizeof *ends);
@@ -407,7 +412,8 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     glbk_result result = GLBK_OK;
 
     if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
-    if (!b->next_view) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+    if (!b->next_view)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);

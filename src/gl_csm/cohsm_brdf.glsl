@@ -1,8 +1,9 @@
-// cohsm_brdf - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.
-// C twins: lsamp_brdf_eval and lsamp_brdf_sample of lightsampling.h.
+// cohsm_brdf - evaluates and samples the BRDFs of Lambert, Phong and Lafortune and glTF's metal-rough one,
+// with GGX. C twins: lsamp_brdf_eval and lsamp_brdf_sample of lightsampling.h.
 //
-// COHSM_LOBES: lobes that a surface may have, 1 unless there are Lafortune materials of more, at most 8. Registers grow
-// with it. COHSM_LOBE(i): uvec4 texel i of the lobes' table, two each: axis and exponent, scale (as float bits).
+// COHSM_LOBES is how many lobes a surface may have, 1..8: more than 1 are for Lafortune materials, and take
+// registers. COHSM_LOBE(i) is texel i of the lobes' table, a uvec4 of the bits of floats; each lobe has two:
+// axis and exponent, scale.
 // uses: cohsm_math
 #ifndef COHSM_LOBES
 #error "cohsm_brdf.glsl needs COHSM_LOBES, 1..8"
@@ -17,36 +18,53 @@
 #define COHSM_BRDF_METAL_ROUGH 4u
 
 struct cohsm_material {
-    uint type;
-    vec3 diffuse;               // albedo; metal-rough: base colour
+    uint type;                  // COHSM_BRDF_...
+    vec3 diffuse;               // albedo; METAL_ROUGH: base colour
     vec3 specular;              // PHONG
     float exponent;             // PHONG
-    float metallic, roughness;  // METAL_ROUGH
-    uint lobe, lobe_count;      // LAFORTUNE: the first one
+    float metallic;             // METAL_ROUGH
+    float roughness;            // METAL_ROUGH
+    uint lobe;                  // LAFORTUNE: number of the first lobe in the table
+    uint lobe_count;            // LAFORTUNE
 };
 
-struct cohsm_surface {          // a material at a point; directions in the frame t, b, n
-    vec3  t, b, n, wo, diffuse, f0;
+struct cohsm_surface {          // a material at a point; directions are in the frame t, b, n
+    vec3  t;
+    vec3  b;
+    vec3  n;
+    vec3  wo;                   // to the eye
+    vec3  diffuse;
+    vec3  f0;                   // GGX: what is reflected along the normal
     float alpha;                // GGX; 0: cosine lobes
     int   lobe_count;
     vec4  lobes[COHSM_LOBES];   // axis, exponent
-    vec4  scales[COHSM_LOBES];  // scale, share of the roulette
-    float diffuse_share, peak;
-    bool  black;
+    vec4  scales[COHSM_LOBES];  // scale, share among the lobes
+    float diffuse_share;        // of the samples
+    float peak;                 // about the greatest density of a sample
+    bool  black;                // it reflects nothing
 };
 
-struct cohsm_response { vec3 diffuse, specular; float diffuse_pdf, specular_pdf; };
+struct cohsm_response {         // of a surface to a direction
+    vec3  diffuse;              // f
+    vec3  specular;
+    float diffuse_pdf;          // per solid angle
+    float specular_pdf;
+};
 
 float cohsm_mean(vec3 c) { return (c.x + c.y + c.z) * (1.0 / 3.0); }
+
+// To the frame of a surface, and back to the world.
 vec3 cohsm_to_frame(cohsm_surface s, vec3 w) { return vec3(dot(w, s.t), dot(w, s.b), dot(w, s.n)); }
 vec3 cohsm_from_frame(cohsm_surface s, vec3 w) { return s.t * w.x + s.b * w.y + s.n * w.z; }
 
+// Returns Fresnel's reflectance by Schlick's approximation.
 vec3 cohsm_schlick(vec3 f0, float cosine)
 {
     float x = 1.0 - cosine, f = x * x * (x * x) * x;
     return f0 * (1.0 - f) + f;
 }
 
+// Adds a cosine lobe about c times the mirrored view, unless there is no room; returns its albedo, about.
 float cohsm_add_lobe(inout cohsm_surface s, vec3 c, float exponent, vec3 scale)
 {
     vec3 a = c * s.wo;
@@ -56,13 +74,17 @@ float cohsm_add_lobe(inout cohsm_surface s, vec3 c, float exponent, vec3 scale)
     if (exponent > 0.0) scale *= cohsm_pow(size, exponent);
     float albedo = cohsm_mean(scale) * 2.0 * COHSM_PI / (exponent + 2.0) * max(a.z, 0.1);
     if (!(albedo > 0.0) || !cohsm_finite3(scale)) return 0.0;
-    s.lobes[s.lobe_count] = vec4(a, exponent);
-    s.scales[s.lobe_count] = vec4(scale, albedo);
+    for (int i = 0; i < COHSM_LOBES; i++)
+        if (i == s.lobe_count) {
+            s.lobes[i] = vec4(a, exponent);
+            s.scales[i] = vec4(scale, albedo);
+        }
     s.lobe_count++;
     return albedo;
 }
 
-float cohsm_specular_init(inout cohsm_surface s, cohsm_material m)
+// Sets what a surface reflects beside the diffuse part, and returns its albedo, about.
+float cohsm_specular_init(inout cohsm_surface s, const in cohsm_material m)
 {
     if (m.type == COHSM_BRDF_METAL_ROUGH) {
         s.alpha = max(m.roughness * m.roughness, 0.002);
@@ -80,13 +102,14 @@ float cohsm_specular_init(inout cohsm_surface s, cohsm_material m)
     if (m.type == COHSM_BRDF_LAFORTUNE)
         for (uint i = 0u; i < m.lobe_count; i++) {
             vec4 axis = uintBitsToFloat(COHSM_LOBE(2u * (m.lobe + i)));
-            sum += cohsm_add_lobe(s, axis.xyz, axis.w, uintBitsToFloat(COHSM_LOBE(2u * (m.lobe + i) + 1u)).xyz);
+            vec3 scale = uintBitsToFloat(COHSM_LOBE(2u * (m.lobe + i) + 1u)).xyz;
+            sum += cohsm_add_lobe(s, axis.xyz, axis.w, scale);
         }
     return sum;
 }
 
-// tangent: any length; zero for none. normal and wo: about unit length.
-cohsm_surface cohsm_surface_at(cohsm_material m, vec3 normal, vec3 tangent, vec3 wo)
+// Returns a material at a point. normal and wo have about unit length, tangent any; 0 is none.
+cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tangent, vec3 wo)
 {
     cohsm_surface s;
     s.n = cohsm_normalize(normal);
@@ -109,17 +132,19 @@ cohsm_surface cohsm_surface_at(cohsm_material m, vec3 normal, vec3 tangent, vec3
     }
     float specular = cohsm_specular_init(s, m), diffuse = cohsm_mean(s.diffuse);
     s.black = !(diffuse + specular > 0.0);
-    s.diffuse_share = s.black ? 1.0 : diffuse / (diffuse + specular);
+    s.diffuse_share = cohsm_if(s.black, 1.0, diffuse / (diffuse + specular));
     s.peak = s.diffuse_share * (1.0 / COHSM_PI);
-    for (int i = 0; i < s.lobe_count; i++) {
-        s.scales[i].w /= specular;
-        float lobe = s.alpha > 0.0 ? 0.25 / (COHSM_PI * s.alpha * s.alpha) : (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);
-        s.peak += (1.0 - s.diffuse_share) * s.scales[i].w * lobe;
-    }
+    for (int i = 0; i < COHSM_LOBES; i++)
+        if (i < s.lobe_count) {
+            s.scales[i].w /= specular;
+            float lobe = (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);
+            if (s.alpha > 0.0) lobe = 0.25 / (COHSM_PI * s.alpha * s.alpha);
+            s.peak += (1.0 - s.diffuse_share) * s.scales[i].w * lobe;
+        }
     return s;
 }
 
-// GGX, Smith's height-correlated shadowing, density of visible normals.
+// Adds GGX to a response: with Smith's height-correlated shadowing, and the density of visible normals.
 void cohsm_ggx(cohsm_surface s, vec3 wi, inout cohsm_response r)
 {
     vec3 h = cohsm_normalize(s.wo + wi);
@@ -131,7 +156,7 @@ void cohsm_ggx(cohsm_surface s, vec3 wi, inout cohsm_response r)
     r.specular_pdf = 0.5 * d / (s.wo.z + go);
 }
 
-// f and the densities for wi in the frame, the diffuse and the specular part apart.
+// Returns f and the densities for wi, a direction in the frame, of the diffuse and the specular part.
 cohsm_response cohsm_respond(cohsm_surface s, vec3 wi)
 {
     cohsm_response r = cohsm_response(vec3(0.0), vec3(0.0), 0.0, 0.0);
@@ -142,22 +167,25 @@ cohsm_response cohsm_respond(cohsm_surface s, vec3 wi)
         cohsm_ggx(s, wi, r);
         return r;
     }
-    for (int i = 0; i < s.lobe_count; i++) {
+    for (int i = 0; i < COHSM_LOBES; i++) {
         float c = dot(s.lobes[i].xyz, wi);
-        if (!(c > 0.0)) continue;
-        c = cohsm_pow(c, s.lobes[i].w);
-        r.specular += s.scales[i].xyz * c;
-        r.specular_pdf += s.scales[i].w * c * (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);
+        if (i < s.lobe_count && c > 0.0) {
+            c = cohsm_pow(c, s.lobes[i].w);
+            r.specular += s.scales[i].xyz * c;
+            r.specular_pdf += s.scales[i].w * c * (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);
+        }
     }
     return r;
 }
 
-float cohsm_brdf_pdf(cohsm_surface s, cohsm_response r)
+// Returns the density of samples by cohsm_brdf_draw with the surface's diffuse_share.
+float cohsm_brdf_pdf(cohsm_surface s, const in cohsm_response r)
 {
     return s.diffuse_share * r.diffuse_pdf + (1.0 - s.diffuse_share) * r.specular_pdf;
 }
 
-// Visible normals by spherical caps (Dupuy and Benyoub 2023).
+// Returns a direction mirrored at a visible normal, which is drawn by spherical caps (Dupuy and Benyoub
+// 2023).
 vec3 cohsm_ggx_draw(cohsm_surface s, vec2 u)
 {
     vec3 o = cohsm_normalize(vec3(s.wo.xy * s.alpha, s.wo.z));
@@ -168,6 +196,7 @@ vec3 cohsm_ggx_draw(cohsm_surface s, vec2 u)
     return cohsm_normalize(h * (2.0 * dot(s.wo, h)) - s.wo);
 }
 
+// Returns a direction of a cosine lobe.
 vec3 cohsm_lobe_draw(vec4 lobe, vec2 u)
 {
     vec3 t, b;
@@ -177,16 +206,26 @@ vec3 cohsm_lobe_draw(vec4 lobe, vec2 u)
     return t * (r * sc.y) + b * (r * sc.x) + lobe.xyz * c;
 }
 
-// wi in the frame, the lobe picked by u.x.
+// Returns a direction in the frame; u.x picks the lobe.
 vec3 cohsm_brdf_draw(cohsm_surface s, float diffuse_share, vec2 u)
 {
     if (u.x < diffuse_share || s.lobe_count == 0) {
-        vec2 p = cohsm_concentric(vec2(diffuse_share > 0.0 ? cohsm_clamp_unit(u.x / diffuse_share) : u.x, u.y));
+        if (diffuse_share > 0.0) u.x = cohsm_clamp_unit(u.x / diffuse_share);
+        vec2 p = cohsm_concentric(u);
         return vec3(p, cohsm_safe_sqrt(1.0 - p.x * p.x - p.y * p.y));
     }
     u.x = (u.x - diffuse_share) / (1.0 - diffuse_share);
     if (s.alpha > 0.0) return cohsm_ggx_draw(s, vec2(cohsm_clamp_unit(u.x), u.y));
-    int i = 0;
-    for (; i + 1 < s.lobe_count && u.x >= s.scales[i].w; i++) u.x -= s.scales[i].w;
-    return cohsm_lobe_draw(s.lobes[i], vec2(cohsm_clamp_unit(u.x / s.scales[i].w), u.y));
+    vec4 lobe = s.lobes[0];
+    float share = s.scales[0].w;
+    bool on = true;
+    for (int i = 1; i < COHSM_LOBES; i++) {
+        on = on && i < s.lobe_count && u.x >= share;
+        if (on) {
+            u.x -= share;
+            share = s.scales[i].w;
+            lobe = s.lobes[i];
+        }
+    }
+    return cohsm_lobe_draw(lobe, vec2(cohsm_clamp_unit(u.x / share), u.y));
 }

@@ -1,8 +1,9 @@
-// cohsm_light - light functions A (what emits) and L (how much): samples of a light and hits of its surface.
-// C twins: lsamp_light_sample and lsamp_light_hit of lightsampling.h. D, the place of maps, is in the blocks.
+// cohsm_light - samples a light and finds where a ray hits it: the functions A (what emits) and L (how much)
+// of a light. D, where the maps are, stands in the blocks. C twins: lsamp_light_sample and lsamp_light_hit of
+// lightsampling.h.
 //
-// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_write
-// (layout: docs/gpu-layouts.md).
+// COHSM_LIGHT_TEXEL(i) is texel i of the table of lights, a uvec4, as glbk_csm_light_write writes it
+// (docs/gpu-layouts.md).
 // uses: cohsm_math
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
@@ -16,29 +17,56 @@
 #define COHSM_SHAPE_RECTANGLE 6u
 #define COHSM_SHAPE_DISC 7u
 #define COHSM_SHAPE_SPHERE 8u
-#define COHSM_SHAPE_MESH 10u    // a table of triangles: x picks one by area, y and z a point in it
+#define COHSM_SHAPE_MESH 10u    // a table of triangles: u.x picks one by area, y and z a point in it
 #define COHSM_INFINITY 3.402823466e38
 
 struct cohsm_light {
-    uint  base, shape, width, height, flags, texels_at, sums_at, triangles_at, triangle_count;
-    vec3  origin, n, ex, ey, u, v, radiance, tint;
-    float radius, lx, ly, area, cos_cone, turn, cosine_power;
+    uint  base;                 // its first texel
+    uint  shape;                // COHSM_SHAPE_...
+    uint  width;                // of L
+    uint  height;
+    uint  flags;                // 1: L is there; 2: a rectangle with right angles
+    uint  texels_at;            // texels of L, of running sums, of triangles
+    uint  sums_at;
+    uint  triangles_at;
+    uint  triangle_count;
+    vec3  origin;               // position, centre, corner or start
+    vec3  n;                    // normal, axis or direction
+    vec3  ex;                   // dual edge of u; of a disc its x axis
+    vec3  ey;                   // dual edge of v; of a disc its y axis
+    vec3  u;
+    vec3  v;
+    vec3  radiance;
+    vec3  tint;                 // a texel's density is tint . texel
+    float radius;
+    float lx;                   // length of u
+    float ly;                   // length of v
+    float area;
+    float cos_cone;             // of the half angle
+    float turn;                 // rotation of a sky, as a share of a whole turn
+    float cosine_power;         // of the emission
 };
 
 struct cohsm_aim {              // a light as one point sees it
-    vec3  p, axis;
-    float range, spread, solid_pdf, solid;
-    vec4  edges;                // rectangle: x0 x1 y0 y1
+    vec3  p;                    // the point
+    vec3  axis;                 // sphere, line: unit, to the centre or the nearest point of the infinite line
+    float range;                // sphere, line: along the axis
+    float spread;               // sphere: 1 - cosine of the cone; line: greatest sine of a seen normal
+    float solid_pdf;            // density per solid angle, where it is constant; else 0
+    float solid;                // solid angle, about
+    vec4  edges;                // rectangle: x0 x1 y0 y1, as Urena, Fajardo and King name them
     vec4  cap;                  // rectangle: z b0 b1 k
 };
 
 struct cohsm_emission {
-    vec3  direction;
+    vec3  direction;            // to it, unit
     float range;                // COHSM_INFINITY for sky and sun
-    vec3  coords, radiance;
-    float pdf;
+    vec3  coords;               // of the light, 0..1
+    vec3  radiance;
+    float pdf;                  // per solid angle
 };
 
+// Reads the light that begins at a texel.
 cohsm_light cohsm_light_open(uint base)
 {
     cohsm_light l;
@@ -74,50 +102,66 @@ cohsm_light cohsm_light_open(uint base)
     return l;
 }
 
-bool cohsm_light_textured(cohsm_light l) { return (l.flags & 1u) != 0u; }
-bool cohsm_light_is_delta(cohsm_light l) { return l.shape >= COHSM_SHAPE_SUN && l.shape <= COHSM_SHAPE_SPOT; }
+bool cohsm_light_textured(const in cohsm_light l) { return (l.flags & 1u) != 0u; }
 
-uint cohsm_index(float x, uint count) { return min(uint(x * float(count)), count - 1u); }
-
-vec3 cohsm_light_texel(cohsm_light l, uint x, uint y)
+// Sun, point and spot cannot be hit.
+bool cohsm_light_is_delta(const in cohsm_light l)
 {
-    return cohsm_light_textured(l) ? uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at + y * l.width + x)).xyz : vec3(1.0);
+    return l.shape >= COHSM_SHAPE_SUN && l.shape <= COHSM_SHAPE_SPOT;
 }
 
-vec3 cohsm_texel_at(cohsm_light l, vec2 x)
+// Returns the cell of `count` that x in 0..1 falls into.
+uint cohsm_index(float x, uint count) { return min(uint(x * float(count)), count - 1u); }
+
+// Returns texel x, y of L.
+vec3 cohsm_light_texel(const in cohsm_light l, uint x, uint y)
+{
+    if (!cohsm_light_textured(l)) return vec3(1.0);
+    return uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at + y * l.width + x)).xyz;
+}
+
+vec3 cohsm_texel_at(const in cohsm_light l, vec2 x)
 {
     return cohsm_light_texel(l, cohsm_index(x.x, l.width), cohsm_index(x.y, l.height));
 }
 
-float cohsm_density(cohsm_light l, vec2 x) { return cohsm_light_textured(l) ? dot(cohsm_texel_at(l, x), l.tint) : 1.0; }
+// Returns the density of samples at coordinates x, which is 1 in the mean.
+float cohsm_density(const in cohsm_light l, vec2 x)
+{
+    return cohsm_light_textured(l) ? dot(cohsm_texel_at(l, x), l.tint) : 1.0;
+}
 
-// Inversion of the running sums at texel `at`: each holds the sum before its cell, the sum after it, and where
-// (as integers) the search begins and ends for numbers that fall into that fraction of 0..1.
+// Returns the cell of running sums that u falls into, and where inside. Each of the `count` texels from `at`
+// on holds the sum before its cell and the sum after it, and, as integers, where the search begins and ends
+// for numbers that fall into that fraction of 0..1.
 uint cohsm_invert(uint at, uint count, float u, out float fraction)
 {
     uvec4 t = COHSM_LIGHT_TEXEL(at + cohsm_index(u, count));
     uint lo = t.z, hi = t.w;
     while (hi - lo > 1u) {
         uint middle = lo + (hi - lo) / 2u;
-        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(at + middle).x) <= u) lo = middle;
-        else hi = middle;
+        bool later = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + middle).x) <= u;
+        lo = later ? middle : lo;
+        hi = later ? hi : middle;
     }
     vec2 sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + lo).xy);
     while (lo + 1u < count && sums.y <= u) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + ++lo).xy);
-    while (lo > 0u && (sums.x > u || !(sums.y > sums.x))) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + --lo).xy);
+    while (lo > 0u && (sums.x > u || !(sums.y > sums.x)))
+        sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + --lo).xy);
     fraction = cohsm_clamp_unit((u - sums.x) / (sums.y - sums.x));
     return lo;
 }
 
-// The texel that u picks, and where inside.
-uvec2 cohsm_pick_cell(cohsm_light l, vec2 u, out vec2 inside)
+// Returns the texel that u picks in proportion to its density, and where inside.
+uvec2 cohsm_pick_cell(const in cohsm_light l, vec2 u, out vec2 inside)
 {
     uint y = cohsm_invert(l.sums_at, l.height, u.y, inside.y);
     uint x = cohsm_invert(l.sums_at + l.height + y * l.width, l.width, u.x, inside.x);
     return uvec2(x, y);
 }
 
-vec2 cohsm_pick_coords(cohsm_light l, vec2 u)
+// Returns the coordinates that u picks in proportion to their density.
+vec2 cohsm_pick_coords(const in cohsm_light l, vec2 u)
 {
     if (!cohsm_light_textured(l)) return u;
     vec2 inside;
@@ -126,15 +170,18 @@ vec2 cohsm_pick_coords(cohsm_light l, vec2 u)
                 cohsm_clamp_unit((float(cell.y) + inside.y) / float(l.height)));
 }
 
-bool cohsm_emit(cohsm_light l, vec3 texel, float cosine, inout cohsm_emission e)
+// Sets the radiance of an emission, and returns whether there is any.
+bool cohsm_emit(const in cohsm_light l, vec3 texel, float cosine, inout cohsm_emission e)
 {
     e.radiance = l.radiance * texel;
     if (l.cosine_power > 0.0) e.radiance *= cohsm_pow(cosine, l.cosine_power);
     return cohsm_finite3(e.radiance) && e.radiance.x + e.radiance.y + e.radiance.z > 0.0;
 }
 
-// From the point q of the surface to what a.p sees of it.
-bool cohsm_emit_area(cohsm_light l, cohsm_aim a, vec3 q, vec3 n, vec2 x, float area_pdf, inout cohsm_emission e)
+// Sets the emission of a point q of the surface, with the normal n, coordinates x and a density per area, as
+// the aim's point sees it; returns whether it sees any.
+bool cohsm_emit_area(const in cohsm_light l, const in cohsm_aim a, vec3 q, vec3 n, vec2 x, float area_pdf,
+                     inout cohsm_emission e)
 {
     vec3 d = q - a.p;
     float square = dot(d, d), range = sqrt(square);
@@ -145,14 +192,15 @@ bool cohsm_emit_area(cohsm_light l, cohsm_aim a, vec3 q, vec3 n, vec2 x, float a
     cosine = min(cosine, 1.0);
     e.coords.xy = vec2(cohsm_clamp_unit(x.x), cohsm_clamp_unit(x.y));
     e.range = range;
-    e.pdf = a.solid_pdf > 0.0 ? a.solid_pdf : area_pdf * square / cosine;
+    e.pdf = cohsm_if(a.solid_pdf > 0.0, a.solid_pdf, area_pdf * square / cosine);
     e.direction = w;
     return cohsm_emit(l, cohsm_texel_at(l, x), cosine, e);
 }
 
 // ---- environment ----
 
-bool cohsm_environment_found(cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)
+// Sets the emission of a texel of the sky in direction w.
+bool cohsm_environment_found(const in cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)
 {
     vec3 texel = cohsm_light_texel(l, cell.x, cell.y);
     x.x -= l.turn;
@@ -163,7 +211,7 @@ bool cohsm_environment_found(cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout co
     return cohsm_emit(l, texel, 1.0, e) && e.pdf > 0.0;
 }
 
-// cos(pi y / h) to the last digits near the poles too.
+// Returns cos(pi y / h), near the poles to the last digits too.
 float cohsm_row_edge(uint y, uint h)
 {
     uint m = min(y, h - y);
@@ -172,7 +220,7 @@ float cohsm_row_edge(uint y, uint h)
     return m == y ? s : -s;
 }
 
-bool cohsm_environment_draw(cohsm_light l, vec2 u, inout cohsm_emission e)
+bool cohsm_environment_draw(const in cohsm_light l, vec2 u, inout cohsm_emission e)
 {
     vec2 inside;
     uvec2 cell = cohsm_pick_cell(l, u, inside);
@@ -180,10 +228,11 @@ bool cohsm_environment_draw(cohsm_light l, vec2 u, inout cohsm_emission e)
     float y = top + (cohsm_row_edge(cell.y + 1u, l.height) - top) * inside.y;
     float r = cohsm_safe_sqrt((1.0 - y) * (1.0 + y));
     vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x - l.turn - 0.5));
-    return cohsm_environment_found(l, cell, vec2(x, cohsm_acos(y) / COHSM_PI), vec3(r * sc.y, y, r * sc.x), e);
+    vec2 coords = vec2(x, cohsm_acos(y) / COHSM_PI);
+    return cohsm_environment_found(l, cell, coords, vec3(r * sc.y, y, r * sc.x), e);
 }
 
-bool cohsm_environment_hit(cohsm_light l, vec3 w, inout cohsm_emission e)
+bool cohsm_environment_hit(const in cohsm_light l, vec3 w, inout cohsm_emission e)
 {
     vec2 x = vec2(0.5 + cohsm_atan2(w.z, w.x) / (2.0 * COHSM_PI) + l.turn, cohsm_acos(w.y) / COHSM_PI);
     x.x -= floor(x.x);
@@ -192,8 +241,8 @@ bool cohsm_environment_hit(cohsm_light l, vec3 w, inout cohsm_emission e)
 
 // ---- what depends on the point alone ----
 
-// Rectangle by solid angle: Urena, Fajardo and King 2013, where the angle is not small.
-void cohsm_rectangle_aim(cohsm_light l, inout cohsm_aim a)
+// Prepares sampling a rectangle by solid angle (Urena, Fajardo and King 2013), unless the angle is small.
+void cohsm_rectangle_aim(const in cohsm_light l, inout cohsm_aim a)
 {
     vec3 d = l.origin - a.p;
     float x0 = dot(d, l.ex) * l.lx, y0 = dot(d, l.ey) * l.ly, x1 = x0 + l.lx, y1 = y0 + l.ly, z = dot(d, l.n);
@@ -207,13 +256,16 @@ void cohsm_rectangle_aim(cohsm_light l, inout cohsm_aim a)
     if (a.solid > 0.05 && cohsm_finite(a.solid)) a.solid_pdf = 1.0 / a.solid;
 }
 
+// Returns about the solid angle of a flat light whose centre lies at d.
 float cohsm_flat_solid(vec3 n, vec3 d, float area)
 {
-    float d2 = dot(d, d), cosine = abs(dot(n, d)) / sqrt(d2 > 0.0 ? d2 : 1.0), near2 = area * (1.0 / (2.0 * COHSM_PI));
+    float d2 = dot(d, d), cosine = abs(dot(n, d)) / sqrt(d2 > 0.0 ? d2 : 1.0);
+    float near2 = area * (1.0 / (2.0 * COHSM_PI));
     return area * (cosine * d2 + near2) / ((d2 + near2) * (d2 + near2));
 }
 
-vec2 cohsm_rectangle_pick(cohsm_aim a, vec2 u)
+// Returns the coordinates of a rectangle that u picks by solid angle.
+vec2 cohsm_rectangle_pick(const in cohsm_aim a, vec2 u)
 {
     float z = a.cap.x, b0 = a.cap.y;
     vec2 sc = cohsm_sincos(u.x * a.solid + a.cap.w);
@@ -222,12 +274,12 @@ vec2 cohsm_rectangle_pick(cohsm_aim a, vec2 u)
     float x = clamp(-(c * z) / sqrt(max(1.0 - c * c, 1e-12)), a.edges.x, a.edges.y);
     float d = sqrt(x * x + z * z), h0 = a.edges.z / sqrt(d * d + a.edges.z * a.edges.z);
     float h1 = a.edges.w / sqrt(d * d + a.edges.w * a.edges.w), h = h0 + u.y * (h1 - h0);
-    float y = h * h < 1.0 - 1e-6 ? h * d / sqrt(1.0 - h * h) : a.edges.w;
+    float y = cohsm_if(h * h < 1.0 - 1e-6, h * d / sqrt(1.0 - h * h), a.edges.w);
     return (vec2(x, y) - a.edges.xz) / (a.edges.yw - a.edges.xz);
 }
 
-// false: the light does not reach p.
-bool cohsm_aim_at(cohsm_light l, vec3 p, out cohsm_aim a)
+// Prepares samples of a light at a point p, and returns whether the light reaches p.
+bool cohsm_aim_at(const in cohsm_light l, vec3 p, out cohsm_aim a)
 {
     vec3 d = l.origin - p;
     float r = l.radius;
@@ -268,7 +320,8 @@ bool cohsm_aim_at(cohsm_light l, vec3 p, out cohsm_aim a)
 
 // ---- shapes ----
 
-bool cohsm_line_at(cohsm_light l, cohsm_aim a, float x, float sine, inout cohsm_emission e)
+// Sets the emission of a line at x along it, where the normal leaves the aim's axis by an angle of that sine.
+bool cohsm_line_at(const in cohsm_light l, const in cohsm_aim a, float x, float sine, inout cohsm_emission e)
 {
     float cosine = cohsm_safe_sqrt(1.0 - sine * sine);
     vec3 n = a.axis * cosine + cross(l.n, a.axis) * sine;
@@ -277,14 +330,15 @@ bool cohsm_line_at(cohsm_light l, cohsm_aim a, float x, float sine, inout cohsm_
                            cohsm_density(l, vec2(x, 0.0)) * cosine / (2.0 * a.spread * l.radius * l.lx), e);
 }
 
-bool cohsm_sphere_at(cohsm_light l, cohsm_aim a, vec3 n, inout cohsm_emission e)
+// Sets the emission of a sphere where its normal is n.
+bool cohsm_sphere_at(const in cohsm_light l, const in cohsm_aim a, vec3 n, inout cohsm_emission e)
 {
     vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),
                   cohsm_clamp_unit(0.5 * (1.0 - n.y)));
     return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);
 }
 
-bool cohsm_sphere_draw(cohsm_light l, cohsm_aim a, vec2 u, inout cohsm_emission e)
+bool cohsm_sphere_draw(const in cohsm_light l, const in cohsm_aim a, vec2 u, inout cohsm_emission e)
 {
     if (!(a.solid_pdf > 0.0)) {
         vec2 x = cohsm_pick_coords(l, u);
@@ -292,7 +346,8 @@ bool cohsm_sphere_draw(cohsm_light l, cohsm_aim a, vec2 u, inout cohsm_emission 
         vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x.x - 0.5));
         return cohsm_sphere_at(l, a, cohsm_normalize(vec3(ring * sc.y, y, ring * sc.x) * l.radius), e);
     }
-    // A cone about the axis; the normal where the ray meets the sphere follows from the law of sines.
+    // The direction is drawn in a cone about the axis; the law of sines gives the normal where the ray meets
+    // the sphere.
     float r = l.radius, c = u.x * a.spread, s2 = c * (2.0 - c);
     c = 1.0 - c;
     float reach = cohsm_safe_sqrt(r * r - a.range * a.range * s2), along = a.range * s2 + c * reach;
@@ -303,7 +358,8 @@ bool cohsm_sphere_draw(cohsm_light l, cohsm_aim a, vec2 u, inout cohsm_emission 
     return cohsm_sphere_at(l, a, cohsm_normalize(t * (x * sc.y) + b * (x * sc.x) + a.axis * (-along / r)), e);
 }
 
-bool cohsm_delta_draw(cohsm_light l, cohsm_aim a, inout cohsm_emission e)
+// Sets the emission of a sun, point or spot.
+bool cohsm_delta_draw(const in cohsm_light l, const in cohsm_aim a, inout cohsm_emission e)
 {
     float scale = 1.0;
     e.pdf = 1.0;
@@ -321,14 +377,16 @@ bool cohsm_delta_draw(cohsm_light l, cohsm_aim a, inout cohsm_emission e)
     return cohsm_emit(l, vec3(scale), 1.0, e);
 }
 
-// Triangles are three texels each: a corner and, in the first one's w, the share of all area up to the end of it.
-bool cohsm_mesh_draw(cohsm_light l, cohsm_aim a, vec3 u, inout cohsm_emission e)
+// Draws a point of a mesh. Each triangle has three texels: a corner each and, in w of the first, the share of
+// all area up to the end of this triangle.
+bool cohsm_mesh_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout cohsm_emission e)
 {
     uint lo = 0u, hi = l.triangle_count - 1u;
     while (lo < hi) {
         uint middle = (lo + hi) / 2u;
-        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * middle).w) <= u.x) lo = middle + 1u;
-        else hi = middle;
+        bool later = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * middle).w) <= u.x;
+        lo = cohsm_if(later, middle + 1u, lo);
+        hi = later ? hi : middle;
     }
     vec3 v0 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo).xyz);
     vec3 v1 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 1u).xyz);
@@ -339,8 +397,9 @@ bool cohsm_mesh_draw(cohsm_light l, cohsm_aim a, vec3 u, inout cohsm_emission e)
     return cohsm_emit_area(l, a, q, cohsm_normalize(cross(v1 - v0, v2 - v0)), u.xy, 1.0 / l.area, e);
 }
 
-// P_L: a point of the light in proportion to its texture. u in [0, 1); z serves meshes.
-bool cohsm_light_draw(cohsm_light l, cohsm_aim a, vec3 u, out cohsm_emission e)
+// Draws a point of the light in proportion to its texture (P_L), and returns whether the aim's point gets any
+// light from it. u lies in [0, 1); its z serves meshes.
+bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out cohsm_emission e)
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
     if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);
@@ -358,7 +417,8 @@ bool cohsm_light_draw(cohsm_light l, cohsm_aim a, vec3 u, out cohsm_emission e)
     return cohsm_emit_area(l, a, q, l.n, x, cohsm_density(l, x) / l.area, e);
 }
 
-bool cohsm_plane_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
+// Finds where a ray hits a rectangle or disc.
+bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout cohsm_emission e)
 {
     vec3 d = a.p - l.origin;
     float slope = -dot(l.n, w), height = dot(l.n, d);
@@ -374,11 +434,11 @@ bool cohsm_plane_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
     return cohsm_emit_area(l, a, l.origin + d, l.n, x, cohsm_density(l, x) / l.area, e);
 }
 
-// Sphere and line: the nearer root, measured from the foot of the perpendicular.
-bool cohsm_round_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
+// Finds where a ray hits a sphere or line: at the nearer root, measured from the foot of the perpendicular.
+bool cohsm_round_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout cohsm_emission e)
 {
     bool line = l.shape == COHSM_SHAPE_LINE;
-    vec3 d = line ? a.axis * -a.range : l.origin - a.p, v = line ? w - l.n * dot(w, l.n) : w;
+    vec3 d = cohsm_if(line, a.axis * -a.range, l.origin - a.p), v = cohsm_if(line, w - l.n * dot(w, l.n), w);
     float square = dot(v, v);
     if (!(square > 1e-14)) return false;
     float along = dot(d, v) / square;
@@ -393,8 +453,9 @@ bool cohsm_round_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
     return cohsm_line_at(l, a, x, dot(n, cross(l.n, a.axis)), e);
 }
 
-// What a ray from the aim's point sees of the light alone.
-bool cohsm_light_hit(cohsm_light l, cohsm_aim a, vec3 w, out cohsm_emission e)
+// Finds what a ray from the aim's point in direction w sees of the light, as if nothing else were there;
+// returns whether it sees any.
+bool cohsm_light_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, out cohsm_emission e)
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
     if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);

@@ -1,9 +1,10 @@
-// cohsm_lookup - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.
+// cohsm_lookup - reads one stored depth of a csm block (docs/csm-format.md) from a texture of its words as
+// they are.
 //
-// COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were
-// uploaded. What a query needs of the header is read once by cohsm_open; keep the result.
-// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code
-// for others is gone then.
+// COHSM_TEXEL(i) is the including program's uvec4 of words 4 i .. 4 i + 3, where i, a uint, counts through
+// all blocks that were uploaded. cohsm_open reads what queries need of a block's header: keep its result.
+// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER and COHSM_ONE_FRAME may be defined as the number that all blocks have
+// there; the code for others is gone then.
 #ifndef COHSM_TEXEL
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
@@ -22,19 +23,30 @@
 
 struct cohsm_maps {
     uint  base;                     // texel of the first word
-    uint  domain, order, frame;
-    uvec3 side;
-    uint  map_count, map_size, depth_top, dimensions;
-    bool  positional;
-    uint  pixel_begin, pixel_end;
-    uint  order_at, locations_at, lookup_at, directories_at, lines_at;      // words from the first one
-    vec3  center;
-    float radius, depth_far;
+    uint  domain;                   // COHSM_DOMAIN_...
+    uint  order;                    // COHSM_ORDER_..., or by cells
+    uint  frame;                    // COHSM_FRAME_..., or two poles
+    uvec3 side;                     // cells along each dimension
+    uint  map_count;
+    uint  map_size;                 // pixels a side of a map
+    uint  depth_top;                // greatest value of the grid of depths
+    uint  dimensions;
+    bool  positional;               // maps of positions, with six faces
+    uint  pixel_begin;              // the block has pixels pixel_begin .. pixel_end - 1
+    uint  pixel_end;
+    uint  order_at;                 // sections, in words from the first one
+    uint  locations_at;
+    uint  lookup_at;
+    uint  directories_at;
+    uint  lines_at;
+    vec3  center;                   // of the object's sphere
+    float radius;
+    float depth_far;                // maps of positions: the depth that is stored as the greatest
 };
 
-// Of texels 1 to 7 of a block.
-cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 range, uvec4 lengths, uvec4 rest,
-                        uvec4 sphere)
+// Returns what texels 1 to 7 of the block at texel `base` say.
+cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 range, uvec4 lengths,
+                        uvec4 rest, uvec4 sphere)
 {
     cohsm_maps m;
     m.base = base;
@@ -73,6 +85,7 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
     return m;
 }
 
+// Reads the header of the block at texel `base`.
 cohsm_maps cohsm_open(uint base)
 {
     return cohsm_unpack(base, COHSM_TEXEL(base + 1u), COHSM_TEXEL(base + 2u), COHSM_TEXEL(base + 3u),
@@ -80,23 +93,22 @@ cohsm_maps cohsm_open(uint base)
                         COHSM_TEXEL(base + 7u));
 }
 
+// Returns component i modulo 4.
 uint cohsm_pick(uvec4 t, uint i)
 {
-    return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x);
+    return cohsm_if((i & 2u) != 0u, cohsm_if((i & 1u) != 0u, t.w, t.z), cohsm_if((i & 1u) != 0u, t.y, t.x));
 }
 
-uint cohsm_word(cohsm_maps m, uint i) { return cohsm_pick(COHSM_TEXEL(m.base + (i >> 2)), i); }
-vec3 cohsm_floats(cohsm_maps m, uint i)
+// Returns word i of a block.
+uint cohsm_word(const in cohsm_maps m, uint i) { return cohsm_pick(COHSM_TEXEL(m.base + (i >> 2)), i); }
+
+// Returns the floats that words i .. i + 2 hold.
+vec3 cohsm_floats(const in cohsm_maps m, uint i)
 {
     return uintBitsToFloat(uvec3(cohsm_word(m, i), cohsm_word(m, i + 1u), cohsm_word(m, i + 2u)));
 }
 
-// Half word h of those that begin at word i.
-uint cohsm_half_word(cohsm_maps m, uint i, uint h)
-{
-    return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu;
-}
-
+// Returns how many bits of x are 1.
 uint cohsm_popcount(uint x)
 {
     x -= (x >> 1) & 0x55555555u;
@@ -105,7 +117,8 @@ uint cohsm_popcount(uint x)
     return (x * 0x01010101u) >> 24;
 }
 
-// Position of the one with this number (from 0) in x; number < count of ones. Halving by counts of ever smaller parts.
+// Returns the position of the one with this number, from 0, in x, which has more ones. It halves x by the
+// counts of ever smaller parts.
 uint cohsm_select(uint x, uint number)
 {
     uint two = x - ((x >> 1) & 0x55555555u);
@@ -120,58 +133,68 @@ uint cohsm_select(uint x, uint number)
     n = (two >> at) & 3u;
     if (number >= n) { number -= n; at += 2u; }
     n = (x >> at) & 1u;
-    return number >= n ? at + 1u : at;
+    return cohsm_if(number >= n, at + 1u, at);
 }
 
-// The marks of a block: ones are segments, zeros ends of buckets.
-uvec2 cohsm_marks(uint w0, uint w1, uint w2) { return uvec2((w0 >> 16) | (w1 << 16), (w1 >> 16) | (w2 << 16)); }
+// Returns the marks of a block of segments: ones are segments, zeros ends of buckets.
+uvec2 cohsm_marks(uint w0, uint w1, uint w2)
+{
+    return uvec2((w0 >> 16) | (w1 << 16), (w1 >> 16) | (w2 << 16));
+}
 
-// Position after the zero with this number.
+// Returns the position after the zero with this number.
 uint cohsm_after_zero(uvec2 marks, uint number)
 {
     uvec2 zeros = ~marks;
     uint low = cohsm_popcount(zeros.x);
-    if (number < low) return cohsm_select(zeros.x, number) + 1u;
-    return cohsm_select(zeros.y, number - low) + 33u;
+    bool second = number >= low;
+    uint at = cohsm_select(cohsm_if(second, zeros.y, zeros.x), cohsm_if(second, number - low, number));
+    return at + cohsm_if(second, 33u, 1u);
 }
 
-// 16-bit depth of a grid value; the last one and above are infinite.
-uint cohsm_grid_depth(cohsm_maps m, uint g) { return g >= m.depth_top ? 65535u : g * 65535u / m.depth_top; }
+// Returns the 16-bit depth of a value of the grid; the last one and those above are infinite.
+uint cohsm_grid_depth(const in cohsm_maps m, uint g)
+{
+    return cohsm_if(g >= m.depth_top, 65535u, g * 65535u / m.depth_top);
+}
 
 // ---- lines: the 64 bytes that a block of segments lies in, fetched at once ----
 
 struct cohsm_line {
-    uvec4 a, b, c, d;
-    uint  bit;                      // of the block's first word
+    uvec4 a, b, c, d;               // its 16 words
+    uint  bit;                      // where the block of segments begins in it
 };
 
-cohsm_line cohsm_fetch_line(cohsm_maps m, uint word)
+// Fetches the line of a word, with which a block of segments begins.
+cohsm_line cohsm_fetch_line(const in cohsm_maps m, uint word)
 {
     uint i = m.base + (word >> 4 << 2);
     return cohsm_line(COHSM_TEXEL(i), COHSM_TEXEL(i + 1u), COHSM_TEXEL(i + 2u), COHSM_TEXEL(i + 3u),
                       (word & 15u) << 5);
 }
 
-uint cohsm_line_word(cohsm_line l, uint i)
+// Returns word i of a line.
+uint cohsm_line_word(const in cohsm_line l, uint i)
 {
-    return cohsm_pick((i & 8u) != 0u ? ((i & 4u) != 0u ? l.d : l.c) : ((i & 4u) != 0u ? l.b : l.a), i);
+    bool odd = (i & 4u) != 0u;
+    return cohsm_pick(cohsm_if((i & 8u) != 0u, cohsm_if(odd, l.d, l.c), cohsm_if(odd, l.b, l.a)), i);
 }
 
-// count (1..32) bits of the block, from one of its bits on; with count 0, none.
-uint cohsm_bits(cohsm_line l, uint bit, uint count)
+// Returns `count` bits, 0..32, of the block of segments from one of its bits on.
+uint cohsm_bits(const in cohsm_line l, uint bit, uint count)
 {
     bit += l.bit;
     uint at = bit >> 5, shift = bit & 31u, x = cohsm_line_word(l, at) >> shift;
     if (shift + count > 32u) x |= cohsm_line_word(l, at + 1u) << (32u - shift);
-    return count > 0u ? x & (0xffffffffu >> (32u - count)) : 0u;
+    return cohsm_if(count > 0u, x & (0xffffffffu >> (32u - count)), 0u);
 }
 
-// The segment of a block that holds a view, counted from the block's first.
-uint cohsm_segment(cohsm_line l, uint head, uvec2 marks, uint view)
+// Returns which segment of a block holds a view, counted from the block's first.
+uint cohsm_segment(const in cohsm_line l, uint head, uvec2 marks, uint view)
 {
     uint k = (head >> 8) & 15u, bucket = view >> k, low = view & ((1u << k) - 1u);
     uint at = bucket > 0u ? cohsm_after_zero(marks, bucket - 1u) : 0u, j = at - bucket;
-    while (at < 64u && (((at < 32u ? marks.x : marks.y) >> (at & 31u)) & 1u) != 0u &&
+    while (at < 64u && ((cohsm_if(at < 32u, marks.x, marks.y) >> (at & 31u)) & 1u) != 0u &&
            cohsm_bits(l, 80u + j * k, k) <= low) {
         at++;
         j++;
@@ -179,11 +202,12 @@ uint cohsm_segment(cohsm_line l, uint head, uvec2 marks, uint view)
     return j - 1u;
 }
 
-// How many of the first count codes are all ones. As many as fit into a word are compared at once: one added to a code
-// without its highest bit carries into that bit where all others are set.
-uint cohsm_escapes(cohsm_line l, uint codes, uint bits, uint count)
+// Returns how many of the first `count` codes have all bits set. As many as fit into a word are compared at
+// once: a one that is added to a code without its highest bit carries into that bit if all others are set.
+uint cohsm_escapes(const in cohsm_line l, uint codes, uint bits, uint count)
 {
-    uint step = 32u / bits, one = (0xffffffffu >> (32u - step * bits)) / ((1u << bits) - 1u), high = one << (bits - 1u);
+    uint step = 32u / bits, one = (0xffffffffu >> (32u - step * bits)) / ((1u << bits) - 1u);
+    uint high = one << (bits - 1u);
     uint rank = 0u;
     for (uint i = 0u; i < count; i += step) {
         uint x = cohsm_bits(l, codes + i * bits, min(step, count - i) * bits);
@@ -192,26 +216,30 @@ uint cohsm_escapes(cohsm_line l, uint codes, uint bits, uint count)
     return rank;
 }
 
-// Depth of segment j of a block.
-uint cohsm_segment_depth(cohsm_maps m, cohsm_line l, uint head, uvec2 marks, uint j)
+// Returns the 16-bit depth of segment j of a block.
+uint cohsm_segment_depth(const in cohsm_maps m, const in cohsm_line l, uint head, uvec2 marks, uint j)
 {
-    uint n = cohsm_popcount(marks.x) + cohsm_popcount(marks.y), k = (head >> 8) & 15u, bits = (head >> 12) & 15u;
+    uint n = cohsm_popcount(marks.x) + cohsm_popcount(marks.y);
+    uint k = (head >> 8) & 15u, bits = (head >> 12) & 15u;
     uint base = head & 255u, codes = 80u + n * k;
     bool palette = bits > 9u;
     if (palette) bits -= 9u;
     uint code = cohsm_bits(l, codes + j * bits, bits), ones = (1u << bits) - 1u;
-    if (code == ones) {
-        uint rank = cohsm_escapes(l, codes, max(bits, 1u), min(j, 64u));
-        return cohsm_bits(l, codes + n * bits + (palette ? 8u * base : 0u) + 16u * rank, 16u);
-    }
-    if (palette) return cohsm_grid_depth(m, cohsm_bits(l, codes + n * bits + 8u * code, 8u));
-    return code + 1u == ones ? 65535u : cohsm_grid_depth(m, base + code);
+    uint values = codes + n * bits, rank = 0u, depth = base + code;
+    bool exact = code == ones, infinite = code + 1u == ones && !palette;
+    if (exact) rank = cohsm_escapes(l, codes, max(bits, 1u), min(j, 64u));
+    values += cohsm_if(exact, cohsm_if(palette, 8u * base, 0u) + 16u * rank, 8u * code);
+    if (exact || palette) depth = cohsm_bits(l, values, cohsm_if(exact, 16u, 8u));
+    uint grid = cohsm_grid_depth(m, depth);
+    grid = infinite ? 65535u : grid;
+    return exact ? depth : grid;
 }
 
-// The block of a list that holds a view: its number, and its first view.
-uvec2 cohsm_find_block(cohsm_maps m, uint list, uint count, uint view)
+// Returns which block of a list holds a view, and the first view of that block.
+uvec2 cohsm_find_block(const in cohsm_maps m, uint list, uint count, uint view)
 {
-    uint from = 2u * list + 4u, low = from >> 3, high = (from + count + 6u) >> 3;   // eight first views a texel
+    uint from = 2u * list + 4u;                     // a texel has eight first views
+    uint low = from >> 3, high = (from + count + 6u) >> 3;
     uvec2 found = uvec2(0u);
     while (low < high) {
         uint middle = (low + high) >> 1, i = 8u * middle - from;
@@ -220,7 +248,7 @@ uvec2 cohsm_find_block(cohsm_maps m, uint list, uint count, uint view)
         even = (even + 1u) * uvec4(lessThan(number, top)) * uvec4(lessThanEqual(even, asked));
         odd = (odd + 1u) * uvec4(lessThan(number + 1u, top)) * uvec4(lessThanEqual(odd, asked));
         uvec4 last = max(even, odd), ones = min(even, 1u) + min(odd, 1u);
-        uint first = max(max(last.x, last.y), max(last.z, last.w));     // + 1, or 0: none begins before
+        uint first = max(max(last.x, last.y), max(last.z, last.w));     // 1 more, or 0: none begins before
         if (first > 0u) {
             found = uvec2((8u * middle < from ? 0u : i) + ones.x + ones.y + ones.z + ones.w, first - 1u);
             low = middle + 1u;
@@ -230,22 +258,29 @@ uvec2 cohsm_find_block(cohsm_maps m, uint list, uint count, uint view)
     return found;
 }
 
-// Stored 16-bit depth of a pixel (less pixel_begin) in the view with this place in the sequence.
-// C twin: cohsm__stored_depth, public as cohsm_depths.
-uint cohsm_stored_depth(cohsm_maps m, uint pixel, uint place)
+// Returns the 16-bit depth that a list of blocks, which begins at a word, holds for a view.
+uint cohsm_list_depth(const in cohsm_maps m, uint list, uint view)
 {
-    uint entry = cohsm_word(m, m.lookup_at + (place >> 16) * (m.pixel_end - m.pixel_begin) + pixel);
-    if ((entry & 0x80000000u) != 0u) return entry & 0xffffu;
-    uint list = m.directories_at + entry, view = place & 0xffffu;
     uvec4 t = COHSM_TEXEL(m.base + (list >> 2));
-    uint first = cohsm_pick(t, list);
-    uint count = (list & 3u) == 3u ? COHSM_TEXEL(m.base + (list >> 2) + 1u).x : cohsm_pick(t, list + 1u);
+    uint first = cohsm_pick(t, list), count = cohsm_pick(t, list + 1u);
+    if ((list & 3u) == 3u) count = COHSM_TEXEL(m.base + (list >> 2) + 1u).x;
     uint tail = count >> 16;
     count &= 0xffffu;
     uvec2 block = cohsm_find_block(m, list, count, view);
-    uint line = block.x + 1u < count ? 16u * (first + block.x) : 16u * (first - (tail >> 4)) + (tail & 15u);
+    uint line = cohsm_if(block.x + 1u < count, 16u * (first + block.x),
+                         16u * (first - (tail >> 4)) + (tail & 15u));
     cohsm_line l = cohsm_fetch_line(m, m.lines_at + line);
     uint at = l.bit >> 5, head = cohsm_line_word(l, at);
     uvec2 marks = cohsm_marks(head, cohsm_line_word(l, at + 1u), cohsm_line_word(l, at + 2u));
     return cohsm_segment_depth(m, l, head, marks, cohsm_segment(l, head, marks, view - block.y));
+}
+
+// Returns the stored 16-bit depth of a pixel, counted from pixel_begin, in the view with this place in the
+// sequence. Its C twin is cohsm__stored_depth, public as cohsm_depths.
+uint cohsm_stored_depth(const in cohsm_maps m, uint pixel, uint place)
+{
+    uint entry = cohsm_word(m, m.lookup_at + (place >> 16) * (m.pixel_end - m.pixel_begin) + pixel);
+    uint depth = entry & 0xffffu;
+    if ((entry & 0x80000000u) == 0u) depth = cohsm_list_depth(m, m.directories_at + entry, place & 0xffffu);
+    return depth;
 }

@@ -1,4 +1,4 @@
-// csm_access - what the files cohsm_* ask of a program, from the textures that glbk_csm_bind binds.
+// csm_access - defines what the files cohsm_* ask of a program, by the textures that glbk_csm_bind binds.
 // uses: table csm_bindings
 #define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)
 #define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)

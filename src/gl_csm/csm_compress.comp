@@ -1,12 +1,13 @@
-// csm_compress.frag as a compute shader: four uvec4 a pixel, the open segment and the records.
+// Does what csm_compress.frag does, as a compute shader: four uvec4 a pixel hold the open segment and the
+// records.
 // uses: csm_compress
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main()
 {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    uint size = glbk_csm_peel.tiles.x, i = 4u * (uint(at.y) * size + uint(at.x));
-    if (uint(at.x) >= size || uint(at.y) >= size) return;
+    uint side = glbk_csm_peel.side, i = 4u * (uint(at.y) * side + uint(at.x));
+    if (uint(at.x) >= side || uint(at.y) >= side) return;
     uvec4 s = glbk_csm_records[i];
     csm_open o = csm_open(s.x & 255u, (s.x >> 8) & 255u, (s.x >> 16) != 0u, s.y);
     csm_ended ended = csm_compress(at, o);

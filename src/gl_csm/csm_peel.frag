@@ -1,4 +1,5 @@
-// Depth peeling: the nearest surface behind the layer before. Depths as bits of floats; above 1: none.
+// Peels depths: the nearest surface behind the layer before is left. Depths are the bits of floats; above 1
+// there is no surface.
 // uses: csm_bindings
 // with: csm_peel.vert
 // sets: CSM_FIRST=1 | CSM_FIRST=0

@@ -1,4 +1,4 @@
-// The mean of the frames summed up so far, as colours.
+// Draws the mean of the frames in the sum, as colours.
 // uses: csm_bindings picture
 // with: screen.vert
 layout(location = 0) out vec4 result;
@@ -14,5 +14,5 @@ void main()
         seen = (texelFetch(glbk_csm_normal, at, 0).w & 0xffu) != 0u;
     }
     glbk_picture_show(seen, p);
-    result = vec4(glbk_csm_frame.query.z > 0.0 ? sum.rgb * glbk_csm_frame.query.z : vec3(0.0), 1.0);
+    result = vec4(glbk_csm_frame.frame_share > 0.0 ? sum.rgb * glbk_csm_frame.frame_share : vec3(0.0), 1.0);
 }

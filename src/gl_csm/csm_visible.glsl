@@ -1,8 +1,9 @@
-// csm_visible - is a point lit in the scene that glbk_csm_bind bound: for your own shader.
+// csm_visible - says for your own shader whether a point is lit in the scene that glbk_csm_bind bound.
 // uses: csm_instances cohsm_visible
 
-// entity: the instance that the point lies on, counted from 1, or 0 for none. light: see cohsm_visible.glsl.
-float csm_visible(uint entity, cohsm_query query, vec3 point, vec3 light)
+// Returns 1 lit, 0 dark, between them with PCF, or COHSM_REFUSED. entity is the instance that the point lies
+// on, counted from 1, or 0 for none; what light is cohsm_visible.glsl says.
+float csm_visible(uint entity, const in cohsm_query query, vec3 point, vec3 light)
 {
-    return cohsm_visible_scene(0u, glbk_csm_scene.table.y, entity, query, point, light);
+    return cohsm_visible_scene(0u, glbk_csm_scene.count, entity, query, point, light);
 }

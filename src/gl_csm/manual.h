@@ -1,16 +1,19 @@
-/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Brings the blocks that csm.h built onto the GPU: csm_visible() answers queries in shaders of your own; a complete
-   Monte Carlo renderer of direct light; many questions at once; and blocks built from layers that the GPU draws.
+   It brings the blocks that csm.h built onto the GPU. In shaders of your own csm_visible() says whether a
+   point is lit; many questions are answered at once; a complete Monte Carlo renderer adds up direct light;
+   and blocks are built from layers that the GPU draws.
 
    What it does not do
 
-   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the context
-     object, programs, textures and targets, and whose conventions, errors and rules about GL's state hold here.
-   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and lights and
-     materials are those of lightsampling.h. Both headers are included; their implementations are not needed.
+   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the
+     context object, programs, textures and targets, and whose conventions, errors and rules about GL's state
+     hold here.
+   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and
+     lights and materials are those of lightsampling.h. Both headers are included; their implementations are
+     not needed.
 
    Quick start
 
@@ -30,7 +33,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -45,7 +48,7 @@
            glbk_result result;
 
            memset(&desc, 0, sizeof desc);
-           desc.get_proc_fn = get_proc;                        // a context is current
+           desc.get_proc_fn = get_proc;                     // a context is current
            result = glbk_init(&gl, &desc);
            if (result != GLBK_OK) {
                printf("no GL: %s\n", glbk_result_text(result));
@@ -67,11 +70,12 @@
 
    Configuration
 
-     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of gl_backend.h and
-                             gl_gbuffer.h
+     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
+                             gl_backend.h and gl_gbuffer.h
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/csm.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. The two lie above this folder. */
+   Layouts: docs/gpu-layouts.md. The technique: docs/csm.md. State: docs/gl-state.md. Licence: end of file. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   csm.h and lightsampling.h lie above this folder. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../csm.h"

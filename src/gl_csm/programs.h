@@ -1,8 +1,10 @@
 /* ---- csm: programs that are kept ---- */
 
-/* The place of a key: where it is kept, else a free one, else the one that was used longest ago; NULL where all are of
-   this frame, which would compile the same programs again and again. */
-static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, uint32_t *at)
+/* Returns the place of a key in the cache: where it is kept, else a free one, else that of the program that
+   was used longest ago, which is freed. Returns NULL if all were used in this frame, since the same programs
+   would be compiled again and again. */
+static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
+                                            uint32_t *at)
 {
     uint32_t i, oldest = 0;
     for (i = 0; i < cache->count && cache->keys[i] != key; i++)
@@ -11,15 +13,17 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
         if (cache->used[oldest] == cache->frame) return NULL;
         i = oldest;
         glbk_program_free(ctx, &cache->list[i]);
-        cache->keys[i] = UINT32_MAX;        /* of none, should its successor not compile */
+        cache->keys[i] = UINT32_MAX;        /* no key, in case that its successor does not compile */
     }
     *at = i;
     return &cache->list[i];
 }
 
-/* defines: of this use; those of the maps follow. shades: it reads the G-buffer. */
-static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
-                                     int shades, const char *defines, const glbk_csm_maps *maps, glbk_program **out)
+/* Finds or compiles a program of a cache. defines are those of this use, which those of the maps follow;
+   shades is 1 if the program reads the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
+                                     const char *name, int shades, const char *defines,
+                                     const glbk_csm_maps *maps, glbk_program **out)
 {
     char all[160] = { 0 };
     glbk__sink sink = { NULL, 0, 0 };
@@ -36,7 +40,7 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     glbk__put_text(&sink, defines);
     glbk__put_text(&sink, maps->defines);
     result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
-                    : glbk_program_create(ctx, glbk_csm_part(), name, all, *out);
+                    : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;

@@ -1,5 +1,6 @@
 /* ---- csm: questions in bulk ---- */
 
+/* Finds or compiles the program for the questions that were uploaded and these maps. */
 static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                          glbk_program **out)
 {
@@ -8,8 +9,8 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
-    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag",
-                             0, defines, maps, out);
+    return glbk__csm_program(ctx, &asker->programs, question,
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", 0, defines, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -30,7 +31,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
         result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
         if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
     } else if (result == GLBK_OK) {
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
         texture.format = GLBK_FORMAT_R32UI;
         texture.width = 1024;
         texture.height = (capacity + 1023) / 1024;
@@ -42,13 +43,16 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     return result;
 }
 
-static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm_asker *asker, const cohsm_query *q)
+/* Checks what glbk_csm_ask_upload is given. */
+static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm_asker *asker,
+                                         const cohsm_query *q)
 {
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
     if (!asker->capacity) return glbk__bad(ctx, bad, function, "asker", "was not created");
-    if (!q->positions || !q->lights) return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
+    if (!q->positions || !q->lights)
+        return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
     if (!q->count || q->count > asker->capacity)
         return glbk__bad_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
@@ -63,18 +67,22 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
                                    ? "a multiple of 4, >= 12"
                                    : "0 or a multiple of 4, >= a light");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(q->bias)) return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
+                               "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(q->bias))
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
     return GLBK_OK;
 }
 
-/* As csm.h takes it: 0 is a pixel, negative none. */
+/* Returns a bias with its default resolved, as csm.h has it: 0 is a pixel, a negative one none. */
 static float glbk__csm_bias(float bias) { return bias > 0 ? bias : bias < 0 ? 0.0f : 1.0f; }
 
-/* Eight words for each question: point as 3 floats, instance; light as 3 floats or a cell, number for roulette. */
+/* Writes eight words for each question: the point as 3 floats and its instance; the light as 3 floats or a
+   cell, and a number for roulette. */
 static void glbk__csm_write_questions(const cohsm_query *q, uint32_t *words)
 {
-    const size_t bytes = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, step = q->light_stride ? q->light_stride : bytes;
+    const size_t bytes = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12,
+                 step = q->light_stride ? q->light_stride : bytes;
     const size_t stride = q->position_stride ? q->position_stride : 12;
     size_t i;
     memset(words, 0, 32 * q->count);
@@ -102,13 +110,13 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
     glbk__csm_write_questions(q, words);
     asker->question = 1 + 3 * (uint32_t)q->light_kind + (uint32_t)q->filter;
     memset(&frame, 0, sizeof frame);
-    frame.range[0] = (uint32_t)q->count;
-    frame.range[3] = q->seed;
-    frame.query[0] = glbk__csm_bias(q->bias);
+    frame.end = (uint32_t)q->count;
+    frame.roulette_seed = q->seed;
+    frame.bias = glbk__csm_bias(q->bias);
     result = glbk_buffer_update(ctx, &asker->frame, 0, sizeof frame, &frame);
     if (result == GLBK_OK)
         result = asker->asked.name ? glbk_buffer_update(ctx, &asker->asked, 0, 32 * q->count, words)
-                                   : glbk_table_update(ctx, &asker->questions, 0, 2 * q->count, words);
+                                   : glbk__table_update(ctx, &asker->questions, 0, 2 * q->count, words);
     glbk_csm__free(&memory, words);
     return result;
 }
@@ -147,7 +155,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     return glbk_dispatch(ctx, program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
 }
 
-GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible)
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
+                                       float *visible)
 {
     uint32_t row[4 * 1024], done, n, i;
     glbk_result result = GLBK_OK;

@@ -1,11 +1,12 @@
 /* ---- csm: the renderer ---- */
 
-/* The program for one combination of shape, ask and filter; compiled when it is first asked for. */
+/* Returns the kind of a light with the default resolved. */
 static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 {
     return u->kind == LSAMP_LIGHT_DEFAULT ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)u->kind;
 }
 
+/* Finds or compiles the program for a combination of shape, ask, filter and defines of maps. */
 static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
                                            uint32_t filter, glbk_program **out)
 {
@@ -23,6 +24,7 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer 
                              r->compute ? "csm_shade.comp" : "csm_shade.frag", 1, defines, use->maps, out);
 }
 
+/* Makes the sum, twice where passes draw from one into the other. */
 static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r)
 {
     glbk_texture_desc texture;
@@ -60,7 +62,7 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     out->compute = ctx->compute;
     out->lobes = d->lobes ? d->lobes : 1;
     out->patterns = d->patterns != 0;
-    result = glbk_program_create(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
+    result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
     if (result != GLBK_OK) glbk_csm_renderer_free(ctx, out);
@@ -81,12 +83,15 @@ GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                       const glbk_csm_lights *lights, const glbk_csm_use *u)
+/* Checks a light of a frame. */
+static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function,
+                                       const glbk_csm_renderer *r, const glbk_csm_lights *lights,
+                                       const glbk_csm_use *u)
 {
     const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
     const glbk_result bad = GLBK_ERR_DESC;
-    if (!u->maps || !u->maps->blocks.name) return glbk__bad(ctx, bad, function, "use.maps", "were not created");
+    if (!u->maps || !u->maps->blocks.name)
+        return glbk__bad(ctx, bad, function, "use.maps", "were not created");
     if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
         return glbk__bad_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
     if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
@@ -95,33 +100,40 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
         return glbk__bad_value(ctx, bad, function, "use.start", u->start, "that of a light");
     if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples, "the patterns' length");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
+                               "the patterns' length");
     return GLBK_OK;
 }
 
-static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                         const glbk_csm_frame_desc *d)
+/* Checks the desc of a frame. */
+static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function,
+                                         const glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
 {
     glbk_result bad = GLBK_ERR_DESC;
     uint32_t i;
     if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->lights || !d->lights->texels.name) return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
+    if (!d->lights || !d->lights->texels.name)
+        return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
     if (d->use_count && !d->uses) return glbk__bad(ctx, bad, function, "desc.uses", "is NULL");
     if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES);
+        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
+                               GLBK_CSM_MAX_PLANES);
     if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling, "a LSAMP_SAMPLING_...");
+        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
+                               "a LSAMP_SAMPLING_...");
     if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
         return glbk__bad_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
     if (!glbk_csm__finite(d->bias)) return glbk__bad(ctx, bad, function, "desc.bias", "is not finite");
-    if (!(d->offset >= 0)) return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
-    if (r->frames == UINT32_MAX) return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
+    if (!(d->offset >= 0))
+        return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+    if (r->frames == UINT32_MAX)
+        return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
     for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
         bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
     return bad;
 }
 
-/* Samples from .. to of one light. */
+/* Adds samples frame->first .. end - 1 of one light to the sum. */
 static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
                                         const glbk_csm_use *use, const glbk_csm_lights *lights,
                                         const glbk_csm_frame *frame, glbk_program *program)
@@ -149,6 +161,7 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
     return GLBK_OK;
 }
 
+/* Checks a frame, and compiles what it needs. */
 static glbk_result glbk__csm_prepare(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
                                      const glbk_csm_frame_desc *d)
 {
@@ -168,8 +181,9 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
     return glbk__csm_prepare(ctx, __func__, r, d);
 }
 
-static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
-                                           const glbk_gbuffer *g)
+/* Checks that a G-buffer has the size of the renderer. */
+static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function,
+                                           const glbk_csm_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
     if (g->width == r->width && g->height == r->height) return GLBK_OK;
@@ -191,28 +205,25 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     step = d->samples_per_pass ? d->samples_per_pass : 64;
     memcpy(frame.eye, d->eye, sizeof d->eye);
     memcpy(frame.planes, d->planes, sizeof d->planes);
-    frame.query[0] = glbk__csm_bias(d->bias);
-    frame.query[1] = d->offset;
-    frame.tables[0] = d->lights->patterns_at;
-    frame.tables[1] = d->plane_count;
-    frame.tables[2] = r->width;
-    frame.tables[3] = r->height;
+    frame.bias = glbk__csm_bias(d->bias);
+    frame.offset = d->offset;
+    frame.pattern_texel = d->lights->patterns_at;
+    frame.plane_count = d->plane_count;
+    frame.width = r->width;
+    frame.height = r->height;
+    frame.frame = d->frame;
+    frame.sampling = (uint32_t)d->sampling;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
-        frame.light[0] = u->start;
-        frame.light[2] = u->maps->count;
-        frame.light[3] = (uint32_t)u->ask;
-        frame.sampling[0] = u->samples;
-        frame.sampling[1] = u->seed;
-        frame.sampling[2] = d->frame;
-        frame.sampling[3] = (uint32_t)d->sampling;
-        frame.range[2] = (uint32_t)d->filter;
-        frame.range[3] = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
-        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.range[1]) {
-            frame.range[0] = from;
-            frame.range[1] = u->samples - from < step ? u->samples : from + step;
-            frame.query[3] = r->passes ? 1.0f : 0.0f;
+        frame.light_texel = u->start;
+        frame.sample_count = u->samples;
+        frame.seed = u->seed;
+        frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
+        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.end) {
+            frame.first = from;
+            frame.end = u->samples - from < step ? u->samples : from + step;
+            frame.adds = r->passes != 0;
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }
     }
@@ -235,15 +246,17 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     if (asks && !gbuffer)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture", "asks what is seen, but gbuffer is NULL");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
+                         "asks what is seen, but gbuffer is NULL");
     if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
-    frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
-    for (i = 0; i < 2; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, asks ? &gbuffer->words[i] : NULL);
+    for (i = 0; i < 2; i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, asks ? &gbuffer->words[i] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
     glbk_draw_screen(ctx);
     return GLBK_OK;

@@ -6,7 +6,7 @@
 
 #endif /* GL_ENVSHADOW_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_ENVSHADOW_IMPLEMENTATION) && !defined(GL_ENVSHADOW_IMPLEMENTED)
 #define GL_ENVSHADOW_IMPLEMENTED

@@ -1,4 +1,4 @@
-// Depth of a caster.
+// Writes the depth of a caster.
 // uses: envsh_cast
 // with: envsh_cast.vert
 // sets: ENVSH_RGBA=0 | ENVSH_RGBA=1

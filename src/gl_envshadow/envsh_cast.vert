@@ -1,4 +1,4 @@
-// A caster: attribute 0 is the position.
+// Puts a caster into the tile of a light: attribute 0 is its position.
 // uses: envsh_cast
 // sets: ENVSH_RGBA=0 | ENVSH_RGBA=1
 layout(location = 0) in vec3 position;

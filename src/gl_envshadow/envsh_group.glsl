@@ -1,13 +1,17 @@
-// envsh_group - what is known of a light for all points of a group at once, so that few lights are asked for by each.
+// envsh_group - finds out about a light for all points of a group at once, so that each point asks for few
+// lights.
 // uses: envsh_visible
 
-// Bounds of the points, their shading normals and the surface's own.
-struct envsh_group { vec3 low, high, n_low, n_high, flat_low, flat_high; };
+struct envsh_group {
+    vec3 low, high;                 // bounds of the points,
+    vec3 n_low, n_high;             // of their shading normals,
+    vec3 flat_low, flat_high;       // and of the surface's own normals
+};
 
-// Do all vectors within the bounds point away from d?
+// Returns whether all vectors within the bounds point away from d.
 bool envsh_all_under(vec3 low, vec3 high, vec3 d) { return dot(max(low * d, high * d), vec3(1.0)) < -1e-5; }
 
-// The greatest half width of the filter's kernel, texels, where no depth passes z.
+// Returns the greatest half width of the filter's kernel, in texels, for depths up to z.
 vec2 envsh_group_reach(envsh_query q, envsh_view v, float z)
 {
 #if ENVSH_FILTER == 1
@@ -16,15 +20,16 @@ vec2 envsh_group_reach(envsh_query q, envsh_view v, float z)
     return vec2(q.radius + 1.01);
 #elif ENVSH_FILTER == 3
     return vec2(q.radius + 0.01);
-#else       // the half axes grow with the depth, but where one is lengthened to 0.7
+#else       // the half axes grow with the depth; envsh_limit may lengthen one to 0.7
     vec2 a, b;
     envsh_kernel(q, v, z, a, b);
     return abs(a) + abs(b) + 0.71;
 #endif
 }
 
-// 1: every point that faces the light is lit; 0: no light reaches any; -1: each has to be asked for. What envsh_visible
-// answers for a point is never another; a hundredth of a texel and 1e-6 of the sums stand for rounding.
+// Returns 1 if every point that faces the light is lit, 0 if no light reaches any, -1 if each has to be asked
+// for. envsh_visible never answers otherwise for a point: a hundredth of a texel and 1e-6 of the sums stand
+// for rounding.
 int envsh_group_visible(envsh_query q, envsh_group g, uint light)
 {
     vec3 d = envsh_direction(light), center = 0.5 * (g.low + g.high), extent = 0.5 * (g.high - g.low);

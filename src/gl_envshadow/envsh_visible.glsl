@@ -1,13 +1,16 @@
-// envsh_visible - visibility of directional lights by their shadow maps. C twins: envshadow.h (src/envshadow/filter.h
-// and shade.h).
+// envsh_visible - visibility of directional lights by their shadow maps. Its C twins stand in envshadow.h
+// (src/envshadow/filter.h and shade.h).
 // The program defines:
 //   ENVSH_FILTER             envsh_filter: 1 plain, 2 smoothing, 3 percentage closer, 4 or 0 penumbra
 //   ENVSH_TEXEL(i)           uvec4, texel i of the lights' table (docs/gpu-layouts.md)
 //   ENVSH_STORED(view, at)   float, the depth at texel `at` of the view's tile
 //   ENVSH_CELL(view, at, l)  vec2, least and greatest depth of a cell of 8 << l texels a side
 //   ENVSH_DISC(i)            vec2, tap i on the unit disc
-#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED && defined ENVSH_CELL && defined ENVSH_DISC)
-#error "envsh_visible: ENVSH_FILTER, ENVSH_TEXEL, ENVSH_STORED, ENVSH_CELL, ENVSH_DISC"
+#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)
+#error "envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED"
+#endif
+#if !(defined ENVSH_CELL && defined ENVSH_DISC)
+#error "envsh_visible: define ENVSH_CELL and ENVSH_DISC"
 #endif
 #if ENVSH_FILTER == 0
 #undef ENVSH_FILTER
@@ -15,30 +18,40 @@
 #endif
 
 struct envsh_query {
-    float radius, bias, extent_scale;
+    float radius, bias, extent_scale;       // these five as in envshadow.h's envsh_query
     uint taps, seed;
-    int size, levels;               // texels a side of a tile; levels of cells
+    int side;                       // texels a side of a tile
+    int levels;                     // levels of cells
 };
 
 struct envsh_view {
-    vec4 row_x, row_y, row_z;       // world to texels of the tile and depth
-    vec3 right, up;
-    vec2 texel;                     // world size
-    float depth_range;
-    vec4 spread;
-    uint light, place;              // its number; column, row and page of its tile: 11, 11, 10 bits
+    vec4 row_x, row_y;              // rows that take a world point to texels of the tile
+    vec4 row_z;                     // and to its depth
+    vec3 right, up;                 // unit axes of the tile
+    vec2 texel;                     // world size of a texel
+    float depth_range;              // world distance of depth 0..1
+    vec4 spread;                    // half axes of the stratum, in texels for each unit of depth
+    uint light;                     // its number
+    uint place;                     // column, row and page of its tile: 11, 11, 10 bits
 };
 
 struct envsh_receiver {
-    vec2 at, slope;                 // texels; of its plane's depth over texels
-    float z, limit;                 // depth; how far the slope may bring a tap towards the light
+    vec2 at;                        // texels of the tile
+    vec2 slope;                     // how much the depth of its plane grows with each texel
+    float z;                        // depth
+    float limit;                    // the most by which the slope may bring a tap nearer to the light
 };
 
+// Returns texel i of the eight that a light has in the table.
 vec4 envsh_texel(uint light, uint i) { return uintBitsToFloat(ENVSH_TEXEL(8u * light + i)); }
 
+// Returns the unit direction to a light.
 vec3 envsh_direction(uint light) { return envsh_texel(light, 5u).xyz; }
-vec3 envsh_power(uint light) { return envsh_texel(light, 6u).xyz; }     // irradiance on a plane that faces the light
 
+// Returns the irradiance by a light, W/m^2, of a plane that faces it.
+vec3 envsh_power(uint light) { return envsh_texel(light, 6u).xyz; }
+
+// Reads all that the table says of a light.
 envsh_view envsh_read_view(uint light)
 {
     envsh_view v;
@@ -56,6 +69,7 @@ envsh_view envsh_read_view(uint light)
     return v;
 }
 
+// Returns a hash of x, the one of envshadow.h.
 uint envsh_hash32(uint x)
 {
     uint state = x * 747796405u + 2891336453u;
@@ -63,27 +77,33 @@ uint envsh_hash32(uint x)
     return (word >> 22) ^ word;
 }
 
+// Returns a hash of two numbers.
 uint envsh_hash_combine(uint a, uint b) { return envsh_hash32(a + 0x9e3779b9u * envsh_hash32(b)); }
 
-// Cosine and sine of 0 .. 2 pi with envshadow.h's digits: those of drivers are off by enough to change a tap's texel.
+// Returns cosine and sine of 0 .. 2 pi with the digits of envshadow.h. The functions of drivers are off by
+// enough to move a tap to another texel.
 vec2 envsh_turn(float x)
 {
     int k = int(x * 0.636619772 + 0.5);
-    float r = ((x - float(k) * 1.5703125) - float(k) * 4.837512969970703125e-4) - float(k) * 7.5497899548918822e-8;
+    float r = ((x - float(k) * 1.5703125) - float(k) * 4.837512969970703125e-4) -
+              float(k) * 7.5497899548918822e-8;
     float z = r * r, s = r + r * z * (-0.1666665494 + z * (0.008332178146 + z * -0.0001951729898));
     float c = (1.0 - 0.5 * z) + z * z * (0.04166664687 + z * (-0.001388736752 + z * 2.443845159e-5));
     vec2 cs = (k & 1) != 0 ? vec2(s, c) : vec2(c, s);
     return vec2(((k + 1) & 2) != 0 ? -cs.x : cs.x, (k & 2) != 0 ? -cs.y : cs.y);
 }
 
+// Returns the texel at a place, which is held where whole numbers are exact.
 ivec2 envsh_place(vec2 at) { return ivec2(floor(clamp(at, vec2(-64.0), vec2(8192.0)))); }
 
+// Returns whether a texel lies outside the tile.
 bool envsh_outside(envsh_query q, ivec2 at)
 {
-    return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size)));
+    return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.side)));
 }
 
-// Is the texel's centre on the receiver's plane lit? Beyond the tile nothing is in the way. stored: what was found.
+// Returns whether light reaches the receiver's plane at the centre of a texel. Beyond the tile nothing is in
+// the way. stored gets the depth that the tile has there.
 bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out float stored)
 {
     stored = 1.0;
@@ -93,10 +113,11 @@ bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out floa
     return stored >= 1.0 || z <= stored;
 }
 
-// 1 lit, 0 dark at depths nearest .. farthest within reach of `at`, -1 not known: by four cells as large as that.
+// Returns 1 if depths nearest .. farthest are lit everywhere within reach of `at`, 0 if they are dark, -1 if
+// that is not known. Four cells of at least that size tell.
 int envsh_decide_box(envsh_query q, envsh_view v, vec2 at, vec2 reach, float nearest, float farthest)
 {
-    ivec2 low = envsh_place(at - reach), high = envsh_place(at + reach), last = ivec2(q.size - 1);
+    ivec2 low = envsh_place(at - reach), high = envsh_place(at + reach), last = ivec2(q.side - 1);
     if (any(lessThan(high, ivec2(0))) || any(greaterThan(low, last))) return 1;
     bool outside = envsh_outside(q, low) || envsh_outside(q, high);
     low = max(low, ivec2(0));
@@ -112,14 +133,15 @@ int envsh_decide_box(envsh_query q, envsh_view v, vec2 at, vec2 reach, float nea
     return !outside && most < 1.0 && nearest > most ? 0 : -1;
 }
 
-// The same for a receiver's kernel of those half widths.
+// Returns the same for the kernel of a receiver, with these half widths in texels.
 int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)
 {
     float slope = dot(abs(r.slope), reach + 1.0);
     return envsh_decide_box(q, v, r.at, reach, r.z - min(slope, r.limit), r.z + slope);
 }
 
-// All texels whose centres are within radius + 1/2 along both axes, weights falling to 0 at radius + 1.
+// Returns the lit share of all texels within radius + 1 along both axes. Their weights fall to 0 at that
+// distance.
 float envsh_smooth(envsh_query q, envsh_view v, envsh_receiver r)
 {
     int reach = int(q.radius) + 1;
@@ -136,21 +158,24 @@ float envsh_smooth(envsh_query q, envsh_view v, envsh_receiver r)
     return weights > 0.0 ? sum / weights : 1.0;
 }
 
-// Tap i on the ellipse of half axes a and b, turned by the unit vector cs.
+// Returns the texel of tap i on the ellipse with half axes a and b, the taps turned by the unit vector cs.
 ivec2 envsh_tap(envsh_receiver r, uint i, vec2 a, vec2 b, vec2 cs)
 {
     vec2 d = ENVSH_DISC(i);
     return envsh_place(r.at + (d.x * cs.x - d.y * cs.y) * a + (d.x * cs.y + d.y * cs.x) * b);
 }
 
+// Returns the lit share of all taps on that ellipse.
 float envsh_taps(envsh_query q, envsh_view v, envsh_receiver r, vec2 a, vec2 b, vec2 cs)
 {
     float lit = 0.0, stored;
-    for (uint i = 0u; i < q.taps; i++) lit += envsh_lit(q, v, r, envsh_tap(r, i, a, b, cs), stored) ? 1.0 : 0.0;
+    for (uint i = 0u; i < q.taps; i++)
+        lit += envsh_lit(q, v, r, envsh_tap(r, i, a, b, cs), stored) ? 1.0 : 0.0;
     return lit / float(q.taps);
 }
 
-// Shortens both half axes so that neither reaches beyond `most` texels, and lengthens them to at least 0.7 of one.
+// Shortens both half axes so that neither reaches beyond `most` texels, and lengthens them to at least 0.7 of
+// one.
 void envsh_limit(inout vec2 a, inout vec2 b, float most)
 {
     float la = length(a), lb = length(b), least = min(0.7, most), f;
@@ -168,8 +193,8 @@ void envsh_limit(inout vec2 a, inout vec2 b, float most)
     }
 }
 
-// Half axes of the kernel, texels, where the stratum spreads over a distance in depth; held where squares are still
-// numbers.
+// Computes the half axes of the kernel, in texels: as far as the stratum spreads over a distance in depth.
+// They are held where their squares are still numbers.
 void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 b)
 {
     away = min(max(away, 0.0) * q.extent_scale, 1e9);
@@ -178,7 +203,8 @@ void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 
     envsh_limit(a, b, q.radius);
 }
 
-// The mean depth of what is in the way, then a kernel as wide as the stratum spreads over that distance.
+// Returns the lit share of a kernel as wide as the penumbra. A first round of taps finds the mean depth of
+// what is in the way, over which the stratum spreads.
 float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
 {
     float blockers = 0.0, found = 0.0, stored;
@@ -196,14 +222,18 @@ float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
     return envsh_taps(q, v, r, a, b, cs);
 }
 
-// How far a tap may follow the receiver's plane towards the light, in depth.
+// Returns how far a tap may follow the receiver's plane towards the light, in depth.
 float envsh_plane_limit(envsh_query q, envsh_view v)
 {
-    float texels = ENVSH_FILTER == 4 ? 4.0 : ENVSH_FILTER == 1 ? 3.0 : q.radius + (ENVSH_FILTER == 2 ? 4.0 : 3.0);
+    float texels = 4.0;
+    if (ENVSH_FILTER == 1) texels = 3.0;
+    if (ENVSH_FILTER == 2) texels = q.radius + 4.0;
+    if (ENVSH_FILTER == 3) texels = q.radius + 3.0;
     return texels * max(v.texel.x, v.texel.y) / v.depth_range;
 }
 
-// Moves the point along its normal and takes it into the tile. cosine: of normal and light, above 0.
+// Moves a point along its normal by the bias and takes it into the tile. cosine, of normal and light, is
+// above 0.
 envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float cosine)
 {
     envsh_receiver r;
@@ -217,7 +247,8 @@ envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float 
     return r;
 }
 
-// Visibility of a light, 0..1. n: the surface's own unit normal, on the side seen. index: another for each pixel.
+// Returns the visibility of a light from a point, 0..1. n is the surface's own unit normal on the side that
+// is seen. index turns the taps: give each pixel another one.
 float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)
 {
     float cosine = dot(n, envsh_direction(light)), stored;
@@ -240,7 +271,8 @@ float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)
 #endif
 }
 
-// Sum of visibility x cosine x irradiance of lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's.
+// Returns the irradiance by lights from .. to - 1, W/m^2: the sum of visibility times cosine times their own.
+// n is the shading normal, flat_n the surface's own.
 vec3 envsh_irradiance(envsh_query q, uint from, uint to, vec3 p, vec3 n, vec3 flat_n, uint index)
 {
     vec3 sum = vec3(0.0);

@@ -1,15 +1,17 @@
-/* gl_envshadow.h - v0.9.0 - environment-map shadows on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_envshadow.h - v0.9.0 - environment-map shadows on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Draws the shadow maps of a sky's lights through a callback of yours, all in one atlas: envsh_light() in shaders of
-   your own, or complete passes that light a G-buffer with all of them, or with clusters of lights one after the other.
+   The header draws the shadow maps of a sky's lights, all into one atlas, through a callback of yours.
+   Shaders of your own light points with all of them by one call, envsh_light(). Or complete passes light a
+   G-buffer, with all lights at once or with clusters of them one after the other.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for the complete passes.
-   - It chooses no lights: envlights.h does, or you; envshadow.h lays out their maps.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for complete passes.
+   - It chooses no lights. envlights.h does that, or you do. envshadow.h says where their maps lie and which
+     matrices they are drawn with.
 
    Quick start
 
@@ -24,12 +26,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -65,11 +67,13 @@
 
    Configuration
 
-     GL_ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+     GL_ENVSHADOW_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                                   gl_backend.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/envshadow.md.   State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. envshadow.h lies above this folder. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. envshadow.h lies above this folder. */
 #include "gl_gbuffer.h"
 #include "../envshadow.h"
 

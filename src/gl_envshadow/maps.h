@@ -1,8 +1,18 @@
 /* ---- envsh: shadow maps ---- */
 
-enum { GLBK__ENVSH_RECORD = 8, GLBK__ENVSH_CELL = 8, GLBK__ENVSH_MAX_SIDE = 8192 };
+enum {
+    GLBK__ENVSH_RECORD = 8,                 /* texels of a light in the table */
+    GLBK__ENVSH_CELL = 8,                   /* texels of the atlas a side of a cell */
+    GLBK__ENVSH_MAX_SIDE = 8192,            /* the most texels a side of a page */
+    GLBK__ENVSH_CLIP_DISTANCE0 = 0x3000,    /* GL's names: CLIP_DISTANCE0, */
+    GLBK__ENVSH_DEPTH_CLAMP = 0x864F,       /* DEPTH_CLAMP, */
+    GLBK__ENVSH_BASE_LEVEL = 0x813C,        /* TEXTURE_BASE_LEVEL, */
+    GLBK__ENVSH_MAX_LEVEL = 0x813D          /* TEXTURE_MAX_LEVEL */
+};
 
-/* As square as may be, then pages. */
+/* Decides where the tiles lie: as square as they can within the greatest page, then on more pages. No page
+   means that not even one tile fits. Cells become as many a side as a power of two needs to cover the
+   tile. */
 static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
 {
     uint32_t side = ctx->max_side < GLBK__ENVSH_MAX_SIDE ? ctx->max_side : (uint32_t)GLBK__ENVSH_MAX_SIDE;
@@ -12,10 +22,11 @@ static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
     m->down = (slots + m->across - 1) / m->across;
     m->down = m->down < most ? m->down : most;
     m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
-    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_side; m->levels++)
-        m->cells_wide *= 2;
+    for (m->cells_side = 1, m->levels = 1; m->cells_side * GLBK__ENVSH_CELL < m->map_side; m->levels++)
+        m->cells_side *= 2;
 }
 
+/* Makes textures and framebuffers of maps whose tiles have their places. */
 static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_maps *m)
 {
     glbk_texture_desc texture;
@@ -39,8 +50,8 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     }
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->atlas_target);
     texture.format = GLBK_FORMAT_RG32UI;
-    texture.width = m->across * m->cells_wide;
-    texture.height = m->down * m->cells_wide;
+    texture.width = m->across * m->cells_side;
+    texture.height = m->down * m->cells_side;
     texture.layers = m->pages * m->channels;
     texture.levels = m->levels;
     if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &m->cells);
@@ -48,12 +59,14 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     target.color[0] = &m->cells;
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->cell_target);
     if (result == GLBK_OK)
-        result =
-            glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity,
+                                   &m->views);
     return result;
 }
 
-static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *m)
+/* Compiles the programs that draw casters, the user's own shaders if there are some, and cells. */
+static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                               glbk_envsh_maps *m)
 {
     const char *defines = m->channels == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
     glbk_result result;
@@ -67,21 +80,23 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
         source.defines = defines;
         result = glbk_program_compile(ctx, &source, &m->cast);
     } else {
-        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
     }
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
     return result;
 }
 
-GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *out)
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                            glbk_envsh_maps *out)
 {
     glbk_result result;
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
+                               ENVSH_MAX_LIGHTS);
     if ((d->vertex != NULL) != (d->fragment != NULL))
         return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
     out->capacity = d->capacity;
@@ -91,7 +106,8 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_
     if (out->map_side < 16 || out->map_side > 4096)
         result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
     else if (out->guard > out->map_side / 4)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
+        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1,
+                                 out->map_side / 4);
     else {
         glbk__envsh_lay_out(ctx, out);
         result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
@@ -122,8 +138,8 @@ GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Whether the first view was made for tiles of this size: clip space is 2 / map_side of texels. A view of zeros says
-   nothing. */
+/* Returns whether the first view was made for tiles of this size: its clip space is its texels times 2 /
+   map_side. A view of zeros fits any. */
 static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *view)
 {
     const float *lookup = view->lookup;
@@ -133,7 +149,7 @@ static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *vie
     return fabsf(view->clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <= 1e-3f * fabsf(lookup[best]);
 }
 
-/* A light's eight texels. */
+/* Writes the eight texels of a light, which docs/gpu-layouts.md lists. */
 static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, uint32_t light, uint32_t *words)
 {
     uint32_t slot = light / m->channels, place;
@@ -152,29 +168,31 @@ static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, ui
     memcpy(words, f, sizeof f);
 }
 
+/* Sends the lights' table and the block of the scene to the GPU. */
 static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
                                       uint32_t count)
 {
     glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
-    uint32_t *words = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD), i;
+    uint32_t *words, i;
     glbk_envsh_scene scene;
     glbk_result result = GLBK_OK;
 
+    words = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD);
     if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) glbk__envsh_record(m, &views[i], i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
-    if (count) result = glbk_table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
+    for (i = 0; i < count; i++)
+        glbk__envsh_record(m, &views[i], i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
+    if (count) result = glbk__table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
     glbk_envsh__free(&memory, words);
     if (result != GLBK_OK) return result;
     memset(&scene, 0, sizeof scene);
-    scene.tiles[0] = m->map_side;
-    scene.tiles[1] = m->guard;
-    scene.tiles[2] = m->channels;
-    scene.tiles[3] = m->cells_wide;
-    scene.range[0] = m->count = count;
-    scene.range[1] = m->levels;
-    scene.page[0] = 2.0f / (float)(m->across * m->map_side);
-    scene.page[1] = 2.0f / (float)(m->down * m->map_side);
-    scene.page[2] = 2.0f / (float)(m->map_side - 2 * m->guard);
+    scene.map_side = m->map_side;
+    scene.guard = m->guard;
+    scene.cells_side = m->cells_side;
+    scene.level_count = m->levels;
+    scene.light_count = m->count = count;
+    scene.clip_per_inside = 2.0f / (float)(m->map_side - 2 * m->guard);
+    scene.clip_per_texel_x = 2.0f / (float)(m->across * m->map_side);
+    scene.clip_per_texel_y = 2.0f / (float)(m->down * m->map_side);
     return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
 }
 
@@ -187,23 +205,26 @@ GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, cons
     if (world) memcpy(object.world, world, sizeof object.world);
     else
         for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
-    object.lights[0] = m->first;
-    object.lights[1] = m->step;
+    object.first_light = m->first;
+    object.light_step = m->step;
     m->casts++;
     return glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
 }
 
-/* Clip distances 0 to 3, and depth clamped: on OpenGL, while casting. */
+/* Turns clip distances 0 to 3 and the clamp of depths on or off. OpenGL needs them while casters are drawn;
+   ES has neither. */
 static void glbk__envsh_clip(const glbk_context *ctx, int on)
 {
     uint32_t i;
-    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, 0x3000 + i, on);
-    if (!ctx->es) glbk__set_cap(ctx, 0x864F, on);
+    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, GLBK__ENVSH_CLIP_DISTANCE0 + i, on);
+    if (!ctx->es) glbk__set_cap(ctx, GLBK__ENVSH_DEPTH_CLAMP, on);
 }
 
-/* One call of draw: lights first, first + step, ... of a page, a channel and, on ES, a column of tiles. */
-static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page, uint32_t channel,
-                                          uint32_t column, glbk_envsh_draw_fn draw_fn, void *user)
+/* Has the user draw all casters once, into the tiles of lights first, first + step, ...: those of a page and
+   a channel and, on ES, of a column of tiles. */
+static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page,
+                                          uint32_t channel, uint32_t column, glbk_envsh_draw_fn draw_fn,
+                                          void *user)
 {
     static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
     uint32_t tiles = m->across * m->down, first = (page * tiles + column) * m->channels + channel, i;
@@ -218,7 +239,8 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = glbk_begin(ctx, &pass, &m->cast);
     if (result != GLBK_OK) return result;
     i = m->channels == 4;
-    glbk__attach(ctx, i ? GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT, &m->atlas, 0, page);
+    glbk__attach(ctx, i ? (uint32_t)GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT,
+                 &m->atlas, 0, page);
     if (!column) glbk_clear_depth(ctx, 1);
     if (i && !column && !channel) ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, far_bits);
     if (first >= end) return GLBK_OK;
@@ -235,11 +257,13 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
     if (!ctx->lost) glbk__envsh_clip(ctx, 0);
     if (ctx->check && result == GLBK_OK && !m->casts)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "never called glbk_envsh_cast");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                         "never called glbk_envsh_cast");
     return result;
 }
 
-/* The levels of cells of one layer. Each reads the one below, which is made the texture's only one meanwhile. */
+/* Draws all levels of cells of a layer. Each reads the level below, which is the texture's only one
+   meanwhile, since a level must not be read while it is drawn. */
 static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
 {
     glbk_envsh_object object;
@@ -250,35 +274,36 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
     memset(&object, 0, sizeof object);
     memset(&pass, 0, sizeof pass);
     pass.target = &m->cell_target;
-    object.lights[1] = layer;
-    object.lights[2] = m->channels;
+    object.layer = layer;
     for (level = 0; level < m->levels && result == GLBK_OK; level++) {
-        const int32_t below = level ? (int32_t)level - 1 : 0;     /* never the level that is drawn to */
-        object.lights[0] = level;
+        const int32_t below = level ? (int32_t)level - 1 : 0;
+        object.level = level;
         pass.viewport[2] = (int32_t)(m->cells.width >> level);
         pass.viewport[3] = (int32_t)(m->cells.height >> level);
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
         if (result != GLBK_OK) break;
         glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
-        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
+        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
+                          &m->atlas);
         glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
-        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);      /* reads none */
+        ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_BASE_LEVEL, below);
+        ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_MAX_LEVEL, below);
+        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);  /* it reads none */
         glbk_draw_screen(ctx);
     }
     if (ctx->lost) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
-    ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
-    ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
+    ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_BASE_LEVEL, 0);
+    ctx->gl.TexParameteri(m->cells.gl_target, GLBK__ENVSH_MAX_LEVEL, (int32_t)m->levels - 1);
     return result;
 }
 
-/* Whether draw_fn drew all instances, after glbk__envsh_cell_layer, which has left the uppermost level of the layer in
-   cell_target: a cell a tile. All views hold all casters, so where those of the first instance have something in them,
-   not all others can be empty. */
+/* Finds out whether draw_fn drew all instances, with desc.check of the context. glbk__envsh_cell_layer has
+   been called for this layer just before, so cell_target is attached to its uppermost level, which has one
+   cell for each tile. All views look at all casters. So if the first instance left something in its tiles,
+   the others cannot all be empty. */
 static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
 {
     const uint32_t tiles = m->across * m->down, base = layer / m->channels * tiles;
@@ -296,7 +321,8 @@ static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_map
         if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
     glbk_envsh__free(&memory, cells);
     if (drawn && !others && result == GLBK_OK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "drew one instance, not all");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                         "drew one instance, not all");
     return result;
 }
 
@@ -307,7 +333,8 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     glbk_result result;
 
     if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn", "is NULL or was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
+                         "is NULL or was not created");
     if (count > m->capacity)
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))

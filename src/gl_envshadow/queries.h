@@ -1,22 +1,25 @@
 /* ---- envsh: queries ---- */
 
-/* The ranges and defaults of envsh_query. */
+/* Returns what a setting means: 0 if it is negative, the default if it is 0. */
 static float glbk__envsh_or_default(float value, float standard)
 {
     return value < 0 ? 0.0f : value == 0 ? standard : value;
 }
 
-static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *function, const envsh_query *from,
-                                        envsh_query *q)
+/* Writes a query with its defaults, or says which field is out of range, as envshadow.h's checks do. */
+static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *function,
+                                        const envsh_query *from, envsh_query *q)
 {
-    static const float most[] = { 0, 0, 8, 32, 64 };
+    static const float most[] = { 0, 0, 8, 32, 64 };     /* the greatest radius of each filter */
     memset(q, 0, sizeof *q);
     if (from) *q = *from;
     if ((unsigned)q->filter >= ENVSH_FILTER_COUNT)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0, ENVSH_FILTER_COUNT - 1);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
+                               ENVSH_FILTER_COUNT - 1);
     if (q->filter == ENVSH_FILTER_DEFAULT) q->filter = ENVSH_FILTER_PENUMBRA;
     if (!(q->bias <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias, "at most 1e6 texels");
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
+                               "at most 1e6 texels");
     q->bias = glbk__envsh_or_default(q->bias, 1);
     if (!q->taps) q->taps = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) {
@@ -24,7 +27,8 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
         q->radius = q->extent_scale = 0;
         return GLBK_OK;
     }
-    if (!(q->radius <= most[q->filter]) || (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
+    if (!(q->radius <= most[q->filter]) ||
+        (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
                                q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
     q->radius = glbk__envsh_or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
@@ -38,18 +42,19 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* Vogel's spiral, turned by the golden angle from tap to tap. */
+/* Fills the block of a query. The taps lie on Vogel's spiral, each turned by the golden angle from the one
+   before. */
 static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
 {
     const double cosine = -0.73736887807831990, sine = 0.67549029426152364;
     double x = 1, y = 0, t;
     uint32_t i;
     memset(out, 0, sizeof *out);
-    out->values[0] = q->radius;
-    out->values[1] = q->bias;
-    out->values[2] = q->extent_scale;
-    out->numbers[0] = q->taps;
-    out->numbers[1] = q->seed;
+    out->radius = q->radius;
+    out->bias = q->bias;
+    out->extent_scale = q->extent_scale;
+    out->taps = q->taps;
+    out->seed = q->seed;
     for (i = 0; i < q->taps && i < ENVSH_MAX_TAPS; i++) {
         float radius = sqrtf(((float)i + 0.5f) / (float)q->taps);
         out->disc[2 * i] = radius * (float)x;
@@ -60,11 +65,12 @@ static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
     }
 }
 
+/* Binds all that shaders read of maps. */
 static void glbk__envsh_bind_all(glbk_context *ctx, const glbk_envsh_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
-    glbk_bind_texture(ctx, at.unit + (m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth),
-                      &m->atlas);
+    const uint32_t atlas = m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth;
+    glbk_bind_texture(ctx, at.unit + atlas, &m->atlas);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_cells, &m->cells);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_views, &m->views);
     glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_envsh_scene, &m->scene);
@@ -82,7 +88,8 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
     result = glbk__envsh_query_of(ctx, __func__, query, &q);
     if (result != GLBK_OK) return result;
     glbk__envsh_fill_query(&q, &values);
-    result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_envsh_query, &m->query, &values);
+    result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_envsh_query, &m->query,
+                             &values);
     if (result == GLBK_OK) glbk__envsh_bind_all(ctx, m, offset);
     return result;
 }

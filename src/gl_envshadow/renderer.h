@@ -43,29 +43,31 @@ GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r
     memset(r, 0, sizeof *r);
 }
 
-/* Whether a G-buffer is there, and of the renderer's size. */
-static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function, const glbk_envsh_renderer *r,
-                                    const glbk_gbuffer *g)
+/* Checks that a renderer and a G-buffer were created, and for pictures of one size. */
+static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function,
+                                    const glbk_envsh_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer", "is NULL or was not created");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
+                         "is NULL or was not created");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
-static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter, uint32_t rgba,
-                                             glbk_program **out)
+/* Finds the program of a filter, which is compiled when it is first asked for. */
+static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter,
+                                             uint32_t rgba, glbk_program **out)
 {
     char defines[] = "ENVSH_FILTER=0 ENVSH_RGBA=0";
     *out = &r->shade[2 * filter + rgba];
     if ((*out)->name) return GLBK_OK;
     defines[13] = (char)('0' + filter);
     defines[26] = (char)('0' + rgba);
-    return glbk__gbuffer_program(ctx, glbk_envsh_part(), r->compute ? "envsh_shade.comp" : "envsh_shade.frag", defines,
-                                 *out);
+    return glbk__gbuffer_program(ctx, glbk_envsh_part(), r->compute ? "envsh_shade.comp" : "envsh_shade.frag",
+                                 defines, *out);
 }
 
-/* The lights of m->query's range. */
+/* Adds the light of the lights that m->query names. */
 static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
                                           const glbk_envsh_maps *m, glbk_program *program)
 {
@@ -90,7 +92,7 @@ static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer
     return result;
 }
 
-/* The light of all maps by a query without defaults. */
+/* Adds the light of all maps, by a query that has its defaults, in as many passes as it takes. */
 static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
                                          glbk_envsh_maps *m, const envsh_query *q, uint32_t lights_per_pass)
 {
@@ -103,11 +105,10 @@ static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer 
     if (!q->add) r->begun = 0;
     if (!lights_per_pass) lights_per_pass = ENVSH_MAX_LIGHTS;
     glbk__envsh_fill_query(q, &values);
-    for (; from < m->count && result == GLBK_OK; from = values.range[1]) {
-        values.range[0] = from;
-        values.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
-        values.range[2] = r->width;
-        values.range[3] = r->begun != 0;
+    for (; from < m->count && result == GLBK_OK; from = values.end_light) {
+        values.first_light = from;
+        values.end_light = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
+        values.adds = r->begun != 0;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query, &values);
         if (result == GLBK_OK) result = glbk__envsh_shade_pass(ctx, r, g, m, program);
     }
@@ -155,7 +156,7 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     if (result != GLBK_OK) return result;
     if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&object, 0, sizeof object);
-    object.lights[3] = r->begun != 0;
+    object.lit = r->begun != 0;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
     if (result != GLBK_OK) return result;

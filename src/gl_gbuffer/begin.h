@@ -6,7 +6,7 @@
 
 #endif /* GL_GBUFFER_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_GBUFFER_IMPLEMENTATION) && !defined(GL_GBUFFER_IMPLEMENTED)
 #define GL_GBUFFER_IMPLEMENTED

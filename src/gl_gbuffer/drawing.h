@@ -1,5 +1,9 @@
 /* ---- gbuffer: drawing ---- */
 
+enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_MAP = 4 };
+
+/* Compiles the program that draws objects, for the locations of the G-buffer's attributes, unless there is
+   one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
     static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
@@ -9,7 +13,7 @@ static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g
     size_t used = 0;
     int i;
 
-    if (g->draw.name) return GLBK_OK;
+    if (g->draw_program.name) return GLBK_OK;
     at[0] = g->attributes.position;
     at[1] = g->attributes.normal;
     at[2] = g->attributes.uv;
@@ -22,10 +26,10 @@ static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g
         defines[used++] = at[i] < 0 ? '1' : (char)('0' + at[i] % 10);
     }
     defines[used] = 0;
-    return glbk_program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw);
+    return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
 }
 
-/* Binds and clears the target: an attachment is cleared by 0 whether the context draws floats or not. */
+/* Binds a target of the G-buffer with a program, and clears its textures to 0 and its depth, if any, to 1. */
 static glbk_result glbk__gbuffer_start(glbk_context *ctx, const glbk_target *target, glbk_depth depth,
                                        glbk_program *program)
 {
@@ -54,9 +58,9 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
                          "is NULL or was not created");
     result = glbk__gbuffer_draw_program(ctx, g);
-    if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw);
+    if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
-    /* Until an object has a map. */
+    /* An object without maps declares their samplers nevertheless. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
     memcpy(g->clip, world_to_clip, sizeof g->clip);
     memcpy(g->eye, eye, sizeof g->eye);
@@ -70,24 +74,28 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_result result;
 
     if (!ctx || !g || !g->target.name || !s)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface", "is NULL or was not created");
-    if (!g->draw.name || !g->has_clip)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
+                         "is NULL or was not created");
+    if (!g->draw_program.name || !g->has_clip)
         return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
-    if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion)) return GLBK_ERR_DESC;
+    if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
+        return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
     glbk__gbuffer_matrix(s->world, drawn.world);
     memcpy(drawn.clip, g->clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
     drawn.diffuse[3] = s->alpha > 0 ? s->alpha : 1.0f;
-    drawn.values[0] = s->alpha_cutoff;
-    drawn.values[1] = s->occlusion;
-    drawn.numbers[0] = glbk__gbuffer_kind(&s->material);
-    drawn.numbers[1] = s->entity;
-    drawn.numbers[2] = s->plane;
-    drawn.numbers[3] = (s->color_map ? 1u : 0u) | (s->gloss_map ? 2u : 0u) | (s->normal_map ? 4u : 0u);
-    drawn.lobes[0] = s->first_lobe;
-    drawn.lobes[1] = s->material.lobe_count;
+    drawn.alpha_cutoff = s->alpha_cutoff;
+    drawn.occlusion = s->occlusion;
+    drawn.kind = glbk__gbuffer_kind(&s->material);
+    drawn.entity = s->entity;
+    drawn.plane = s->plane;
+    drawn.first_lobe = s->first_lobe;
+    drawn.lobe_count = s->material.lobe_count;
+    if (s->color_map) drawn.maps |= GLBK__DRAWN_COLOR_MAP;
+    if (s->gloss_map) drawn.maps |= GLBK__DRAWN_GLOSS_MAP;
+    if (s->normal_map) drawn.maps |= GLBK__DRAWN_NORMAL_MAP;
     glbk__gbuffer_gloss(&s->material, drawn.gloss);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_drawn, &g->drawn, &drawn);
     if (result != GLBK_OK) return result;

@@ -1,4 +1,5 @@
-// Attributes where the desc says; a number below 0: the mesh has none of it. Tangents have their handedness in w.
+// Attributes stand where glbk_gbuffer_desc says; a location below 0: the mesh has no such attribute. A
+// tangent has its handedness in w.
 // uses: gbuffer_drawn
 #ifndef GBUFFER_POSITION
 #define GBUFFER_POSITION 0
@@ -22,7 +23,7 @@ layout(location = GBUFFER_TANGENT) in vec4 tangent;
 #else
 const vec4 tangent = vec4(0.0);
 #endif
-invariant gl_Position;              // what draws on it again finds the same depth: sfield_self.vert
+invariant gl_Position;              // sfield_self.vert draws the same objects and must find the same depths
 out vec3 glbk_place, glbk_facing;
 out vec2 glbk_uv;
 out vec4 glbk_along;

@@ -1,11 +1,12 @@
 /* ---- gbuffer: from textures of the user's own ---- */
 
+/* Bits of the block's `given`, as gbuffer_import.frag has them. */
 enum {
     GLBK__IMPORT_PLACES = 1, GLBK__IMPORT_DEPTH = 2, GLBK__IMPORT_FLAT = 4, GLBK__IMPORT_COLORS = 8,
     GLBK__IMPORT_GLOSS = 16, GLBK__IMPORT_OPEN = 32, GLBK__IMPORT_ENTITIES = 64, GLBK__IMPORT_REVERSED = 128
 };
 
-/* The inverse of a matrix by elimination with pivots, or 0. */
+/* Inverts a matrix by elimination with pivots, in double; returns 0 if it has no inverse. */
 static int glbk__gbuffer_invert(const float *from, float *to)
 {
     double m[4][8], keep;
@@ -35,8 +36,10 @@ static int glbk__gbuffer_invert(const float *from, float *to)
     return 1;
 }
 
-/* One texture of the user's: there or not, of the right size and kind. */
-static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, const char *field, const glbk_texture *t)
+/* Returns 1 if a texture of the user's is not given or is a 2D texture of the right size; else logs what it
+   is. */
+static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, const char *field,
+                               const glbk_texture *t)
 {
     const char *text = NULL;
     if (!t) return 1;
@@ -46,6 +49,7 @@ static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, c
     return !text;
 }
 
+/* Returns 1 if an import can be done, else logs why not and returns 0. */
 static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffer *g, const glbk_import *d)
 {
     const char *const function = "glbk_gbuffer_import";
@@ -65,13 +69,14 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
            glbk__gbuffer_takes(ctx, g, "import.gloss_map", d->gloss_map) &&
            glbk__gbuffer_takes(ctx, g, "import.open_map", d->open_map) &&
            glbk__gbuffer_takes(ctx, g, "import.entities", d->entities) &&
-           glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0, GLBK_CLIP_DEPTH_COUNT - 1) &&
+           glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0,
+                                GLBK_CLIP_DEPTH_COUNT - 1) &&
            glbk__gbuffer_within(ctx, function, "import.normal_packing", d->normal_packing, 0,
                                 GLBK_NORMAL_PACKING_COUNT - 1) &&
            glbk__gbuffer_material_valid(ctx, function, &d->material, d->plane, d->occlusion);
 }
 
-/* World to clip space in OpenGL's convention. */
+/* Writes world to clip space in OpenGL's convention, with depths -1..1. */
 static void glbk__gbuffer_clip(const glbk_import *d, float clip[16])
 {
     const int reversed = d->clip_depth == GLBK_CLIP_DEPTH_REVERSED;
@@ -79,38 +84,51 @@ static void glbk__gbuffer_clip(const glbk_import *d, float clip[16])
     memcpy(clip, d->world_to_clip, sizeof d->world_to_clip);
     if (!reversed && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE) return;
     for (c = 0; c < 4; c++)
-        clip[4 * c + 2] = reversed ? clip[4 * c + 3] - 2 * clip[4 * c + 2] : 2 * clip[4 * c + 2] - clip[4 * c + 3];
+        clip[4 * c + 2] =
+            reversed ? clip[4 * c + 3] - 2 * clip[4 * c + 2] : 2 * clip[4 * c + 2] - clip[4 * c + 3];
 }
 
-static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *d, glbk_gbuffer_imported *v)
+/* Returns which textures there are, as bits. */
+static uint32_t glbk__gbuffer_given(const glbk_import *d)
 {
-    const int reversed = d->clip_depth == GLBK_CLIP_DEPTH_REVERSED;
-    const int half = !reversed && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
-    uint32_t *how = v->how;
-
-    glbk__gbuffer_clip(d, v->to_clip);
-    glbk__gbuffer_matrix(d->to_world, v->to_world);
-    v->numbers[0] = glbk__gbuffer_kind(&d->material);
-    v->numbers[1] = d->entity;
-    v->numbers[2] = d->plane;
-    v->lobes[0] = d->first_lobe;
-    v->lobes[1] = d->material.lobe_count;
-    how[0] = (d->positions ? (uint32_t)GLBK__IMPORT_PLACES : 0u) | (d->depth ? (uint32_t)GLBK__IMPORT_DEPTH : 0u) |
-             (d->geometric ? (uint32_t)GLBK__IMPORT_FLAT : 0u) | (d->color_map ? (uint32_t)GLBK__IMPORT_COLORS : 0u) |
-             (d->gloss_map ? (uint32_t)GLBK__IMPORT_GLOSS : 0u) | (d->open_map ? (uint32_t)GLBK__IMPORT_OPEN : 0u) |
-             (d->entities ? (uint32_t)GLBK__IMPORT_ENTITIES : 0u) | (reversed ? (uint32_t)GLBK__IMPORT_REVERSED : 0u);
-    how[1] = (uint32_t)d->normal_packing;
-    how[2] = g->width;
-    how[3] = g->height;
-    memcpy(v->diffuse, d->material.diffuse, sizeof d->material.diffuse);
-    glbk__gbuffer_gloss(&d->material, v->gloss);
-    memcpy(v->eye, d->eye, sizeof d->eye);
-    v->depths[0] = half ? 2.0f : 1.0f;
-    v->depths[1] = half ? -1.0f : 0.0f;
-    v->depths[2] = d->occlusion;
+    uint32_t bits = 0;
+    if (d->positions) bits |= GLBK__IMPORT_PLACES;
+    if (d->depth) bits |= GLBK__IMPORT_DEPTH;
+    if (d->geometric) bits |= GLBK__IMPORT_FLAT;
+    if (d->color_map) bits |= GLBK__IMPORT_COLORS;
+    if (d->gloss_map) bits |= GLBK__IMPORT_GLOSS;
+    if (d->open_map) bits |= GLBK__IMPORT_OPEN;
+    if (d->entities) bits |= GLBK__IMPORT_ENTITIES;
+    if (d->clip_depth == GLBK_CLIP_DEPTH_REVERSED) bits |= GLBK__IMPORT_REVERSED;
+    return bits;
 }
 
-/* Texture objects that were not made here have no gl_target. */
+/* Fills the block of an import, all but from_clip. */
+static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *d, glbk_gbuffer_imported *out)
+{
+    const int full_range =
+        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
+
+    glbk__gbuffer_clip(d, out->to_clip);
+    glbk__gbuffer_matrix(d->to_world, out->to_world);
+    out->kind = glbk__gbuffer_kind(&d->material);
+    out->entity = d->entity;
+    out->plane = d->plane;
+    out->occlusion = d->occlusion;
+    out->first_lobe = d->first_lobe;
+    out->lobe_count = d->material.lobe_count;
+    out->given = glbk__gbuffer_given(d);
+    out->normal_packing = (uint32_t)d->normal_packing;
+    out->width = g->width;
+    out->height = g->height;
+    memcpy(out->diffuse, d->material.diffuse, sizeof d->material.diffuse);
+    glbk__gbuffer_gloss(&d->material, out->gloss);
+    memcpy(out->eye, d->eye, sizeof d->eye);
+    out->depth_scale = full_range ? 2.0f : 1.0f;
+    out->depth_offset = full_range ? -1.0f : 0.0f;
+}
+
+/* Binds a texture of the user's, whose glbk_texture need not have gl_target; NULL binds none. */
 static void glbk__gbuffer_bind_in(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
 {
     glbk_texture t;
@@ -134,7 +152,7 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
 
 GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, const glbk_import *d)
 {
-    glbk_gbuffer_imported values;
+    glbk_gbuffer_imported block;
     glbk_result result = GLBK_OK;
     int own;
 
@@ -142,22 +160,23 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import", "is NULL or was not created");
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
-    memset(&values, 0, sizeof values);
+    memset(&block, 0, sizeof block);
     g->has_clip = !glbk__gbuffer_is_zero(d->world_to_clip, 16);
-    if (g->has_clip && !glbk__gbuffer_invert(d->world_to_clip, values.from_clip))
+    if (g->has_clip && !glbk__gbuffer_invert(d->world_to_clip, block.from_clip))
         return glbk__gbuffer_bad(ctx, __func__, "import.world_to_clip", "has no inverse");
-    glbk__gbuffer_fill_import(g, d, &values);
-    if (!g->take.name)
-        result = glbk_program_create(ctx, glbk_gbuffer_part(), "gbuffer_import.frag",
-                                     own ? "GBUFFER_DEPTH=1" : "GBUFFER_DEPTH=0", &g->take);
-    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_imported, &g->imported, &values);
+    glbk__gbuffer_fill_import(g, d, &block);
+    if (!g->import_program.name)
+        result = glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_import.frag",
+                                     own ? "GBUFFER_DEPTH=1" : "GBUFFER_DEPTH=0", &g->import_program);
     if (result == GLBK_OK)
-        result = glbk__gbuffer_start(ctx, own ? &g->target : &g->colors, own ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF,
-                                     &g->take);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_imported, &g->imported, &block);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_start(ctx, own ? &g->target : &g->colors,
+                                     own ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF, &g->import_program);
     if (result != GLBK_OK) return result;
     glbk__gbuffer_bind_import(ctx, d);
     glbk_draw_screen(ctx);
-    memcpy(g->clip, values.to_clip, sizeof g->clip);
+    memcpy(g->clip, block.to_clip, sizeof g->clip);
     memcpy(g->eye, d->eye, sizeof g->eye);
     g->has_depth = own ? d->depth || g->has_clip : d->depth && d->depth->name == g->depth.name &&
                                                        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED;

@@ -1,21 +1,25 @@
 /* ---- gbuffer: creating, uploading, reading ---- */
 
-static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field, const char *text)
+/* Logs that a field of a desc is bad, and returns the error. */
+static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field,
+                                     const char *text)
 {
     return glbk__bad(ctx, GLBK_ERR_DESC, function, field, text);
 }
 
-/* 1 where a number is within its range; else it is logged. */
-static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, const char *field, double value,
-                                double low, double high)
+/* Returns 1 if a number is within its range, else logs it and returns 0. */
+static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, const char *field,
+                                double value, double low, double high)
 {
     if (value >= low && value <= high) return 1;
     (void)glbk__bad_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
     return 0;
 }
 
-static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *function, const lsamp_material *m,
-                                        uint32_t plane, float occlusion)
+/* Returns 1 if the numbers of a material and its place are in range, else logs which one is not and returns
+   0. */
+static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *function,
+                                        const lsamp_material *m, uint32_t plane, float occlusion)
 {
     return glbk__gbuffer_within(ctx, function, "material.kind", m->kind, 0, LSAMP_MATERIAL_COUNT - 1) &&
            glbk__gbuffer_within(ctx, function, "material.lobe_count", m->lobe_count, 0, LSAMP_MAX_LOBES) &&
@@ -23,12 +27,14 @@ static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *fun
            glbk__gbuffer_within(ctx, function, "occlusion", (double)occlusion, 0, 1);
 }
 
+/* Returns the kind of a material with the default resolved, as the G-buffer stores it. */
 static uint32_t glbk__gbuffer_kind(const lsamp_material *m)
 {
     return m->kind == LSAMP_MATERIAL_DEFAULT ? (uint32_t)LSAMP_MATERIAL_LAMBERT : (uint32_t)m->kind;
 }
 
-/* The four words that a material keeps besides its diffuse colour and its lobes. */
+/* Writes the numbers of a material other than its diffuse colour and its lobes, as the texture of gloss has
+   them. */
 static void glbk__gbuffer_gloss(const lsamp_material *m, float gloss[4])
 {
     memset(gloss, 0, 4 * sizeof *gloss);
@@ -41,6 +47,7 @@ static void glbk__gbuffer_gloss(const lsamp_material *m, float gloss[4])
     }
 }
 
+/* Returns 1 if all `count` numbers are 0. */
 static int glbk__gbuffer_is_zero(const float *v, int count)
 {
     int i;
@@ -48,33 +55,40 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
+/* Copies a matrix; one of zeros becomes the identity. */
 static void glbk__gbuffer_matrix(const float *from, float to[16])
 {
     memcpy(to, from, 16 * sizeof *to);
     if (glbk__gbuffer_is_zero(from, 16)) to[0] = to[5] = to[10] = to[15] = 1;
 }
 
-/* Locations with their default, each within 0..15 and there once. */
-static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from, glbk_attributes *to)
+/* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
+static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
+                                            glbk_attributes *to)
 {
     int32_t at[4];
     int i, k;
     *to = *from;
-    if (!from->position && !from->normal && !from->uv && !from->tangent) to->normal = 1, to->uv = 2, to->tangent = 3;
+    if (!from->position && !from->normal && !from->uv && !from->tangent)
+        to->normal = 1, to->uv = 2, to->tangent = 3;
     at[0] = to->position;
     at[1] = to->normal;
     at[2] = to->uv;
     at[3] = to->tangent;
-    if (at[0] < 0) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
+    if (at[0] < 0)
+        return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
     for (i = 0; i < 4; i++) {
-        if (at[i] > 15) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
+        if (at[i] > 15)
+            return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
         for (k = 0; k < i; k++)
             if (at[i] >= 0 && at[i] == at[k])
-                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one location twice");
+                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes",
+                                         "has one location twice");
     }
     return GLBK_OK;
 }
 
+/* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
 static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_texture_desc texture;
@@ -99,11 +113,12 @@ static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc
     target.depth = &out->depth;
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_drawn), NULL, &out->drawn);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
     return result;
 }
 
-/* Words of 0: nothing is seen. */
+/* Fills the four textures with zeros, by which nothing is seen anywhere. */
 static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
 {
     glbk_gbuf__allocator memory = glbk_gbuf__memory(ctx);
@@ -144,8 +159,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
 {
     int i;
     if (!g) return;
-    glbk_program_free(ctx, &g->draw);
-    glbk_program_free(ctx, &g->take);
+    glbk_program_free(ctx, &g->draw_program);
+    glbk_program_free(ctx, &g->import_program);
     glbk_target_free(ctx, &g->target);
     glbk_target_free(ctx, &g->colors);
     for (i = 0; i < 4; i++) glbk_texture_free(ctx, &g->words[i]);
@@ -155,7 +170,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
     memset(g, 0, sizeof *g);
 }
 
-/* A unit vector in 32 bits, octahedral, as glbk_unpack_unit of lib/gbuffer_pack.glsl reads it; ~0 for zero. */
+/* Packs a unit vector into 32 bits as glbk_pack_unit of lib/gbuffer_pack.glsl does, octahedrally; a vector of
+   no length becomes 0xffffffff. */
 static uint32_t glbk__gbuffer_pack_unit(const float *v)
 {
     float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
@@ -173,9 +189,11 @@ static uint32_t glbk__gbuffer_pack_unit(const float *v)
     return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
 }
 
+/* Unpacks what glbk__gbuffer_pack_unit packed. */
 static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
-    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1, y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
+    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
+          y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
     float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 1 - ax - ay, t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
@@ -188,7 +206,8 @@ static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
     v[2] = z / size;
 }
 
-/* Four words of each of the four textures. A normal that is 0 or not finite leaves the pixel empty. */
+/* Writes the four words of each texture for one pixel. Where its normal is 0 or not finite, nothing is
+   seen. */
 static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
 {
     const lsamp_material *m = &p->material;
@@ -213,6 +232,7 @@ static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
     words[3][2] = glbk__gbuffer_pack_unit(p->tangent);
 }
 
+/* Reads back what glbk__gbuffer_words wrote. */
 static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
 {
     lsamp_material *m = &p->material;
@@ -242,58 +262,67 @@ static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
     }
 }
 
-static int glbk__gbuffer_has_rows(const glbk_gbuffer *g, uint32_t row, uint32_t rows)
+/* The words of some rows on their way: texture k has those of pixel i from words + 4 (k count + i) on. */
+typedef struct glbk__gbuffer_rows {
+    glbk_gbuf__allocator memory;
+    size_t    count;                /* pixels */
+    uint32_t *words;
+} glbk__gbuffer_rows;
+
+/* Checks the arguments of an upload or a reading and gets memory for its words, which glbk_gbuf__free
+   frees. */
+static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *function,
+                                           const glbk_gbuffer *g, uint32_t row, uint32_t row_count,
+                                           const glbk_pixel *pixels, glbk__gbuffer_rows *out)
 {
-    return g && g->colors.name && rows && row < g->height && rows <= g->height - row;
+    const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
+    if (!ctx || !pixels || !within)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
+                         "is NULL or out of range");
+    out->memory = glbk_gbuf__memory(ctx);
+    out->count = (size_t)g->width * row_count;
+    out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
+    return out->words ? GLBK_OK : GLBK_ERR_ALLOC;
 }
 
-GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t rows,
+GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                          const glbk_pixel *pixels)
 {
-    glbk_gbuf__allocator memory;
-    size_t count, i;
-    uint32_t *words, pixel[4][4];
-    glbk_result result = GLBK_OK;
-    int k;
+    glbk__gbuffer_rows rows;
+    uint32_t pixel[4][4], k;
+    glbk_result result = glbk__gbuffer_take_rows(ctx, __func__, g, row, row_count, pixels, &rows);
+    size_t i;
 
-    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
-    memory = glbk_gbuf__memory(ctx);
-    count = (size_t)g->width * rows;
-    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
-    if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) {
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < rows.count; i++) {
         glbk__gbuffer_words(&pixels[i], pixel);
-        for (k = 0; k < 4; k++) memcpy(words + 4 * ((size_t)k * count + i), pixel[k], sizeof pixel[k]);
+        for (k = 0; k < 4; k++) memcpy(rows.words + 4 * (k * rows.count + i), pixel[k], sizeof pixel[k]);
     }
     for (k = 0; k < 4 && result == GLBK_OK; k++)
-        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, rows, 1, words + 4 * (size_t)k * count);
-    glbk_gbuf__free(&memory, words);
+        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, row_count, 1,
+                                     rows.words + 4 * k * rows.count);
+    glbk_gbuf__free(&rows.memory, rows.words);
     g->has_depth = g->has_clip = 0;
     return result;
 }
 
-GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g, uint32_t row, uint32_t rows,
-                                       glbk_pixel *pixels)
+GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g, uint32_t row,
+                                       uint32_t row_count, glbk_pixel *pixels)
 {
-    glbk_gbuf__allocator memory;
-    size_t count, i;
-    uint32_t *words, pixel[4][4], k;
-    glbk_result result = GLBK_OK;
+    glbk__gbuffer_rows rows;
+    uint32_t pixel[4][4], k;
+    glbk_result result = glbk__gbuffer_take_rows(ctx, __func__, g, row, row_count, pixels, &rows);
+    size_t i;
 
-    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
-    memory = glbk_gbuf__memory(ctx);
-    count = (size_t)g->width * rows;
-    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
-    if (!words) return GLBK_ERR_ALLOC;
+    if (result != GLBK_OK) return result;
     for (k = 0; k < 4 && result == GLBK_OK; k++)
-        result = glbk_target_read(ctx, &g->colors, k, 0, row, g->width, rows, words + 4 * (size_t)k * count);
-    for (i = 0; i < count && result == GLBK_OK; i++) {
-        for (k = 0; k < 4; k++) memcpy(pixel[k], words + 4 * ((size_t)k * count + i), sizeof pixel[k]);
+        result = glbk_target_read(ctx, &g->colors, k, 0, row, g->width, row_count,
+                                  rows.words + 4 * k * rows.count);
+    for (i = 0; i < rows.count && result == GLBK_OK; i++) {
+        for (k = 0; k < 4; k++) memcpy(pixel[k], rows.words + 4 * (k * rows.count + i), sizeof pixel[k]);
         glbk__gbuffer_pixel(pixel, &pixels[i]);
     }
-    glbk_gbuf__free(&memory, words);
+    glbk_gbuf__free(&rows.memory, rows.words);
     return result;
 }
 
@@ -307,8 +336,8 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
-                                           const char *defines, glbk_program *out)
+GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const char *defines, glbk_program *out)
 {
     return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, out);
 }

@@ -1,19 +1,20 @@
-/* gl_gbuffer.h - v0.9.0 - one G-buffer for all techniques on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_gbuffer.h - v0.9.0 - one G-buffer for all techniques, OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Holds what a camera sees: places, normals, materials, entities, for each pixel. gl_csm.h, gl_shadowfield.h,
-   gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is drawn from your vertex arrays,
-   whatever the locations of their attributes; or uploaded; or made by one pass from textures that your
-   renderer has anyway (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss,
-   entities. Shaders of your own read it by glbk_read_point() of lib/gbuffer.glsl.
+   A G-buffer holds what a camera sees in each pixel: the place, the normals, the material and the entity.
+   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled by one of three
+   ways: it is drawn from your vertex arrays, whatever the locations of their attributes; it is uploaded from
+   the CPU; or one pass makes it from textures that your renderer has anyway (glbk_gbuffer_import): depth or
+   places, normals in four packings, colours, gloss, entities. Shaders of your own read it by
+   glbk_read_point() of lib/gbuffer.glsl.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here. Kinds of materials are those of lightsampling.h, whose
-     implementation it does not need.
-   - One sample and one surface a pixel: no transparency, no multisampling.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here. Materials are those of lightsampling.h,
+     whose implementation is not needed.
+   - It holds one sample and one surface a pixel: there is no transparency and no multisampling.
 
    Quick start
 
@@ -39,6 +40,7 @@
            glbk_import mine;
            glbk_texture depth, normals;
            glbk_result result;
+           int i;
 
            memset(&desc, 0, sizeof desc);
            memset(&sizes, 0, sizeof sizes);
@@ -59,8 +61,8 @@
            mine.depth = &depth;                             // with the matrix by which it was drawn
            mine.normals = &normals;
            mine.normal_packing = GLBK_NORMAL_PACKING_UNIT;  // RGBA8: 0..1 for -1..1
-           mine.world_to_clip[0] = mine.world_to_clip[5] = mine.world_to_clip[10] = mine.world_to_clip[15] = 1;
-           mine.material.diffuse[0] = mine.material.diffuse[1] = mine.material.diffuse[2] = 0.5f;
+           for (i = 0; i < 4; i++) mine.world_to_clip[5 * i] = 1;
+           for (i = 0; i < 3; i++) mine.material.diffuse[i] = 0.5f;
            if (result == GLBK_OK) result = glbk_gbuffer_import(&gl, &seen, &mine);
            printf("%s\n", glbk_result_text(result));
            glbk_gbuffer_free(&gl, &seen);
@@ -72,10 +74,10 @@
 
      GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
 
-   Layouts: docs/gpu-layouts.md.   How to bring your own: docs/gbuffer.md.   State: docs/gl-state.md.
+   Layouts: docs/gpu-layouts.md. How to bring your own: docs/gbuffer.md. State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. lightsampling.h lies above this
-   folder. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   lightsampling.h lies above this folder. */
 #include "gl_backend.h"
 #include "../lightsampling.h"
 

@@ -1,11 +1,12 @@
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and what it must be where it is not 0 */
+typedef struct glbk__ism_range {    /* a field, its value, and the range of that if it is not 0 */
     const char *field;
     double      value, low, high;
-    const char *wanted;
+    const char *wanted;             /* the range in words */
 } glbk__ism_range;
 
+/* Logs the first field that is out of its range. */
 static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
                                       const glbk__ism_range *ranges, size_t count)
 {
@@ -18,9 +19,10 @@ static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
+/* Returns whether x is a power of two, or 0. */
 static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 
-/* The ranges of ism_create, of the fields that are looked at here. */
+/* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
     const glbk__ism_range ranges[] = {
@@ -41,7 +43,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
-/* A desc with defaults in place of zeros, 0 in place of what is negative for none, and without its system. */
+/* Returns a desc with defaults in place of zeros, zeros in place of what is negative for none, and without
+   its system. */
 static ism_desc glbk__ism_resolved(const ism_desc *desc)
 {
     ism_desc d = *desc;
@@ -59,7 +62,7 @@ static ism_desc glbk__ism_resolved(const ism_desc *desc)
     return d;
 }
 
-/* Settings with their defaults: *out is what ism_shade would take for the same. */
+/* Checks a shading and writes it with its defaults, as ism_shade takes them. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
@@ -87,12 +90,14 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
+/* Checks that maps were created. */
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
     if (m && m->vpls.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
+/* Checks that a renderer was created. */
 static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char *function,
                                             const glbk_ism_renderer *r)
 {
@@ -100,7 +105,7 @@ static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char 
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
-/* Whether a renderer and a G-buffer were made, for pictures of one size. */
+/* Checks that a renderer and a G-buffer were created, for pictures of one size. */
 static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *function,
                                            const glbk_ism_renderer *r, const glbk_gbuffer *g)
 {
@@ -114,7 +119,7 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
 
 /* ---- lists ---- */
 
-/* Logs what is wrong with a field of element i of a list. */
+/* Logs what is wrong with a field of element i of a list. text: what the field must be, or what is wrong. */
 static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *function, const char *list,
                                          size_t i, const char *field, const char *text)
 {
@@ -128,30 +133,34 @@ static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *fu
     return glbk__bad(ctx, GLBK_ERR_INPUT, function, name.text, text);
 }
 
+/* Returns whether three floats are finite. */
 static int glbk__ism_finite(const float *v)
 {
     float sum = v[0] * 0 + v[1] * 0 + v[2] * 0;
     return sum >= 0 && sum <= 0;
 }
 
-static int glbk__ism_unit(const float *v)           /* 0.97..1.03 long; false for what is not a number */
+/* Returns whether a vector is 0.97..1.03 long; 0 for what is not a number. */
+static int glbk__ism_unit(const float *v)
 {
     float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     return length2 >= 0.9409f && length2 <= 1.0609f;
 }
 
+/* Returns whether three floats are a flux, 0..1e30. */
 static int glbk__ism_flux(const float *v)
 {
     return v[0] >= 0 && v[0] <= 1e30f && v[1] >= 0 && v[1] <= 1e30f && v[2] >= 0 && v[2] <= 1e30f;
 }
 
-/* Whether a window leaves something of each side. */
+/* Returns whether a window leaves something of each side of the tile. */
 static int glbk__ism_window(uint32_t window)
 {
     return window < 1u << 24 && (window & 63) + (window >> 12 & 63) <= 63 &&
            (window >> 6 & 63) + (window >> 18 & 63) <= 63;
 }
 
+/* Checks element i of a list of VPLs as ism_set_vpls does, and what ism.h computes besides. */
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
     const char *field = NULL, *text = "must be finite and not negative";
@@ -166,6 +175,7 @@ static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v
     return field ? glbk__ism_bad_element(ctx, "glbk_ism_vpls_upload", "vpls", i, field, text) : GLBK_OK;
 }
 
+/* Checks element i of a list of near points. */
 static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism_near_point *p, size_t i,
                                               uint32_t vpl_count)
 {
@@ -180,7 +190,7 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
     return glbk__ism_bad_element(ctx, "glbk_ism_near_points_upload", "points", i, field, text);
 }
 
-/* A mesh, but for what its indices say, which is seen while they are read. */
+/* Checks a mesh but for the values of its indices, which are checked while they are read. */
 static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *function, const ism_mesh *mesh)
 {
     const int indexed = mesh->indices || mesh->indices16;

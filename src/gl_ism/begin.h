@@ -6,7 +6,7 @@
 
 #endif /* GL_ISM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_ISM_IMPLEMENTATION) && !defined(GL_ISM_IMPLEMENTED)
 #define GL_ISM_IMPLEMENTED

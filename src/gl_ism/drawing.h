@@ -1,5 +1,6 @@
 /* ---- ism: drawing the maps ---- */
 
+/* Binds all that surfels are drawn from. */
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -9,8 +10,8 @@ static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A group of ism_splat.comp or of ism_fill.comp for each tile, or for each of the squares that a large tile
- * is cut into. */
+/* Runs ism_splat.comp or ism_fill.comp, with a group for each tile, or for each of the squares of that many
+   texels a side that a large tile is cut into. */
 static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program,
                                       uint32_t square)
 {
@@ -18,7 +19,7 @@ static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m,
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* The surfels of a phase, at most so many in a draw. */
+/* Draws the surfels of a phase, at most so many in a draw. */
 static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
     const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
@@ -32,7 +33,7 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
             ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
             continue;
         }
-        f.near_points[3] = first;               /* instances begin at 0 everywhere */
+        f.first_surfel = first;               /* instances begin at 0 everywhere */
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
         if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
     }
@@ -65,6 +66,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     return result;
 }
 
+/* Binds all that holes are found and filled from. */
 static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -72,7 +74,8 @@ static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
+/* Draws a pass over a whole target, which reads the maps and `below`: the kept texels, or the level of pull
+   below. */
 static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target,
                                   glbk_program *program, const glbk_texture *below)
 {
@@ -94,7 +97,7 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     return GLBK_OK;
 }
 
-/* From surfels to the atlas: holes, pull, push. */
+/* Makes the atlas from the surfels that were drawn: finds holes, pulls, pushes. */
 static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 {
     uint32_t i, levels = glbk__ism_levels(m);
@@ -125,26 +128,5 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
     if (result == GLBK_OK) m->drawn = 1;
-    return result;
-}
-
-GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
-{
-    glbk_ism__allocator memory;
-    uint32_t *words, y, x;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
-    if (result != GLBK_OK) return result;
-    if (!atlas) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "atlas", "is NULL");
-    memory = glbk_ism__memory(ctx);
-    words = (uint32_t *)glbk_ism__alloc_array(&memory, m->side, 16);
-    if (!words) return GLBK_ERR_ALLOC;
-    for (y = 0; y < m->side && result == GLBK_OK; y++) {
-        result = glbk_target_read(ctx, &m->atlas_target, 0, 0, y, m->side, 1, words);
-        for (x = 0; x < m->side && result == GLBK_OK; x++)
-            memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
-    }
-    glbk_ism__free(&memory, words);
     return result;
 }

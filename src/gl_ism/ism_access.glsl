@@ -1,28 +1,34 @@
-// ism_access - VPLs and the texels of their tiles, from what glbk_ism_bind binds.
+// ism_access - reads VPLs and finds the texels of their tiles, by what glbk_ism_bind binds.
 // uses: table ism_map ism_bindings
 struct ism_grid {               // what the texels of a tile depend on
-    float exponent;             // the VPL's, or -1 of a sky
-    vec4  across, down;         // ism_axis
+    float exponent;             // of the VPL's lobe, or -1 of a sky
+    vec4  across, down;         // the axes of the tile, by ism_axis
 };
 
 struct ism_vpl {
-    vec3  position, normal, flux, axis;
-    float exponent, side;       // of the lobe; of the square that it stands for
-    float reach;                // within which near points take its place; 0 where there are none
-    bool  sky;                  // position is the direction to it
+    vec3  position;             // or the unit direction to a sky's VPL
+    vec3  normal;               // of the surface that it lies on
+    vec3  flux;                 // W
+    vec3  axis;                 // of its lobe
+    float exponent;             // of its lobe
+    float side;                 // of the square that it stands for
+    float reach;                // within this distance near points take its place; 0: there are none
+    bool  sky;                  // whether it is a directional one
     uint  window;               // of its tile
     ism_grid grid;
     mat3  frame;                // of its map: columns x, y, z
 };
 
+// Returns the grid of a tile, by its VPL's exponent (-1 of a sky) and window.
 ism_grid ism_grid_of(float exponent, uint window)
 {
     ism_grid g;
     g.exponent = exponent;
-    ism_axes(window, glbk_ism_frame.maps.y, uint(glbk_ism_frame.values.y), g.across, g.down);
+    ism_axes(window, glbk_ism_frame.tile_side, glbk_ism_frame.window_rim, g.across, g.down);
     return g;
 }
 
+// Reads a VPL from the table.
 ism_vpl ism_read_vpl(uint v)
 {
     ism_vpl l;
@@ -36,7 +42,7 @@ ism_vpl ism_read_vpl(uint v)
     l.normal = b.xyz;
     l.side = b.w;
     l.flux = c.xyz;
-    l.reach = glbk_ism_frame.near_points.x > 0u ? c.w : 0.0;
+    l.reach = glbk_ism_frame.near_point_count > 0u ? c.w : 0.0;
     l.axis = l.exponent != 1.0 ? d.xyz : l.normal;
     l.window = uint(d.w);
     l.grid = ism_grid_of(a.w, l.window);
@@ -45,42 +51,44 @@ ism_vpl ism_read_vpl(uint v)
     return l;
 }
 
-// The texel at which the tile of a VPL begins in the atlas.
+// Returns the texel at which the tile of a VPL begins in the atlas.
 ivec2 ism_tile_at(uint v)
 {
-    uint tiles = glbk_ism_frame.maps.z;
+    uint tiles = glbk_ism_frame.tiles_across;
     uint row = uint((float(v) + 0.5) / float(tiles));       // whole numbers divided as floats: see ism_axis
-    return ivec2(v - row * tiles, row) * int(glbk_ism_frame.maps.y);
+    return ivec2(v - row * tiles, row) * int(glbk_ism_frame.tile_side);
 }
 
-// The number of the VPL in whose tile a texel of the atlas lies.
+// Returns the number of the VPL in whose tile a texel of the atlas lies.
 uint ism_tile_of(ivec2 at)
 {
-    ivec2 tile = at / int(glbk_ism_frame.maps.y);
-    return uint(tile.y) * glbk_ism_frame.maps.z + uint(tile.x);
+    ivec2 tile = at / int(glbk_ism_frame.tile_side);
+    return uint(tile.y) * glbk_ism_frame.tiles_across + uint(tile.x);
 }
 
-// From places of the square to texels of a tile, and back.
+// Returns the place in a tile, in texels, of a place on the unit square of its map.
 vec2 ism_to_tile(ism_grid g, vec2 uv)
 {
-    float size = float(glbk_ism_frame.maps.y), rim = glbk_ism_frame.values.y;
+    float size = float(glbk_ism_frame.tile_side), rim = float(glbk_ism_frame.window_rim);
     return vec2(ism_zoom_axis(g.across, size, rim, uv.x), ism_zoom_axis(g.down, size, rim, uv.y));
 }
 
+// Returns the place on the unit square of a place in a tile, in texels.
 vec2 ism_from_tile(ism_grid g, vec2 at)
 {
-    float size = float(glbk_ism_frame.maps.y), rim = glbk_ism_frame.values.y;
+    float size = float(glbk_ism_frame.tile_side), rim = float(glbk_ism_frame.window_rim);
     return vec2(ism_unzoom_axis(g.across, size, rim, at.x), ism_unzoom_axis(g.down, size, rim, at.y));
 }
 
-// What the texels of a VPL's tile depend on, without the rest of the VPL.
+// Reads what the texels of a VPL's tile depend on, without the rest of the VPL.
 ism_grid ism_read_grid(uint v)
 {
     return ism_grid_of(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,
                        uint(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w));
 }
 
-// The direction of a texel's centre in the tile's frame; in the map of a sky its place on the square -1..1.
+// Returns the direction of a texel's centre in the tile's frame; in the map of a sky its place on the square
+// -1..1.
 vec3 ism_texel_direction(ism_grid g, ivec2 texel)
 {
     vec2 uv = ism_from_tile(g, vec2(texel) + 0.5);

@@ -1,5 +1,5 @@
-// ism_blur.frag as a compute shader: what a group of 16 x 16 pixels looks at, up to four more at each side,
-// is in shared memory.
+// ism_blur.frag as a compute shader. All that a group of 16 x 16 pixels looks at, up to four more pixels at
+// each side, lies in shared memory.
 // uses: ism_blur
 layout(local_size_x = 16, local_size_y = 16) in;
 #define ISM_TILE 24
@@ -7,7 +7,8 @@ layout(local_size_x = 16, local_size_y = 16) in;
 shared vec3 ism_places[ISM_TILE * ISM_TILE], ism_normals[ISM_TILE * ISM_TILE];      // normal 0: nothing
 shared vec4 ism_lights[ISM_TILE * ISM_TILE];
 
-ivec2 ism_corner() { return ivec2(gl_WorkGroupID.xy) * 16 - int(glbk_ism_view.size.z) / 2; }
+// Returns the first pixel that the group looks at.
+ivec2 ism_corner() { return ivec2(gl_WorkGroupID.xy) * 16 - int(glbk_ism_view.pattern) / 2; }
 
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
 {
@@ -19,6 +20,7 @@ bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
     return r.n != vec3(0.0);
 }
 
+// Loads wide x wide pixels into shared memory. A barrier has to follow.
 void ism_load(int wide)
 {
     for (int i = int(gl_LocalInvocationIndex); i < wide * wide; i += 256) {
@@ -26,7 +28,7 @@ void ism_load(int wide)
         int to = texel.y * ISM_TILE + texel.x;
         ism_receiver r;
         ism_normals[to] = vec3(0.0);
-        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(glbk_ism_view.size.xy)))) continue;
+        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ism_picture_side()))) continue;
         if (!ism_read_receiver(at, r)) continue;
         ism_places[to] = r.p;
         ism_normals[to] = r.n;
@@ -37,10 +39,10 @@ void ism_load(int wide)
 void main()
 {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    int side = int(glbk_ism_view.size.z);
+    int side = int(glbk_ism_view.pattern);
     ism_receiver c;
     if (side > 1) ism_load(16 + side / 2 * 2);
     barrier();
-    if (any(greaterThanEqual(at, ivec2(glbk_ism_view.size.xy)))) return;
+    if (any(greaterThanEqual(at, ism_picture_side()))) return;
     imageStore(glbk_ism_light_out, at, ism_read_receiver(at, c) ? ism_finished(at, c) : vec4(0.0));
 }

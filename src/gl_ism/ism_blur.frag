@@ -1,11 +1,11 @@
-// The blur over the classes of pixels.
+// Blurs the light over the classes of pixels.
 // uses: ism_blur
 // with: screen.vert
 layout(location = 0) out glbk_color result;
 
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
 {
-    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(glbk_ism_view.size.xy)));
+    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ism_picture_side()));
     if (!inside || !ism_read_receiver(at, r)) return false;
     light = glbk_unpack(texelFetch(glbk_ism_light, at, 0));
     return true;

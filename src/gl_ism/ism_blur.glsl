@@ -1,12 +1,15 @@
-// ism_blur - the mean over a window that holds each class of pixels once, of neighbours on the same smooth
-// surface. The program has ism_neighbour: what lies at a pixel, and its light; false: nothing, or beyond the
-// picture.
+// ism_blur - takes the mean of light over a window that holds each class of pixels once, among neighbours on
+// the same smooth surface.
 // uses: ism_gbuffer
+
+// The program's: finds what lies at a pixel, and its light. false: nothing does, or the pixel is beyond the
+// picture.
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);
 
+// Returns the mean of the light about a pixel, on whose receiver c the weights of its neighbours depend.
 vec4 ism_smooth(ivec2 at, ism_receiver c)
 {
-    int r = int(glbk_ism_view.size.z) / 2;
+    int r = int(glbk_ism_view.pattern) / 2;
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     for (int j = -r; j <= r; j++)
@@ -24,8 +27,9 @@ vec4 ism_smooth(ivec2 at, ism_receiver c)
     return weights > 0.0 ? sum / weights : sum;
 }
 
-// The light of a receiver as it is read: blurred where there is more than one class of pixels.
+// Returns the final light of a receiver: blurred if there is more than one class of pixels.
 vec4 ism_finished(ivec2 at, ism_receiver c)
 {
-    return glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));
+    if (glbk_ism_view.pattern > 1u) return ism_smooth(at, c);
+    return glbk_unpack(texelFetch(glbk_ism_light, at, 0));
 }

@@ -1,17 +1,19 @@
-// ism_disc - surfels as discs in the tiles of their VPLs.
+// ism_disc - places surfels as discs in the tiles of their VPLs.
 // uses: ism_access
 #define ISM_DEEPEST 1.84467429e19      // below 2^64, which the depth buffer does not hold
 
 struct ism_surfel {
-    vec3  at, g;                // middle and plane, in the tile's frame
-    float radius2, depth;       // squared radius; distance of the middle
-    vec2  uv;                   // the middle's place on the square
-    vec4  cut1, cut2;           // xyz: how two barycentric coordinates grow along the disc; w: what they are
-                                // at its middle. cut1.w < -1: it is not cut off at its triangle's edges
-    ivec4 box;                  // first and last texel of the tile that it may touch
+    vec3  at;                   // its middle, in the tile's frame
+    vec3  g;                    // its plane: see ism_plane_depth
+    float radius2;              // its squared radius
+    float depth;                // the distance of its middle
+    vec2  uv;                   // the place of its middle on the unit square
+    vec4  cut1, cut2;           // xyz: how two barycentric coordinates grow along the disc; w: their
+                                // values at its middle. cut1.w < -1: it is not cut off at edges
+    ivec4 box;                  // the first and the last texel of the tile that it may touch
 };
 
-// Places a disc of an area about p in the map of VPL l. false: it is not seen from the VPL's front.
+// Places a disc of an area about p in the map of VPL l. false: it does not lie before the VPL.
 bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
 {
     mat3 frame = l.frame;
@@ -38,8 +40,8 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
-    // The disc stands for neighbours of its surfel too, which may lie off its plane by about its radius: so
-    // much farther away it hides none of them.
+    // The disc also stands for neighbours of its surfel, which may lie off its plane by about its radius.
+    // Moved so much farther away it hides none of them.
     if (s.cut1.w < -1.0) {
         float away = 1.0 + sqrt(s.radius2) / s.depth;
         s.at *= away;
@@ -50,29 +52,31 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     return true;
 }
 
-// How many texels a radian has, or a unit of space in the map of a sky: at most, and without a window.
+// Returns the most texels that a radian has, or a unit of space in the map of a sky, in a map without a
+// window.
 float ism_texels_per_unit(ism_vpl l)
 {
-    float size = float(glbk_ism_frame.maps.y);
+    float size = float(glbk_ism_frame.tile_side);
     uint p = ism_projection_of(l.exponent);
     if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;
     if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;
     return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
 }
 
-// Whether the tile shows what has this opacity: 2 x 2 tiles show 4 levels of it (paper, section 6.4).
+// Returns whether a tile shows what has this opacity: 2 x 2 tiles show 4 levels of it (paper, section 6.4).
 bool ism_dither(uvec2 tile, float opacity)
 {
     uint i = (tile.y & 1u) * 2u + (tile.x & 1u);
     return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);
 }
 
+// Returns the position of a vertex.
 vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }
 
 // Finds the texels that the disc may touch. false: there are none.
 bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
 {
-    int size = int(glbk_ism_frame.maps.y);
+    int size = int(glbk_ism_frame.tile_side);
     float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);
     if (!(reach > 0.0)) return false;
     reach = min(reach, most);
@@ -86,20 +90,20 @@ bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
     return true;
 }
 
-// Surfel `index` of the table in the map of VPL v. false: the map does not show it.
+// Reads surfel `index` of the table and places it in the map of VPL v. false: the map does not show it.
 bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
 {
     uvec4 surfel = texelFetch(glbk_ism_surfels, glbk_table_at(index), 0);
     float share = uintBitsToFloat(surfel.w);
-    if (!(share > 0.0) || surfel.x >= glbk_ism_frame.surfels.w) return false;
+    if (!(share > 0.0) || surfel.x >= glbk_ism_frame.triangle_count) return false;
     uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(surfel.x), 0);
-    uvec2 tile = uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z);
+    uvec2 tile = uvec2(v % glbk_ism_frame.tiles_across, v / glbk_ism_frame.tiles_across);
     if (!ism_dither(tile, uintBitsToFloat(t.w))) return false;
     vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
     float length2 = dot(n, n), size = sqrt(length2);
     if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
     vec2 b = uintBitsToFloat(surfel.yz);
-    float area = glbk_ism_frame.values.x * share * 0.5 * size;
+    float area = glbk_ism_frame.splat_scale * share * 0.5 * size;
     p += e1 * b.x + e2 * b.y;
     s.cut1 = s.cut2 = vec4(-2.0);
     if (share < 1.0) {
@@ -110,8 +114,8 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// The depth at which the ray through a texel of the tile, in direction w, meets the disc; ISM_FAR if it does
-// not, or only beyond the limit. No disc is widened to a whole texel.
+// Returns the depth at which the ray through a texel of the tile, in direction w, meets the disc; ISM_FAR if
+// it does not, or only beyond the limit. No disc is widened to a whole texel.
 float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
     float t = ism_plane_depth(sky, s.g, w);

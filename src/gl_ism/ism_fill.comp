@@ -1,21 +1,23 @@
-// Holes, all levels of pull, and push, in one pass: a group has a whole tile in shared memory, or of larger
-// tiles 32 x 32 texels and 16 more at each side, of which eight may keep surfels. An invocation has 16 of
-// these 64 x 64 texels.
+// Finds holes and does all levels of pull, and push, in one pass. A group has a whole tile in shared memory,
+// or of larger tiles 32 x 32 texels and 16 more at each side, of which eight may keep surfels. Each
+// invocation has 16 of these 64 x 64 texels.
 // uses: ism_holes ism_push
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 256) in;
 #define ISM_SIDE 64
 
-shared float ism_depths[ISM_SIDE * ISM_SIDE];       // of surfels that are kept, else ISM_FAR
+shared float ism_depths[ISM_SIDE * ISM_SIDE];       // of surfels that are kept; else ISM_FAR
 shared uint ism_cells[1024 + 256 + 64];             // of the levels, one after the other
 ivec2 ism_origin;                                   // of those texels, in the atlas
 
+// Returns the place of a cell among those of all levels.
 uint ism_cell(int level, ivec2 cell)
 {
     uint wide = uint(ISM_SIDE >> level), first = level == 1 ? 0u : level == 2 ? 1024u : 1280u;
     return first + uint(cell.y) * wide + uint(cell.x);
 }
 
+// Returns texel i of the group.
 ivec2 ism_texel(uint i) { return ivec2(i % uint(ISM_SIDE), i / uint(ISM_SIDE)); }
 
 float ism_depth(ivec2 at)
@@ -29,7 +31,7 @@ int ism_pulled(int level, ivec2 cell)
     return int(ism_cells[ism_cell(level, cell - (ism_origin >> level))]);
 }
 
-// 1 or the number of a part's texel: level 0 are the texels that are kept.
+// Returns 1 + the index of a part's texel, or 0 if it has none. On level 0, of texels that are kept, it is 1.
 uint ism_part(int level, ivec2 cell)
 {
     if (level == 0) return ism_depths[cell.y * ISM_SIDE + cell.x] < ISM_FAR ? 1u : 0u;
@@ -38,11 +40,11 @@ uint ism_part(int level, ivec2 cell)
 
 void main()
 {
-    int size = int(glbk_ism_frame.maps.y), levels = int(glbk_ism_frame.surfels.z);
+    int size = int(glbk_ism_frame.tile_side), levels = int(glbk_ism_frame.fill_levels);
     int block = size > ISM_SIDE ? 32 : size, margin = size > ISM_SIDE ? 16 : 0;
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));
     uint v = ism_tile_of(begin), holes = 0u;
-    bool used = v < glbk_ism_frame.maps.x;
+    bool used = v < glbk_ism_frame.vpl_count;
     ism_grid grid = ism_read_grid(used ? v : 0u);
     ism_origin = begin - margin;
     for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {

@@ -1,17 +1,18 @@
-// ism_fill - what the passes of pull and push share.
+// ism_fill - what the passes that find and fill holes share.
 // uses: ism_access
-#define ISM_HOLE 2
-#define ISM_LEVELS 3
+#define ISM_HOLE 2          // texels to each side in which a hole looks for surfels before it
 
+// Returns plane and depth of the nearest surfel of a texel of the atlas.
 vec4 ism_plane_at(ivec2 at) { return glbk_unpack(texelFetch(glbk_ism_planes, at, 0)); }
 
-// Which of the four quadrants about a texel something lies in; each owns one half axis.
+// Returns in which of the four quadrants about a texel something lies, as a bit. Each owns one half axis.
 uint ism_quadrant(ivec2 d)
 {
     return d.x > 0 && d.y >= 0 ? 1u : d.x <= 0 && d.y > 0 ? 2u : d.x < 0 ? 4u : 8u;
 }
 
-// Which of eight sectors about a texel, of 45 degrees each about the axes and diagonals.
+// Returns in which of eight sectors about a texel something lies, as a bit. They are 45 degrees wide, about
+// the axes and the diagonals.
 uint ism_sector(ivec2 d)
 {
     ivec2 a = abs(d);
@@ -20,11 +21,12 @@ uint ism_sector(ivec2 d)
     return d.x > 0 ? (d.y > 0 ? 2u : 128u) : d.y > 0 ? 8u : 32u;
 }
 
+// Returns sectors turned by a number of places.
 uint ism_turn(uint sectors, int by) { return (sectors << by | sectors >> (8 - by)) & 255u; }
 
-// Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches
-// five of them at most. Those beyond the tile's border count where the border has something on both sides of
-// the texel: in the sector along it or, of what is close, the next one.
+// Returns whether a texel with something in these sectors about it is surrounded. All that lies on one side
+// of a line touches five sectors at most. Sectors beyond the tile's border count if the border has something
+// on both sides of the texel: in the sector along it or, of what is close, in the next one.
 bool ism_surrounded(uint found, uint close, uint beyond)
 {
     uint along = (ism_turn(beyond, 1) | ism_turn(beyond, 7)) & ~beyond;
@@ -33,12 +35,12 @@ bool ism_surrounded(uint found, uint close, uint beyond)
     return (open & ism_turn(open, 1) & ism_turn(open, 2)) == 0u;
 }
 
-// Of a cell of 2^level texels a side, by its place in the tile, and 1 + the indices of one texel of each of
-// its four parts (0: none): the nearest to its middle. A part of level 1 is a texel, and not 0 where it keeps
-// its surfel.
+// Returns the texel of a cell that is nearest to the cell's middle, as 1 + its index in the tile, or 0 if
+// there is none. The cell has 2^level texels a side; `cell` is its place in the tile. Each of its four parts
+// has one texel, 1 + index, or 0 for none. A part of level 1 is a texel, and not 0 if it keeps its surfel.
 uint ism_pull(int level, ivec2 cell, uvec4 parts)
 {
-    int size = int(glbk_ism_frame.maps.y), least = 0x7fffffff;
+    int size = int(glbk_ism_frame.tile_side), least = 0x7fffffff;
     ivec2 middle = (2 * cell + 1) << level;
     uint result = 0u;
     for (int k = 0; k < 4; k++) {

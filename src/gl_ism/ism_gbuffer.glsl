@@ -1,8 +1,15 @@
-// ism_gbuffer - what is shaded: the points of the G-buffer.
+// ism_gbuffer - reads what is shaded: the points of the G-buffer.
 // uses: cohsm_math ism_bindings gbuffer
-struct ism_receiver { vec3 p, n, ng; };     // place; unit normals, for shading and the surface's own
+struct ism_receiver {
+    vec3 p;                     // position
+    vec3 n, ng;                 // unit normals: for shading, and the surface's own
+};
 
-// false: nothing is seen there, or a place that is no number, which a blur would spread.
+// Returns width and height of the picture.
+ivec2 ism_picture_side() { return ivec2(glbk_ism_view.width, glbk_ism_view.height); }
+
+// Reads the point of a pixel. false: nothing is seen there, or its position is no number, which a blur would
+// spread.
 bool ism_read_receiver(ivec2 at, out ism_receiver r)
 {
     glbk_point p;

@@ -1,4 +1,4 @@
-// 1 where a texel keeps its surfel, 0 where it is empty or a hole.
+// Draws 1 where a texel keeps its surfel, 0 where it is empty or a hole.
 // uses: ism_holes
 // with: screen.vert
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
@@ -12,6 +12,6 @@ void main()
     uint v = ism_tile_of(at);
     float depth = ism_depth(at);
     result = 0u;
-    if (!(depth < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;
-    result = glbk_ism_frame.surfels.z != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
+    if (!(depth < ISM_FAR) || v >= glbk_ism_frame.vpl_count) return;
+    result = glbk_ism_frame.fill_levels != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
 }

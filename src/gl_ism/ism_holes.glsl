@@ -1,11 +1,14 @@
-// ism_holes - texels whose surfels others pass before. The program has ism_depth: a surfel's depth.
+// ism_holes - finds texels whose surfels are seen through holes between others.
 // uses: ism_fill
+
+// The program's: returns the depth of a texel of the atlas.
 float ism_depth(ivec2 at);
 
-// Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.
+// Returns whether texel `at` of the atlas, whose depth is c, is a hole: the planes of surfels in all four
+// quadrants about it pass before it.
 bool ism_hole(ism_grid grid, ivec2 at, float c)
 {
-    int size = int(glbk_ism_frame.maps.y);
+    int size = int(glbk_ism_frame.tile_side);
     ivec2 local = at & (size - 1);
     vec3 w = ism_texel_direction(grid, local);
     uint found = 0u;

@@ -1,11 +1,10 @@
-// ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then
+// ism_light - sums the light of VPLs, by the maps of glbk_ism_draw. In your own shader, after glbk_ism_bind:
 //
-//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // rgb: irradiance, W/m^2
+//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);
 //
-// a: what the rule near by took off.
-//
-// Defines: ISM_NEAR, an ism_near: 1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 or 0 gather;
-// ISM_PROJECTION, the maps' desc.projection, an ism_projection.
+// rgb of the result is irradiance, W/m^2; a is what the rule near by took off. Defines: ISM_NEAR, an
+// ism_near: 1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 or 0 gather; ISM_PROJECTION, the maps'
+// desc.projection.
 // uses: ism_access
 #ifndef ISM_NEAR
 #define ISM_NEAR 6
@@ -13,15 +12,17 @@
 #undef ISM_NEAR
 #define ISM_NEAR 6
 #endif
-#define ISM_GRAZING 1e-4     // a VPL of smaller cosine counts as behind the receiver's plane: rounding
+#define ISM_GRAZING 1e-4        // a VPL of a smaller cosine counts as behind the receiver's plane
 
+// Returns the mean of three channels.
 float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 
-// 1 lit, 0 not: compares depths on the receiver's tangent plane, at the centre of the texel.
+// Returns 1 if VPL v lights point p by its map, 0 if not. Depths are compared on the receiver's tangent
+// plane, at the centre of the texel. ng: the surface's own unit normal. bias: a share of the distance.
 float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
 {
     mat3 frame = l.frame;
-    int size = int(glbk_ism_frame.maps.y);
+    int size = int(glbk_ism_frame.tile_side);
     ivec2 tile = ism_tile_at(v), texel;
     vec3 n = ng * frame;
     if (l.sky) {
@@ -50,7 +51,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     return d * (1.0 - bias) <= t ? 1.0 : 0.0;
 }
 
-// An edge's share of Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
+// Returns the share that an edge has in Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
 float ism_edge(vec3 n, vec3 a, vec3 b)
 {
     vec3 c = cross(b, a);
@@ -58,8 +59,9 @@ float ism_edge(vec3 n, vec3 a, vec3 b)
     return size > 0.0 ? cohsm_atan2(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
 }
 
-// Form factor of the square d +- x +- y, clipped at the horizon of n; share: of its area that is left.
-// Convex, so the horizon cuts it once at most: where it leaves and where it comes back are joined.
+// Returns the form factor of the square d +- x +- y, clipped at the horizon of n. share gets how much of its
+// area is left. The square is convex, so the horizon cuts it at most once: the points where its outline goes
+// below and where it comes back are joined.
 float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 {
     vec3 leave = d, come = d, area = vec3(0.0);
@@ -87,8 +89,8 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
     return sum * 0.159154943;
 }
 
-// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without
-// that.
+// Returns the kernel of a VPL's square. To receivers that face the square it is no brighter than the point,
+// since the backs of bent sheets do so; square gets the kernel without that.
 float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out float square)
 {
     float share, form = ism_form_factor(n, d, frame[0] * (0.5 * side), frame[1] * (0.5 * side), share);
@@ -98,6 +100,7 @@ float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out 
     return form + min(facing, 1.0) * (point - form);
 }
 
+// Returns the kernel of a sphere of the area of a VPL's square, by 16 directions to it.
 float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
 {
     float r2 = side * side * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;
@@ -114,15 +117,16 @@ float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
     return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;
 }
 
-// How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it.
+// Returns how far near points stand for a VPL at this squared distance: fully within 0.7 reach, not at all
+// beyond reach.
 float ism_nearness(float d2, float reach)
 {
     float r2 = reach * reach, h = 2.0 * (r2 - d2);
     return !(h > 0.0) ? 0.0 : h < r2 ? h / r2 : 1.0;
 }
 
-// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes
-// off.
+// Returns the kernel of a VPL, cos cos / d^2 (of a sky the cosine alone), with its lobe and the rule near by.
+// plain gets the kernel without what the rule takes off. most: the limit of ISM_NEAR 3.
 float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
     if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
@@ -156,8 +160,8 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #endif
 }
 
-// What VPL v adds to sum: irradiance times pi, and in w what the rule near by took off. most: of one VPL,
-// clamped.
+// Adds the light of VPL v to sum: irradiance times pi, and in w what the rule near by took off. most: the
+// limit of one VPL's light where it is clamped.
 void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float most)
 {
     float plain, k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
@@ -165,39 +169,42 @@ void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float m
     if (k * power > most) k = most / power;
 #endif
     if (!(k > 0.0)) return;
-    if (glbk_ism_view.size.w == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
+    if (glbk_ism_view.no_maps == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.bias);
     sum.xyz += k * l.flux;
     if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
 }
 
-// What it gives without a map, for the mean that ISM_NEAR 4 clamps to.
+// Returns the light of a VPL without its map, for the mean that ISM_NEAR 4 clamps to.
 float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
 {
     float plain;
     return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
 }
 
-// VPLs first, first + pattern, ...: how many there are, and a sum over them times as many as there are such
-// classes: the mean over all classes is then the sum of all VPLs, however few there are.
+// Returns how many VPLs first, first + pattern, ... there are.
 uint ism_used(uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.maps.x;
+    uint count = glbk_ism_frame.vpl_count;
     return first < count ? (count - first - 1u) / pattern + 1u : 0u;
 }
 
+// Returns the irradiance of a sum over such a class, times as many as there are classes: the mean over all
+// classes is then the sum of all VPLs, however few there are.
 vec4 ism_scaled(vec4 sum, uint pattern) { return sum * (float(pattern) / COHSM_PI); }
 
 // ---- near points ----
 
 struct ism_near_point {
     vec3  position, normal, flux;
-    float side, reach;
-    uint  vpl;                  // by whose map it is seen
+    float side;                 // of the square that it stands for
+    float reach;                // within this distance it takes the VPL's place
+    uint  vpl;                  // the VPL by whose map it is seen
 };
 
+// Reads near point i from the table.
 ism_near_point ism_read_near(uint i)
 {
-    uint at = glbk_ism_frame.near_points.z + 3u * i;
+    uint at = glbk_ism_frame.first_near_point + 3u * i;
     vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
     vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
     vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);
@@ -211,8 +218,9 @@ ism_near_point ism_read_near(uint i)
     return q;
 }
 
-// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point.
-// Lit behind the VPL. Neither for what faces the point: the backs of bent sheets do.
+// Returns whether a near point lights p, by its VPL's map; if that hides p and the near point is nearer than
+// the VPL, by the map moved to the near point. What lies behind the VPL is lit. Neither holds for what faces
+// the near point: there the backs of bent sheets lie.
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
     ism_vpl l = ism_read_vpl(q.vpl);
@@ -220,7 +228,7 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
     float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;
     if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;
     bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0;
-    // A loop: a question that stands here twice would be waited for twice where neighbours differ.
+    // This is a loop, since neighbours that differ would wait twice for a question that stood here twice.
     while (!(ism_visible(q.vpl, l, at, ng, bias) > 0.0)) {
         if (!movable) return 0.0;
         movable = false;
@@ -230,14 +238,15 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
     return lit;
 }
 
-// How far it stands here for VPLs; 0 where it gives nothing.
+// Returns how far a near point stands for VPLs at p; 0 if it gives nothing there.
 float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)
 {
     vec3 d = position - p;
     return dot(n, d) > 0.0 && dot(normal, d) < 0.0 ? ism_nearness(dot(d, d), reach) : 0.0;
 }
 
-// Its kernel by how far it stands here for VPLs; plain without what the square's rule takes off.
+// Returns the kernel of a near point times how far it stands for VPLs at p. plain gets that without what the
+// square's rule takes off.
 float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 {
     vec3 d = q.position - p;
@@ -251,33 +260,33 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
     return k * h;
 }
 
-// Whether it stands for VPLs here.
+// Returns whether near point i stands for VPLs at p.
 bool ism_near_counts(uint i, vec3 p, vec3 n)
 {
-    uint at = glbk_ism_frame.near_points.z + 3u * i;
+    uint at = glbk_ism_frame.first_near_point + 3u * i;
     vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
     vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
     return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
 }
 
-// The first of this class from i on in a block of 64 that reaches as far as p: beyond its sphere none does,
-// and 64 is a whole number of patterns.
+// Returns the first near point of a class, from i on, in a block of 64 whose sphere holds p. Beyond its
+// sphere no point of a block reaches. 64 is a whole number of patterns, so i keeps its class.
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {
-        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + i / 64u), 0);
+        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.first_sphere + i / 64u), 0);
         vec3 d = sphere.xyz - p;
         if (dot(d, d) < sphere.w * sphere.w) break;
     }
     return i;
 }
 
-// What the near points first, first + pattern, ... give, scaled up as VPLs are by ism_scaled. They are looked
-// for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other:
-// it is paid where they have some too, not at every point of any.
+// Returns the light of near points first, first + pattern, ..., scaled up as VPLs are by ism_scaled. Four at
+// a time are looked for, and lit in a loop of their own: since neighbours wait for each other, the cost of a
+// near point is then paid where neighbours have some too, and not wherever one of them has.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.near_points.x, i = ism_near_block(first, count, p);
+    uint count = glbk_ism_frame.near_point_count, i = ism_near_block(first, count, p);
     vec4 sum = vec4(0.0);
     while (i < count) {
         uvec4 found = uvec4(0u);
@@ -292,18 +301,19 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
             float plain, bright = ism_near_kernel(q, p, n, plain);
             if (!(bright > 0.0)) continue;
             float lit = 1.0;
-            if (glbk_ism_view.size.w == 0u) lit = ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);
+            if (glbk_ism_view.no_maps == 0u) lit = ism_near_visible(q, p, n, ng, glbk_ism_view.bias);
             sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }
     return ism_scaled(sum, pattern);
 }
 
-// xyz: irradiance by the VPLs first, first + pattern, ... times pattern; w: what the rule near by took off.
+// Returns in xyz the irradiance by VPLs first, first + pattern, ... times pattern, in w what the rule near by
+// took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.maps.x;
-    float most = glbk_ism_view.values.y;
+    uint count = glbk_ism_frame.vpl_count;
+    float most = glbk_ism_view.clamp_at;
     vec4 sum = vec4(0.0);
 #if ISM_NEAR == 4
     uint used = ism_used(first, pattern);

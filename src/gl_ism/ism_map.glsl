@@ -1,11 +1,13 @@
-// ism_map - the hemisphere about +z and the unit square, and the planes of surfels. C twins: ism.h.
+// ism_map - maps the hemisphere about +z to the unit square and back; planes of surfels. Its C twins stand in
+// ism.h.
 // uses: cohsm_math
 #define ISM_PROJECTION_COSINE 1u
 #define ISM_PROJECTION_PARABOLOID 2u
 #define ISM_PROJECTION_OCTAHEDRAL 3u
 #define ISM_PROJECTION_LOBE 4u
 #define ISM_FAR 1e30
-// Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.
+// ISM_PROJECTION is the projection of all VPLs, so that no program holds the code of others. Lobes of
+// exponent 1 have the cosine's.
 #ifndef ISM_PROJECTION
 #define ISM_PROJECTION 1
 #elif ISM_PROJECTION == 0
@@ -13,6 +15,7 @@
 #define ISM_PROJECTION 1
 #endif
 
+// Returns the projection of a VPL's map.
 uint ism_projection_of(float exponent)
 {
 #if ISM_PROJECTION == 4
@@ -22,7 +25,7 @@ uint ism_projection_of(float exponent)
 #endif
 }
 
-// 1 - x^y for x in 0..1, to the last digits where that is small.
+// Returns 1 - x^y for x in 0..1, with all its digits where that is small.
 float ism_power_gap(float x, float y)
 {
     if (!(x > 1.18e-38)) return 1.0;
@@ -32,6 +35,7 @@ float ism_power_gap(float x, float y)
            t * (0.00138888889 + t * 0.000198412698))))));
 }
 
+// Returns the unit direction of a place on the unit square.
 vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
 {
     vec2 ab = 2.0 * uv - 1.0;
@@ -49,7 +53,7 @@ vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
     return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);
 }
 
-// false: at or below the horizon.
+// Finds the place of a unit direction on the unit square. false: it is at or below the horizon.
 bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
 {
     vec2 ab;
@@ -72,15 +76,15 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
-// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all
-// where it is not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths
-// of the square below and above.
+// Returns an axis of a tile of `size` texels a side, `rim` of which lie outside of its window. x: how many
+// texels lie below the window (all, if the window is not worth its rim); yzw: the share of the square that a
+// texel has below, in and above it. cut: how many 64ths of the square lie below and above.
 vec4 ism_axis(uvec2 cut, uint size, uint rim)
 {
     uint rest = cut.x + cut.y;
     if (!(rest * size > rim * 64u) || rest >= 64u) return vec4(float(size), 1.0 / float(size), 1.0, 1.0);
-    // whole numbers divided as floats, which lanes do side by side: with the half no quotient is near a whole
-    // number
+    // Whole numbers are divided as floats, which lanes do side by side. The half keeps quotients away from
+    // whole numbers.
     float a = floor((float(2u * rim * cut.x + rest) + 0.5) / float(2u * rest)), most = float(rim);
     if (cut.x != 0u && a == 0.0) a = 1.0;
     if (cut.y != 0u && a == most) a = most - 1.0;
@@ -88,7 +92,8 @@ vec4 ism_axis(uvec2 cut, uint size, uint rim)
     return vec4(a, a > 0.0 ? share.x : 1.0, share.y, a < most ? share.z : 1.0);
 }
 
-// From 0..1 of the square to the texels of such an axis, and back: linear below, in and above the window.
+// Returns the place of u (0..1 of the square) on such an axis, in texels: linear below, in and above the
+// window.
 float ism_zoom_axis(vec4 axis, float size, float rim, float u)
 {
     float low = axis.x * axis.y, high = 1.0 - (rim - axis.x) * axis.w;
@@ -97,6 +102,7 @@ float ism_zoom_axis(vec4 axis, float size, float rim, float u)
     return clamp(part.x + part.y / part.z, 0.0, size);
 }
 
+// Returns the place on the square, 0..1, of a place on such an axis, in texels.
 float ism_unzoom_axis(vec4 axis, float size, float rim, float x)
 {
     float u = x < axis.x ? x * axis.y : x < axis.x + size - rim ? axis.x * axis.y + (x - axis.x) * axis.z
@@ -104,7 +110,7 @@ float ism_unzoom_axis(vec4 axis, float size, float rim, float x)
     return clamp(u, 0.0, 1.0);
 }
 
-// Both axes; window: ism_vpl.window.
+// Computes both axes of a tile. window: ism_vpl.window.
 void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
 {
     uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
@@ -112,23 +118,7 @@ void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
     down = ism_axis(cut.yw, size, rim);
 }
 
-vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)
-{
-    vec4 across, down;
-    ism_axes(window, size, rim, across, down);
-    vec2 s = vec2(size, rim);
-    return vec2(ism_zoom_axis(across, s.x, s.y, uv.x), ism_zoom_axis(down, s.x, s.y, uv.y));
-}
-
-vec2 ism_unzoom(uint window, uint size, uint rim, vec2 at)
-{
-    vec4 across, down;
-    ism_axes(window, size, rim, across, down);
-    vec2 s = vec2(size, rim);
-    return vec2(ism_unzoom_axis(across, s.x, s.y, at.x), ism_unzoom_axis(down, s.x, s.y, at.y));
-}
-
-// Columns x, y, z; v * frame is v in it.
+// Returns a frame about z as columns x, y, z. v * frame takes a vector into it.
 mat3 ism_frame_of(vec3 z)
 {
     vec3 x, y;
@@ -136,7 +126,8 @@ mat3 ism_frame_of(vec3 z)
     return mat3(x, y, z);
 }
 
-// Depth of a surfel's plane in direction w, or at place w of a sky's map; 0 where they do not meet.
+// Returns the depth of a surfel's plane g in direction w, or at place w of a sky's map; 0 if they do not
+// meet.
 float ism_plane_depth(bool sky, vec3 g, vec3 w)
 {
     float s = dot(g, w);

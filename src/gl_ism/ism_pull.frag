@@ -1,4 +1,4 @@
-// A cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts.
+// Draws a cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts.
 // uses: ism_fill
 // with: screen.vert
 // sets: ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3
@@ -12,5 +12,5 @@ void main()
     ivec2 cell = ivec2(gl_FragCoord.xy);
     uvec4 parts;
     for (int k = 0; k < 4; k++) parts[k] = texelFetch(glbk_ism_below, 2 * cell + ivec2(k & 1, k >> 1), 0).x;
-    result = ism_pull(ISM_LEVEL, cell & ((int(glbk_ism_frame.maps.y) >> ISM_LEVEL) - 1), parts);
+    result = ism_pull(ISM_LEVEL, cell & ((int(glbk_ism_frame.tile_side) >> ISM_LEVEL) - 1), parts);
 }

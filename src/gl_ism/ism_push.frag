@@ -1,4 +1,4 @@
-// The depth of a texel, as bits: its surfel's, or from others about it.
+// Draws the depth of a texel, as bits: that of its surfel, or one from others about it.
 // uses: ism_push
 // with: screen.vert
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
@@ -16,7 +16,7 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     uint v = ism_tile_of(at);
     float depth = ISM_FAR;
-    bool fills = glbk_ism_frame.surfels.z != 0u && v < glbk_ism_frame.maps.x;
+    bool fills = glbk_ism_frame.fill_levels != 0u && v < glbk_ism_frame.vpl_count;
     if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_plane_at(at).w;
     else if (fills) depth = ism_filled(ism_read_grid(v), at);
     result = floatBitsToUint(depth);

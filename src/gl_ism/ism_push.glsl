@@ -1,14 +1,21 @@
-// ism_push - texels without a surfel. The program has ism_pulled: what ism_pull said of a cell of the atlas.
+// ism_push - finds depths of texels that kept no surfel.
 // uses: ism_fill
+
+// The program's: returns the texel of a cell of the atlas, as ism_pull did.
 int ism_pulled(int level, ivec2 cell);
 
-// 1 + index; squared distances; sectors
-struct ism_near { int first, second, least, next; uint found, close, beyond; };
+struct ism_near {
+    int first, second;          // the nearest two texels that keep their surfels, as 1 + index; 0: none
+    int least, next;            // their squared distances
+    uint found;                 // the sectors in which texels were found,
+    uint close;                 // those of them on level 1,
+    uint beyond;                // and the sectors beyond the tile's border
+};
 
-// The 3 x 3 cells about the texel.
+// Looks at the 3 x 3 cells of a level about a texel.
 void ism_look(int level, ivec2 at, inout ism_near n)
 {
-    int size = int(glbk_ism_frame.maps.y), half_size = size >> level;
+    int size = int(glbk_ism_frame.tile_side), half_size = size >> level;
     ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;
     for (int y = cell.y - 1; y <= cell.y + 1; y++)
         for (int x = cell.x - 1; x <= cell.x + 1; x++) {
@@ -36,8 +43,8 @@ void ism_look(int level, ivec2 at, inout ism_near n)
     if (level == 1) n.close = n.found;
 }
 
-// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are
-// mixed.
+// Returns the depth of the first texel, or the depth of its plane here: the one that would have foretold the
+// second texel's depth better. No depths are mixed.
 float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
 {
     vec4 a = ism_plane_at(origin + first), b = ism_plane_at(origin + second);
@@ -47,14 +54,14 @@ float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 orig
     return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;
 }
 
-// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels
-// once it is surrounded; or ISM_FAR.
+// Returns the depth of texel `at` of the atlas, in a tile with that grid, by the nearest two texels that keep
+// their surfels; ISM_FAR unless texels that do surround it.
 float ism_filled(ism_grid grid, ivec2 at)
 {
-    int size = int(glbk_ism_frame.maps.y);
+    int size = int(glbk_ism_frame.tile_side);
     ivec2 local = at & (size - 1);
     ism_near n = ism_near(0, 0, 0, 0, 0u, 0u, 0u);
-    for (int level = 1; level <= int(glbk_ism_frame.surfels.z); level++) {
+    for (int level = 1; level <= int(glbk_ism_frame.fill_levels); level++) {
         if (n.second != 0 && ism_surrounded(n.found, n.close, n.beyond)) break;
         ism_look(level, at, n);
     }

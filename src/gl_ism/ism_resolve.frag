@@ -1,4 +1,4 @@
-// Irradiance times albedo / pi, as colours.
+// Draws irradiance times albedo / pi.
 // uses: ism_bindings gbuffer picture
 // with: screen.vert
 layout(location = 0) out vec4 result;

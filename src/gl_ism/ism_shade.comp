@@ -1,13 +1,14 @@
-// ism_shade.frag as a compute shader: a group has 16 x 16 pixels of one class, which lie `pattern` apart, and
+// ism_shade.frag as a compute shader. A group has 16 x 16 pixels of one class, which lie `pattern` apart, and
 // reads each VPL of the class once, into shared memory, 64 at a time.
 // uses: ism_gbuffer ism_light
-// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6
+// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3
+// sets: ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6
 layout(local_size_x = 16, local_size_y = 16) in;
 #define ISM_ROUND 64u
 
 shared ism_vpl ism_read[ISM_ROUND];
 
-// The VPLs from number `from` of the class on; how many.
+// Loads VPLs of the class from number `from` on, and returns how many.
 uint ism_round(uint first, uint pattern, uint used, uint from)
 {
     uint k = gl_LocalInvocationIndex, count = min(used - from, ISM_ROUND);
@@ -19,12 +20,12 @@ uint ism_round(uint first, uint pattern, uint used, uint from)
 
 void main()
 {
-    uint side = glbk_ism_view.size.z, pattern = side * side, first = gl_WorkGroupID.z;
+    uint side = glbk_ism_view.pattern, pattern = side * side, first = gl_WorkGroupID.z;
     uint used = ism_used(first, pattern);
     ivec2 at = ivec2(gl_GlobalInvocationID.xy * side + uvec2(first % side, first / side));
-    at.y += int(glbk_ism_view.values.z);        // the first row of this dispatch
-    bool inside = all(lessThan(at, ivec2(glbk_ism_view.size.xy)));
-    float most = glbk_ism_view.values.y;
+    at.y += int(glbk_ism_view.first_row);
+    bool inside = all(lessThan(at, ism_picture_side()));
+    float most = glbk_ism_view.clamp_at;
     vec4 sum = vec4(0.0);
     ism_receiver r;
     bool lit = inside && ism_read_receiver(at, r);

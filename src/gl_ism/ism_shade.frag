@@ -1,13 +1,14 @@
-// Each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).
+// Lights each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).
 // uses: ism_gbuffer ism_light
 // with: screen.vert
-// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6
+// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3
+// sets: ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6
 layout(location = 0) out glbk_color result;
 
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uint side = glbk_ism_view.size.z;
+    uint side = glbk_ism_view.pattern;
     uvec2 place = uvec2(at) % side;
     ism_receiver r;
     vec4 light = vec4(0.0);

@@ -1,40 +1,41 @@
-// ism_splat.vert and .frag as a compute shader: a group draws all surfels of a VPL into up to 64 x 64 texels
-// of its tile in shared memory, twice: first the depths alone, then which surfel it is that has them, the
-// first one of several, as the depth test has it. Discs of many texels go to a list that 32 invocations a
-// disc draw, so that no 31 wait for one.
+// ism_splat.vert and .frag as a compute shader. A group draws all surfels of a VPL into up to 64 x 64 texels
+// of its tile, in shared memory. It draws them twice: first for the depths alone, then to find out which
+// surfel has them, the first one of several, as the depth test has it. Discs of many texels go to a list,
+// where 32 invocations draw each of them, so that no 31 invocations wait for one.
 // uses: ism_disc
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 512) in;
 #define ISM_THREADS 512u
 #define ISM_SIDE 64
-#define ISM_WIDE 64         // texels: discs of more go to the list
-#define ISM_LIST 112u       // discs: what 32 KiB leave
+#define ISM_WIDE 64             // discs of more texels go to the list
+#define ISM_LIST 112u           // discs of the list: as many as 32 KiB of shared memory leave room for
 #define ISM_HOPE 0x80000000u    // the disc was the nearest in a texel once
 
-shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, which are in the order of positive floats
-shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each, as many as numbers of surfels need
+shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, whose order is that of positive floats
+shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each, as numbers of surfels need
 shared vec4 ism_list[4u * ISM_LIST];                    // at, radius2; g; cut1; cut2
 shared uint ism_numbers[ISM_LIST], ism_listed;
-shared uint ism_boxes[ISM_LIST];                        // four bytes each, and ISM_HOPE
+shared uint ism_boxes[ISM_LIST];                        // four bytes of each disc, and ISM_HOPE
 
 uint ism_v;             // the VPL
 ism_vpl ism_l;
-ivec4 ism_part;         // first and last texel, of its tile
-uint ism_hopes[4];      // bits: which of this invocation's surfels had a texel once
+ivec4 ism_part;         // the first and the last texel of its tile that the group draws
+uint ism_hopes[4];      // a bit for each surfel of this invocation: it had a texel once
 
-// Surfel number i of the VPL, phase after phase, with its texels in this part; false: it has none.
+// Finds surfel i of the VPL, counted phase after phase, and its texels in this part. false: it has none.
 bool ism_find(uint i, out ism_surfel s)
 {
-    uint each = glbk_ism_frame.surfels.y;
-    uint index = (i / each * glbk_ism_frame.surfels.x + ism_v) * each + i % each;
+    uint each = glbk_ism_frame.phase_surfel_count;
+    uint index = (i / each * glbk_ism_frame.vpl_capacity + ism_v) * each + i % each;
     if (!ism_surfel_of(index, ism_v, ism_l, s)) return false;
     s.box = ivec4(max(s.box.xy, ism_part.xy), min(s.box.zw, ism_part.zw));
     return s.box.x <= s.box.z && s.box.y <= s.box.w;
 }
 
+// Returns which surfel a texel belongs to.
 uint ism_owner(uint texel) { return ism_owners[texel >> 1] >> (16u * (texel & 1u)) & 0xffffu; }
 
-// The atomic minimum of 16 bits.
+// Gives a texel to a surfel, unless one of a lower number has it: the atomic minimum of 16 bits.
 void ism_own(uint texel, uint surfel)
 {
     uint shift = 16u * (texel & 1u), was = ism_owners[texel >> 1];
@@ -45,8 +46,8 @@ void ism_own(uint texel, uint surfel)
     }
 }
 
-// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave
-// together. true: it was the nearest in one of them.
+// Draws every `pace`th texel of a disc, beginning at `from`. It is one loop, which invocations that draw
+// beside each other leave together. true: the disc was the nearest in one of the texels.
 bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
 {
     ivec2 at = s.box.xy + from;
@@ -65,12 +66,14 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
     return nearest;
 }
 
+// Packs the texels of a disc.
 uint ism_pack(ivec4 box)
 {
     uvec4 b = uvec4(box - ism_part.xyxy);
     return b.x | b.y << 8 | b.z << 16 | b.w << 24;
 }
 
+// Returns disc k of the list.
 ism_surfel ism_unlist(uint k)
 {
     vec4 a = ism_list[4u * k], b = ism_list[4u * k + 1u];
@@ -80,12 +83,12 @@ ism_surfel ism_unlist(uint k)
                       texels);
 }
 
-// The discs that invocations have for the list, as many at a time as it holds. true: this one's was the
-// nearest in a texel. All invocations come here.
+// Draws the discs that invocations have for the list, as many at a time as it holds. true: the disc of this
+// invocation was the nearest in a texel. All invocations come here.
 bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
 {
     uint thread = gl_LocalInvocationIndex, count;
-    ivec2 mine = ivec2(thread & 7u, thread / 8u & 3u);      // of 8 x 4 that 32 invocations draw at a time
+    ivec2 mine = ivec2(thread & 7u, thread / 8u & 3u);      // of the 8 x 4 texels that 32 draw at a time
     bool nearest = false;
     do {
         uint k = waits ? atomicAdd(ism_listed, 1u) : ISM_LIST;
@@ -112,7 +115,8 @@ bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
     return nearest;
 }
 
-// Each invocation takes a surfel at a time. The second turn passes by those that had no texel in the first.
+// Draws all surfels, one of each invocation at a time. The second turn passes by those that had no texel in
+// the first.
 void ism_draw_all(int turn, uint count)
 {
     for (uint start = 0u; start < count; start += ISM_THREADS) {
@@ -130,14 +134,15 @@ void ism_draw_all(int turn, uint count)
 void main()
 {
     uint thread = gl_LocalInvocationIndex, count;
-    int side = min(int(glbk_ism_frame.maps.y), ISM_SIDE);
+    int side = min(int(glbk_ism_frame.tile_side), ISM_SIDE);
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * side;
     ism_surfel s;
     ism_hopes = uint[4](0u, 0u, 0u, 0u);
     ism_v = ism_tile_of(begin);
     ism_part = (begin - ism_tile_at(ism_v)).xyxy + ivec4(0, 0, side - 1, side - 1);
-    count = ism_v < glbk_ism_frame.maps.x && glbk_ism_frame.surfels.w != 0u ? glbk_ism_frame.maps.w : 0u;
-    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.surfels.x - 1u));
+    count = glbk_ism_frame.triangle_count != 0u ? glbk_ism_frame.surfel_count : 0u;
+    if (ism_v >= glbk_ism_frame.vpl_count) count = 0u;
+    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.vpl_capacity - 1u));
     for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {
         ism_depths[i] = floatBitsToUint(ISM_FAR);
         ism_owners[i >> 1] = 0xffffffffu;

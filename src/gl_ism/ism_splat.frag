@@ -1,4 +1,4 @@
-// A texel whose ray meets the disc gets its plane and its depth there.
+// Draws plane and depth of a disc into the texels whose rays meet it.
 // uses: ism_disc
 // with: ism_splat.vert
 // sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1
@@ -18,9 +18,9 @@ void main()
     ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2,
                               ism_box);
     ism_grid grid = ism_grid(ism_plane.w, ism_across, ism_down);
-    vec3 w = ism_texel_direction(grid, at & (int(glbk_ism_frame.maps.y) - 1));
+    vec3 w = ism_texel_direction(grid, at & (int(glbk_ism_frame.tile_side) - 1));
     float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);
     if (!(t < ISM_FAR)) discard;
     result = glbk_pack(vec4(ism_plane.xyz, t));
-    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept
+    gl_FragDepth = t * 5.421010862427522e-20;      // times 2^-64, which keeps every digit of t
 }

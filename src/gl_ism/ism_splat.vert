@@ -1,26 +1,26 @@
-// One surfel as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with
-// ISM_QUADS a rectangle of them, one instance a surfel.
+// Places a surfel as a disc in the tile of its VPL: as a point as large as the texels that it may touch, or
+// with ISM_QUADS as a rectangle of them, with an instance for each surfel.
 // uses: ism_disc
 #ifndef ISM_QUADS
 #define ISM_QUADS 0
 #endif
-flat out vec4 ism_at;       // in the tile's frame; radius squared
-flat out vec4 ism_plane;    // its plane; exponent of the tile's grid
-flat out vec4 ism_across;   // the grid's axes
+flat out vec4 ism_at;       // xyz: its middle in the tile's frame; w: its squared radius
+flat out vec4 ism_plane;    // xyz: its plane; w: the exponent of the tile's grid
+flat out vec4 ism_across;   // the axes of the grid
 flat out vec4 ism_down;
-flat out ivec4 ism_box;     // first and last texel
+flat out ivec4 ism_box;     // the first and the last texel of the atlas that it may touch
 flat out vec4 ism_cut1;
 flat out vec4 ism_cut2;
 
 void main()
 {
 #if ISM_QUADS
-    uint index = uint(gl_InstanceID) + glbk_ism_frame.near_points.w;
+    uint index = uint(gl_InstanceID) + glbk_ism_frame.first_surfel;
 #else
     uint index = uint(gl_VertexID);
     gl_PointSize = 1.0;
 #endif
-    uint v = index / glbk_ism_frame.surfels.y;       // the surfels of one phase are bound
+    uint v = index / glbk_ism_frame.phase_surfel_count;       // the surfels of one phase are bound
     ism_surfel s;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     ism_at = vec4(0.0);
@@ -28,7 +28,7 @@ void main()
     ism_across = ism_down = vec4(0.0);
     ism_box = ivec4(0);
     ism_cut1 = ism_cut2 = vec4(0.0);
-    if (v >= glbk_ism_frame.maps.x) return;
+    if (v >= glbk_ism_frame.vpl_count) return;
     ism_vpl l = ism_read_vpl(v);
     if (!ism_surfel_of(index, v, l, s)) return;
     ism_at = vec4(s.at, s.radius2);
@@ -46,5 +46,6 @@ void main()
     ivec2 wide = s.box.zw - s.box.xy;
     gl_PointSize = float(max(wide.x, wide.y) + 1);
 #endif
-    gl_Position = vec4(at / float(glbk_ism_frame.maps.y * glbk_ism_frame.maps.z) * 2.0 - 1.0, 0.0, 1.0);
+    uint side = glbk_ism_frame.tile_side * glbk_ism_frame.tiles_across;
+    gl_Position = vec4(at / float(side) * 2.0 - 1.0, 0.0, 1.0);
 }

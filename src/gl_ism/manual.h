@@ -2,10 +2,10 @@
 
    What it does
 
-   Draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the VPLs' light with
-   visibility: ism_light() in shaders of your own, or complete passes that light a G-buffer, with interleaved
-   sampling and its blur. Descs, settings and lists are the structs of ism.h, of which this header needs the
-   declarations alone.
+   The header draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the light
+   of the VPLs with visibility. Shaders of your own do so by one call, ism_light(). Or complete passes light a
+   G-buffer, with interleaved sampling and its blur. Descs, settings and lists are the structs of ism.h, of
+   which this header needs the declarations alone.
 
    What it does not do
 
@@ -26,12 +26,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls the library's
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -63,17 +63,18 @@
            return result != GLBK_OK;
        }
 
-   The whole frame, with a window: examples/10_ism_gl_minimal.c.
+   The whole frame, with a window: examples/10_ism_gl_minimal.c, and examples/10b_rsm_ism_gl_minimal.c by
+   complete passes.
 
    Configuration
 
-     GL_ISM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
-                             and gl_gbuffer.h's
+     GL_ISM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                             gl_backend.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder;
-   its implementation is not needed. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. ism.h lies above this folder; its implementation is not needed. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../ism.h"

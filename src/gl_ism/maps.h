@@ -1,6 +1,6 @@
 /* ---- ism: maps ---- */
 
-/* What both paths draw to: the planes of surfels, and the atlas. */
+/* Makes what both paths draw to: the planes of surfels, and the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -19,7 +19,8 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
     return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
-/* What the core path needs from surfels to the atlas. */
+/* Makes what the core path needs to get from surfels to the atlas: the kept texels, the levels of pull,
+   programs. */
 static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
 {
     char defines[] = "ISM_LEVEL=1";
@@ -27,18 +28,20 @@ static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, co
     glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     uint32_t i;
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
+        result = glbk__program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
         result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
                               &m->pull_target[i]);
         defines[10] = (char)('1' + (int)i);
         if (result == GLBK_OK)
-            result = glbk_program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines, &m->pull_program[i]);
+            result = glbk__program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines,
+                                          &m->pull_program[i]);
     }
-    return result == GLBK_OK ? glbk_program_create(ctx, glbk_ism_part(),
-                                                   "ism_push.frag", projection, &m->push) : result;
+    if (result != GLBK_OK) return result;
+    return glbk__program_create(ctx, glbk_ism_part(), "ism_push.frag", projection, &m->push);
 }
 
+/* Compiles all programs that maps need. */
 static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
 {
     char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
@@ -46,14 +49,14 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
     m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk_program_create(ctx, glbk_ism_part(),
-                                 m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
+    result = glbk__program_create(ctx, glbk_ism_part(),
+                                  m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
     if (result != GLBK_OK) return result;
     if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
-    return glbk_program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
+    return glbk__program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
 }
 
-/* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
+/* Returns how many levels pull and push have. The coarsest has at least two cells a side of a tile. */
 static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
 {
     uint32_t levels = m->desc.no_fill ? 0 : GLBK_ISM_LEVELS;
@@ -61,57 +64,61 @@ static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
     return levels;
 }
 
-/* How many texels of the table of VPLs lie before the spheres of the near points, and how many the spheres
- * have. */
+/* Returns how many texels of the table of VPLs lie before the spheres of the near points. */
 static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
+
+/* Returns how many texels the spheres of the near points have. */
 static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
 {
     return (m->desc.vpl_count * (uint32_t)m->desc.near_point_count + 63) / 64;
 }
 
+/* Returns what shaders know of the maps. */
 static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
     memset(&f, 0, sizeof f);
-    f.maps[0] = m->vpl_count;
-    f.maps[1] = m->desc.tile_side;
-    f.maps[2] = m->tiles_across;
-    f.maps[3] = m->phase_surfel_count * m->desc.lazy_frames;
-    f.surfels[0] = m->desc.vpl_count;
-    f.surfels[1] = m->phase_surfel_count;
-    f.surfels[2] = glbk__ism_levels(m);
-    f.surfels[3] = m->triangle_count;
+    f.vpl_count = m->vpl_count;
+    f.tile_side = m->desc.tile_side;
+    f.tiles_across = m->tiles_across;
+    f.surfel_count = m->phase_surfel_count * m->desc.lazy_frames;
+    f.vpl_capacity = m->desc.vpl_count;
+    f.phase_surfel_count = m->phase_surfel_count;
+    f.fill_levels = glbk__ism_levels(m);
+    f.triangle_count = m->triangle_count;
     memcpy(f.sphere, m->sphere, sizeof f.sphere);
-    f.values[0] = m->desc.splat_scale;
-    f.values[1] = (float)m->desc.window_rim;
-    f.near_points[0] = m->near_point_count;
-    f.near_points[1] = glbk__ism_vpl_texels(m);
-    f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
+    f.splat_scale = m->desc.splat_scale;
+    f.window_rim = (uint32_t)m->desc.window_rim;
+    f.near_point_count = m->near_point_count;
+    f.first_sphere = glbk__ism_vpl_texels(m);
+    f.first_near_point = f.first_sphere + glbk__ism_spheres(m);
     return f;
 }
 
+/* Sends what shaders know of the maps to the GPU. */
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
     const glbk_ism_frame f = glbk__ism_frame_of(m);
     return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
 }
 
-/* By compute there is one table, since a dispatch reads all phases. Else each phase has its own: it is
- * written while the frame before may still be drawn, and GPUs that keep frames in flight copy the whole of a
- * texture that is. */
+/* Makes the tables of surfels. By compute there is one, since a dispatch reads all phases. On the core path
+   each phase has its own: a phase is written while the frame before may still be drawn, and drivers then copy
+   the whole texture. */
 static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
 {
     const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     const uint32_t phases = m->desc.lazy_frames;
     glbk_result result = GLBK_OK;
     uint32_t i;
-    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
+    if (m->compute) return glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
     for (i = 0; i < phases && result == GLBK_OK; i++)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
     return result;
 }
 
-/* How large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT where that is too much. */
+/* Decides how large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT says that it is too
+   much. */
 static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *function, glbk_ism_maps *m)
 {
     const ism_desc *d = &m->desc;
@@ -128,18 +135,19 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
                      "is above 2147483647");
 }
 
+/* Makes all tables, pictures, blocks and programs of maps that are laid out. */
 static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const uint32_t nothing[4] = { 0, 0, 0, 0 };
     const size_t vpls = m->desc.vpl_count;
     glbk_result result = glbk__ism_create_surfels(ctx, m);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
-                                   glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+                                    glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
                                        3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
-    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
+    if (result == GLBK_OK) result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &m->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);

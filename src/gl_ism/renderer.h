@@ -1,17 +1,18 @@
 /* ---- ism: the renderer ---- */
 
-/* What shaders read of a shading that has its defaults. */
+/* Returns what shaders know of a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
     memset(&view, 0, sizeof view);
-    view.size[2] = s->pattern;
-    view.size[3] = s->no_maps != 0;
-    view.values[0] = s->bias;
-    view.values[1] = s->clamp;
+    view.pattern = s->pattern;
+    view.no_maps = s->no_maps != 0;
+    view.bias = s->bias;
+    view.clamp_at = s->clamp;
     return view;
 }
 
+/* Binds all that shading reads of maps. */
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -80,7 +81,7 @@ GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* What the passes of a call read and write. */
+/* What the passes of a glbk_ism_shade read and write. */
 typedef struct glbk__ism_job {
     const glbk_ism_renderer *renderer;
     const glbk_gbuffer      *gbuffer;
@@ -89,7 +90,7 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
-/* The program of the maps' projection and of a rule near by, compiled when it is first asked for. */
+/* Finds the program of a projection and of a rule near by, which is compiled when it is first asked for. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
@@ -102,9 +103,9 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
 }
 
-/* Rows of pixels from `first` on by the job's program, which reads the G-buffer and the maps; or, blurring,
- * the G-buffer and the light. side: a group of the compute path has 16 x 16 pixels that lie so far apart, of
- * one class. */
+/* Runs the job's program over `rows` rows of pixels from row `first` on. It reads the G-buffer and either the
+   maps or, if blur is not 0, the light. side: a group of the compute path has 16 x 16 pixels of one class,
+   which lie so far apart. */
 static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job *job, int blur, uint32_t side,
                                          uint32_t first, uint32_t rows)
 {
@@ -131,12 +132,12 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
                          side * side);
 }
 
-/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of a pixel and a VPL, but whole
- * squares of the compute path. */
+/* Lights all pixels by all VPLs. A pass has as many rows as make about `pairs` pairs of a pixel and a VPL, in
+   whole squares of the compute path. */
 static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, uint32_t pairs)
 {
     const glbk_ism_renderer *r = job->renderer;
-    const uint32_t side = job->view.size[2], square = 16 * side;
+    const uint32_t side = job->view.pattern, square = 16 * side;
     const uint64_t row = (uint64_t)r->width * (job->maps->vpl_count / (side * side) + 1);
     uint64_t step = (pairs ? pairs : 1u << 28) / row / square * square;
     glbk_result result = GLBK_OK;
@@ -144,7 +145,7 @@ static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, ui
     if (step < square) step = square;
     for (; first < r->height && result == GLBK_OK; first += rows) {
         rows = r->height - first < step ? r->height - first : (uint32_t)step;
-        job->view.values[2] = (float)first;
+        job->view.first_row = first;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, &job->view);
         if (result == GLBK_OK) result = glbk__ism_pixels_pass(ctx, job, 0, side, first, rows);
     }
@@ -169,8 +170,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     job.gbuffer = g;
     job.maps = m;
     job.view = glbk__ism_view_of(&s);
-    job.view.size[0] = r->width;
-    job.view.size[1] = r->height;
+    job.view.width = r->width;
+    job.view.height = r->height;
     result = glbk__ism_shade_program(ctx, r, m->desc.projection, s.near_mode, &job.program);
     if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, &job, pairs_per_pass);
     if (result != GLBK_OK) return result;

@@ -1,7 +1,7 @@
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* count strided triples into a table of four floats each, at least one texel. had: how many it holds; the
- * table is made anew for another number. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel. had: how many
+   the table holds now; it is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -14,9 +14,9 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     memset(texels, 0, 16 * (count ? count : 1));
     for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
     if (table->name && count == had && count) {
-        result = glbk_table_update(ctx, table, 0, count, texels);
+        result = glbk__table_update(ctx, table, 0, count, texels);
     } else {
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
         if (result == GLBK_OK) {
             glbk_texture_free(ctx, table);
             *table = made;
@@ -26,8 +26,8 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     return result;
 }
 
-/* Returns three indices and the bits of the opacity of each triangle; NULL where there is no memory, or an
- * index is beyond the vertices: *result says which. */
+/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees; NULL
+   if there is no memory or an index reaches beyond the vertices, which *result says. */
 static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__allocator *memory,
                                      const ism_mesh *mesh, size_t count, glbk_result *result)
 {
@@ -55,7 +55,7 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
     return words;
 }
 
-/* Triangles and places of a mesh that has some, in place of those before. */
+/* Replaces triangles and positions by those of a mesh that has some. */
 static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh,
                                           size_t count)
 {
@@ -64,7 +64,7 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
     glbk_result result;
     uint32_t *words = glbk__ism_triangles(ctx, &memory, mesh, count, &result);
     if (!words) return result;
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
     glbk_ism__free(&memory, words);
     if (result != GLBK_OK) return result;
     result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
@@ -125,13 +125,13 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
         return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                m->desc.lazy_frames - 1.0);
     count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
-    result = m->compute ? glbk_table_update(ctx, &m->surfels, count * phase, count, surfels)
-                        : glbk_table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
+    result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
+                        : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
     return result;
 }
 
-/* Four texels of the table of VPLs: docs/gpu-layouts.md. Maps without a rim show no windows. */
+/* Writes the four texels of a VPL, which docs/gpu-layouts.md lists. Maps without a rim have no windows. */
 static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *to)
 {
     memcpy(to, v->position, 12);
@@ -144,6 +144,7 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
     to[15] = m->desc.window_rim ? (float)v->window : 0.0f;
 }
 
+/* Checks all arguments of glbk_ism_vpls_upload. */
 static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *function, const glbk_ism_maps *m,
                                         const ism_vpl *vpls, uint32_t count, const float *center,
                                         float radius)
@@ -177,7 +178,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
         uint32_t i;
         if (!texels) return GLBK_ERR_ALLOC;
         for (i = 0; i < count; i++) glbk__ism_pack_vpl(m, &vpls[i], texels + 16 * (size_t)i);
-        result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
+        result = glbk__table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
         glbk_ism__free(&memory, texels);
     }
     if (result != GLBK_OK) return result;
@@ -189,7 +190,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     return glbk__ism_write_frame(ctx, m);
 }
 
-/* x, y, z and radius of the sphere beyond which none of the near points reaches, as ism.h has it. */
+/* Computes centre and radius of the sphere beyond which none of the near points reaches, as ism.h does. */
 static void glbk__ism_near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
 {
     float low[3], high[3], d2, reach;
@@ -212,7 +213,7 @@ static void glbk__ism_near_sphere(const ism_near_point *points, uint32_t count, 
     }
 }
 
-/* Near points as they are, and a sphere about each 64 of them. */
+/* Sends near points as they are, and a sphere about each 64 of them. */
 static glbk_result glbk__ism_send_near_points(glbk_context *ctx, glbk_ism_maps *m,
                                               const ism_near_point *points, uint32_t count)
 {
@@ -225,10 +226,10 @@ static glbk_result glbk__ism_send_near_points(glbk_context *ctx, glbk_ism_maps *
     if (!spheres) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i += 64)
         glbk__ism_near_sphere(points + i, count - i < 64 ? count - i : 64, spheres + i / 16);
-    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), blocks, spheres);
+    result = glbk__table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), blocks, spheres);
     glbk_ism__free(&memory, spheres);
     if (result != GLBK_OK) return result;
-    return glbk_table_update(ctx, &m->vpls, behind, 3 * (size_t)count, points);
+    return glbk__table_update(ctx, &m->vpls, behind, 3 * (size_t)count, points);
 }
 
 GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *m,

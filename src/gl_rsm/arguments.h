@@ -1,19 +1,19 @@
 /* ---- rsm: arguments ---- */
 
 enum {
-    GLBK__RSM_LIST = 1024 * 64, /* pixel lights that the list has room for */
-    GLBK__RSM_TABLE = 1024,     /* values a row of a table; materials, sides of the noise */
-    GLBK__RSM_NONE = 9          /* no picture */
+    GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
+    GLBK__RSM_TABLE = 1024,         /* the most materials, and texels a side of the noise */
+    GLBK__RSM_NONE = 9              /* the number of no picture */
 };
 
-typedef struct glbk__rsm_range {    /* a field, its value and what it may be */
+typedef struct glbk__rsm_range {    /* a field, its value and its range */
     const char *field;
     double      value, low, high;
 } glbk__rsm_range;
 
-/* Logs the first field that is out of its range; what is not a number is out of any. */
-static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function, const glbk__rsm_range *fields,
-                                      size_t count)
+/* Logs the first field that is out of its range. What is not a number is out of any. */
+static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function,
+                                      const glbk__rsm_range *fields, size_t count)
 {
     size_t i;
     for (i = 0; i < count; i++) {
@@ -24,20 +24,22 @@ static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
-/* GL's calls take memory and say why they fail by the context's system. */
+/* Checks that a desc has no system: on GL the context's system gives memory and gets messages. */
 static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
 {
-    if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for && !s->progress &&
-        !s->log && !s->user)
+    if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
+        !s->progress && !s->log && !s->user)
         return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.system", "is not zero: on GL the context's counts");
 }
 
-static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
+/* Returns whether three floats are at most so large; 0 for what is not a number. */
+static int glbk__rsm_small(const float *v, float most)
 {
     return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
 }
 
+/* Checks direction, radius and cone of a light. */
 static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *function, const rsm_light *l)
 {
     const glbk_result bad = GLBK_ERR_DESC;
@@ -51,13 +53,14 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
         return glbk__bad_value(ctx, bad, function, "light.radius", (double)l->radius, "above 0, at most 1e9");
     if (spot && !(angle > 0.5e-3f && angle <= most))
         return glbk__bad_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
-                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14" : "above 0.0005, at most 1");
+                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
+                                                         : "above 0.0005, at most 1");
     return GLBK_OK;
 }
 
-/* What rsm.h's check of a light refuses, and its defaults. */
-static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function, const rsm_light *light,
-                                         rsm_light *l)
+/* Checks a light as rsm.h does, and writes it with its defaults. */
+static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function,
+                                         const rsm_light *light, rsm_light *l)
 {
     const glbk_result bad = GLBK_ERR_DESC;
     glbk_result result;
@@ -68,7 +71,8 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
         return glbk__bad_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
-        return glbk__bad(ctx, bad, function, glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
+        return glbk__bad(ctx, bad, function,
+                         glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
                          "is not finite or beyond 1e9");
     for (i = 0; i < 3; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
@@ -89,32 +93,38 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
 
 /* ---- maps and renderers that a call was given ---- */
 
+/* Checks that a map was created. */
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
 {
     if (map && map->texels.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
 }
 
-static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r)
+/* Checks that a renderer was created. */
+static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char *function,
+                                            const glbk_rsm_renderer *r)
 {
     if (r && r->frame.name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
-/* Whether a renderer and a G-buffer were made, for pictures of one size. */
-static glbk_result glbk__rsm_seen_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                        const glbk_gbuffer *seen)
+/* Checks that a renderer and a G-buffer were created, for pictures of one size. */
+static glbk_result glbk__rsm_gbuffer_check(const glbk_context *ctx, const char *function,
+                                           const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer)
 {
     const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     if (result != GLBK_OK) return result;
-    if (!seen || !seen->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "seen", seen ? "was not created" : "is NULL");
-    if (seen->width == r->width && seen->height == r->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "seen", "is not of the renderer's size");
+    if (!gbuffer || !gbuffer->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
+                         gbuffer ? "was not created" : "is NULL");
+    if (gbuffer->width == r->width && gbuffer->height == r->height) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
 }
 
-static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                        const glbk_rsm_map *const *maps, uint32_t count)
+/* Checks that a renderer and all maps were created, and that there is a map. */
+static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *function,
+                                        const glbk_rsm_renderer *r, const glbk_rsm_map *const *maps,
+                                        uint32_t count)
 {
     glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     uint32_t i;
@@ -127,7 +137,9 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
 
 /* ---- rsm.h's descs: what they say, with their defaults ---- */
 
-static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc, rsm_direct_desc *out)
+/* Checks a desc of direct light as rsm_direct does, and writes it with its defaults. */
+static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc,
+                                          rsm_direct_desc *out)
 {
     static const char function[] = "glbk_rsm_direct";
     glbk_result result;
@@ -151,8 +163,9 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     return GLBK_OK;
 }
 
-static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function, const rsm_gather_desc *desc,
-                                          rsm_gather_desc *out)
+/* Checks a desc of bounced light as rsm_gather does, and writes it with its defaults. */
+static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function,
+                                          const rsm_gather_desc *desc, rsm_gather_desc *out)
 {
     const uint32_t k = desc ? desc->interleave : 0;
     glbk_result result;
@@ -161,7 +174,8 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     {
         const glbk__rsm_range fields[] = {
             { "desc.pattern", (double)out->pattern, 0, RSM_PATTERN_COUNT - 1 },
-            { "desc.samples", (double)out->samples, 0, out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
+            { "desc.samples", (double)out->samples, 0,
+              out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
             { "desc.r_max", (double)out->r_max, 0, 1e3 },
             { "desc.r_min", (double)out->r_min, 0, 0.99999994 },
             { "desc.offset", (double)out->offset, 0, 1e9 },
@@ -175,9 +189,11 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (result != GLBK_OK) return result;
     if (k > 8 || (k & (k - 1)))
         return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
-    if (out->add) return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+    if (out->add)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->materials && out->material_count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials", "is NULL, and material_count is not 0");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials",
+                         "is NULL, and material_count is not 0");
     if (out->noise && !out->noise_side)
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
     if (!k) out->interleave = 1;
@@ -186,6 +202,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     return GLBK_OK;
 }
 
+/* Checks interpolation as rsm_interpolate does, and writes it with its defaults. */
 static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const rsm_interpolation *how,
                                                  rsm_interpolation *out)
 {
@@ -205,7 +222,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
             { "interpolation.contrast", (double)out->contrast, -1e6, 1e6 },
             { "interpolation.reach", (double)out->reach, -1e6, 1e6 }
         };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     if (out->mask)
@@ -219,7 +237,9 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     return GLBK_OK;
 }
 
-static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame, gifilt_frame *out)
+/* Checks a frame of the filter as gifilt_apply does, and writes it with its defaults. */
+static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame,
+                                         gifilt_frame *out)
 {
     static const char function[] = "glbk_rsm_denoise";
     int i;
@@ -233,7 +253,8 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
             { "frame.normal_cosine", (double)out->normal_cosine, 0, 0.99999994 },
             { "frame.plane_slope", (double)out->plane_slope, 0, 1e6 }
         };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     for (i = 0; i < 16 && out->view_projection; i++)
@@ -241,7 +262,8 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
             return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
                                    (double)out->view_projection[i], "finite");
     if (out->motion)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion", "is not NULL: on GL motion is a texture");
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion",
+                         "is not NULL: on GL motion is a texture");
     if (!out->history) out->history = 8;
     if (!out->passes) out->passes = 2;
     if (out->passes < 0) out->passes = 0;
@@ -261,7 +283,7 @@ GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *d)
     return (samples + sets - 1) / sets * sets;
 }
 
-/* Whether the values that a table is made of are those that rsm_gather takes. */
+/* Checks noise and materials as rsm_gather does. */
 static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gather_desc *d)
 {
     static const char function[] = "glbk_rsm_tables_upload";
@@ -270,7 +292,8 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     if (side > GLBK__RSM_TABLE)
         return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
     if (count > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0, GLBK__RSM_TABLE);
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
+                               GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
             return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
@@ -280,15 +303,16 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
                                            { "desc.materials.specular", (double)m->specular[0], 0, 1 },
                                            { "desc.materials.specular", (double)m->specular[1], 0, 1 },
                                            { "desc.materials.specular", (double)m->specular[2], 0, 1 } };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
+                                                      sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
     return GLBK_OK;
 }
 
-/* Whether the tables on the GPU are those of a checked desc, as far as it needs some. */
-static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
-                                          const rsm_gather_desc *d)
+/* Checks that the tables on the GPU are those of a checked desc, as far as it needs some. */
+static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function,
+                                          const glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     const rsm_gather_desc *t = &r->tables;
     const char *field = NULL;
@@ -305,5 +329,6 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
     }
     if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
     if (!field) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field, "is not what glbk_rsm_tables_upload was given last");
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field,
+                     "is not what glbk_rsm_tables_upload was given last");
 }

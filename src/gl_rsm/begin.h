@@ -6,7 +6,7 @@
 
 #endif /* GL_RSM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_RSM_IMPLEMENTATION) && !defined(GL_RSM_IMPLEMENTED)
 #define GL_RSM_IMPLEMENTED

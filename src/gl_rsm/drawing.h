@@ -1,6 +1,7 @@
 /* ---- rsm: drawing maps ---- */
 
-/* The block of a surface, as lib/gbuffer.glsl reads what glbk_gbuffer_object makes of it. */
+/* Sets the block of a surface, so that a map has the albedo that lib/gbuffer.glsl reads after
+   glbk_gbuffer_object. */
 static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
 {
     const lsamp_material *m = &s->material;
@@ -10,20 +11,22 @@ static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
     memcpy(drawn->world, s->world, sizeof drawn->world);
     if (zero) drawn->world[0] = drawn->world[5] = drawn->world[10] = drawn->world[15] = 1.0f;
     for (i = 0; i < 3; i++) drawn->albedo[i] = m->diffuse[i] * share;
-    drawn->albedo[3] = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
+    drawn->alpha_cutoff = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
 }
 
-GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_surface *s, uint32_t material)
+GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_surface *s,
+                                     uint32_t material)
 {
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
-    if (!r->drawing) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
+    if (!r->drawing)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
     glbk__rsm_set_surface(&r->drawn, s);
-    r->drawn.kinds[0] = material;
-    r->drawn.kinds[1] = s->color_map != NULL;
+    r->drawn.material = material;
+    r->drawn.has_map = s->color_map != NULL;
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     if (result != GLBK_OK) {
         if (r->failed == GLBK_OK) r->failed = result;
@@ -74,12 +77,12 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
     if (map->light.kind == RSM_LIGHT_SUN)
         glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_scale(glbk_rsm__v3_load(map->block.axis), -1), 0);
     else glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_load(map->light.position), 1);
-    r->drawn.range[0] = map->light.near_depth;
-    r->drawn.range[1] = 1.0f / (map->light.far_depth - map->light.near_depth);
+    r->drawn.near_depth = map->light.near_depth;
+    r->drawn.depth_scale = 1.0f / (map->light.far_depth - map->light.near_depth);
     map->summed = 0;
     for (face = 0; face < map->face_count && result == GLBK_OK; face++) {
-        glbk_rsm_map_matrix(map, face, r->drawn.clip);
-        r->drawn.kinds[2] = face;
+        glbk__rsm_face_matrix(map, face, r->drawn.clip);
+        r->drawn.face = face;
         result = glbk__rsm_fill(ctx, r, &map->face_targets[face], map, draw_fn, user);
     }
     return result;

@@ -1,6 +1,6 @@
 /* ---- rsm: light ---- */
 
-/* Of the three pictures one that is neither a nor b. */
+/* Returns which of the three pictures is neither a nor b. */
 static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
 {
     uint32_t i = 0;
@@ -8,29 +8,30 @@ static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
     return i;
 }
 
-GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                     const glbk_rsm_map *const *maps, uint32_t count, const rsm_direct_desc *desc)
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                     const glbk_rsm_map *const *maps, uint32_t count,
+                                     const rsm_direct_desc *desc)
 {
     uint32_t now = GLBK__RSM_NONE, next, i;
     rsm_direct_desc d;
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_seen_check(ctx, __func__, r, seen);
+    result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result == GLBK_OK) result = glbk__rsm_maps_check(ctx, __func__, r, maps, count);
     if (result == GLBK_OK) result = glbk__rsm_direct_check(ctx, desc, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.counts[0] = d.taps;
-    r->values.limits[0] = d.bias;
-    r->values.limits[1] = d.slope_bias;
+    r->values.taps = d.taps;
+    r->values.bias = d.bias;
+    r->values.slope_bias = d.slope_bias;
     r->direct = GLBK__RSM_NONE;
     for (i = 0; i < count; i++) {
         next = glbk__rsm_other(r->bounce, now);
-        r->values.range[3] = i > 0;
+        r->values.adds = i > 0;
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_DIRECT, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(ctx, r, seen, maps[i]);
+        glbk__rsm_bind_all(ctx, r, gbuffer, maps[i]);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, &r->sums[now < 3 ? now : glbk__rsm_other(next, next)]);
         glbk_draw_screen(ctx);
         now = next;
@@ -39,18 +40,20 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Steps of a running sum along x in all faces of a map: the first from `from`, the others from what is there. */
-static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from, uint32_t height,
-                                  glbk_target targets[2][6], int *at)
+/* Does all steps of running sums along x, in all faces of a map: the first by program `from`, the others by
+   the one after it. *at gets which of the targets holds the sums. */
+static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from,
+                                  uint32_t height, glbk_target targets[2][6], int *at)
 {
     uint32_t stride, face;
     int next = 0;
     for (stride = 1; stride < map->side; stride *= 8) {
         for (face = 0; face < map->face_count; face++) {
             glbk_result result;
-            r->values.pick[0] = face;
-            r->values.pick[1] = stride;
-            result = glbk__rsm_begin(ctx, r, stride == 1 ? from : from + 1, &targets[next][face], map->side, height);
+            r->values.face = face;
+            r->values.stride = stride;
+            result = glbk__rsm_begin(ctx, r, stride == 1 ? from : from + 1, &targets[next][face], map->side,
+                                     height);
             if (result != GLBK_OK) return result;
             glbk__rsm_bind_map(ctx, map, NULL);
             if (stride == 1 && from == GLBK__RSM_SCAN) glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sums, NULL);
@@ -62,7 +65,7 @@ static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_
     return GLBK_OK;
 }
 
-/* The same by a group a row of all faces; then a group a face. */
+/* Does the same by compute: with a group for each row of all faces, then with a group for each face. */
 static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     int rows;
@@ -72,13 +75,15 @@ static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glb
         if (result != GLBK_OK) return result;
         glbk__rsm_bind_map(ctx, map, NULL);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_running, rows ? &map->rows[0] : &map->sums[0]);
-        result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SCAN + rows], rows ? 1 : map->side, map->face_count, 1);
+        result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SCAN + rows], rows ? 1 : map->side,
+                               map->face_count, 1);
         if (result != GLBK_OK) return result;
     }
     map->summed = 1;
     return GLBK_OK;
 }
 
+/* Makes the running sums of a map, unless they are there. */
 static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     glbk_result result;
@@ -91,62 +96,87 @@ static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_r
     return result;
 }
 
-typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
-    glbk_context         *ctx;
-    glbk_rsm_renderer    *r;
-    const glbk_gbuffer   *seen;                                 /* NULL: only the list is made */
-    glbk_rsm_map *const  *maps;
-    uint32_t              count, sets, by_flux, about, room;    /* lights of a map by flux, points about the receiver */
-    int mixed, all, apart, listed; /* apart: a list a map; listed: it holds all that is needed */
-    uint32_t              seed;
-    glbk_texture         *pictures;                             /* where it adds up */
-    glbk_target          *targets;
-    uint32_t              width, height, now, kept;             /* kept: a picture that must stay */
-    const glbk_texture   *states, *coarse;
-    const glbk_buffer    *items;                                /* compute: the pixels, or NULL: all */
-    int                   begun;
+typedef struct glbk__rsm_run {      /* one glbk_rsm_gather or glbk_rsm_interpolate */
+    glbk_context        *ctx;
+    glbk_rsm_renderer   *r;
+    const glbk_gbuffer  *gbuffer;   /* NULL: only the list is made */
+    glbk_rsm_map *const *maps;
+    uint32_t             count;     /* maps */
+    uint32_t             sets;      /* sets of pixels that have lights and points of their own */
+    uint32_t             by_flux;   /* lights of a map by flux */
+    uint32_t             about;     /* points about the receiver */
+    uint32_t             room;      /* lights of a set that the list holds */
+    uint32_t             seed;
+    int                  mixed;     /* not 0: RSM_PATTERN_MIXED */
+    int                  all;       /* not 0: every texel is a light */
+    int                  apart;     /* not 0: each map has a list of its own */
+    int                  listed;    /* not 0: the list holds all that is needed */
+    int                  begun;     /* not 0: the picture holds light */
+    glbk_texture        *pictures;  /* where light adds up */
+    glbk_target         *targets;
+    uint32_t             width;     /* of these */
+    uint32_t             height;
+    uint32_t             now;       /* the picture that holds the light */
+    uint32_t             kept;      /* a picture that must stay */
+    const glbk_texture  *states;    /* what each pixel's light is, while it is interpolated */
+    const glbk_texture  *coarse;    /* the grid before */
+    const glbk_buffer   *items;     /* compute: the pixels; NULL = all */
 } glbk__rsm_run;
 
-/* Lights first .. of a map into places from .. to - 1 of each set of the list. */
+/* Picks lights of a map, from number `first` on, into places from .. to - 1 of each set of the list. */
 static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t lights, uint32_t first,
                                   uint32_t from, uint32_t to)
 {
     glbk_rsm_renderer *r = g->r;
     glbk_result result;
-    uint32_t last = (g->sets - 1) * r->values.range[2] + to, rows = (last + 1023) / 1024;
-    r->values.range[0] = from;
-    r->values.range[1] = to;
-    r->values.pick[0] = g->seed;
-    r->values.pick[1] = lights;
-    r->values.pick[2] = first;
-    result = glbk__rsm_begin(g->ctx, r, g->all ? GLBK__RSM_PICK_ALL : GLBK__RSM_PICK, &r->lights_target, 1024, rows);
+    uint32_t last = (g->sets - 1) * r->values.set_room + to, rows = (last + 1023) / 1024;
+    r->values.first_light = from;
+    r->values.end_light = to;
+    r->values.seed = g->seed;
+    r->values.light_count = lights;
+    r->values.first_run = first;
+    result = glbk__rsm_begin(g->ctx, r, g->all ? GLBK__RSM_PICK_ALL : GLBK__RSM_PICK, &r->lights_target, 1024,
+                             rows);
     if (result != GLBK_OK) return result;
     glbk__rsm_bind_map(g->ctx, map, NULL);
     glbk_draw_screen(g->ctx);
     return GLBK_OK;
 }
 
-/* What glbk__rsm_add does, in place: on all pixels of the picture, or on those of a list. */
+/* Runs as many groups as an earlier dispatch has counted: x, y, z of list `list` in r->counts. */
+static glbk_result glbk__rsm_dispatch(glbk_context *ctx, const glbk_rsm_renderer *r, glbk_program *program,
+                                      uint32_t list)
+{
+    if (ctx->lost) return GLBK_ERR_LOST;
+    glbk_program_use(ctx, program);
+    ctx->gl.BindBuffer(GLBK_GL_DISPATCH_INDIRECT_BUFFER, r->counts.name);
+    ctx->gl.DispatchComputeIndirect((ptrdiff_t)16 * (ptrdiff_t)list);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
+}
+
+/* Does what glbk__rsm_add does by compute, in place: on all pixels of the picture, or on those of a list. */
 static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
-    int which = r->values.mode[0] == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
+    int which = r->values.mode == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
     glbk_program *program;
-    uint32_t side = 8 * r->values.counts[1];            /* pixels of a set lie `interleave` apart */
+    uint32_t side = 8 * r->values.interleave;            /* pixels of a set lie `interleave` apart */
     glbk_result result;
-    if (r->values.surfaces[0] > 0.0f) which += GLBK__RSM_DO_GATHER_SURFACES - GLBK__RSM_DO_GATHER;
+    if (r->values.near_field > 0.0f) which += GLBK__RSM_DO_GATHER_SURFACES - GLBK__RSM_DO_GATHER;
     program = &r->programs[which];
     result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, map);
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, map);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     g->begun = 1;
     if (!g->items)
-        return glbk_dispatch(g->ctx, program, (r->width + side - 1) / side, (r->height + side - 1) / side, g->sets);
+        return glbk_dispatch(g->ctx, program, (r->width + side - 1) / side, (r->height + side - 1) / side,
+                             g->sets);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, g->items);
-    return glbk_dispatch_indirect(g->ctx, program, &r->counts, 16 * (size_t)r->values.lists[0]);
+    return glbk__rsm_dispatch(g->ctx, r, program, r->values.list_read);
 }
 
 /* Adds the first `listed` lights of each set and the points about the receiver to the picture. */
@@ -155,21 +185,22 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     glbk_rsm_renderer *r = g->r;
     uint32_t next = glbk__rsm_other(g->kept, g->now);
     const glbk_texture *spare;
-    float size = (float)map->side;
+    const float side = (float)map->side, faces = map->face_count == 1 ? 1.0f : 0.5236f;
     glbk_result result;
-    r->values.range[0] = 0;
-    r->values.range[1] = listed;
-    r->values.range[3] = (uint32_t)g->begun;
-    r->values.counts[2] = about / g->sets;
-    r->values.pattern[1] =
-        g->mixed ? (float)g->about * 0.02764f * (map->face_count == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
-    if (!g->seen) return glbk__put_block(g->ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
+    r->values.first_light = 0;
+    r->values.end_light = listed;
+    r->values.adds = (uint32_t)g->begun;
+    r->values.point_count = about / g->sets;
+    r->values.mixed = g->mixed ? (float)g->about * 0.02764f * faces / (side * side) : 0.0f;
+    if (!g->gbuffer) return glbk__put_block(g->ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (r->compute) return glbk__rsm_do_add(g, map);
-    result = glbk__rsm_begin(g->ctx, r, r->values.surfaces[0] > 0.0f ? GLBK__RSM_GATHER_SURFACES : GLBK__RSM_GATHER,
+    result = glbk__rsm_begin(g->ctx, r,
+                             r->values.near_field > 0.0f ? GLBK__RSM_GATHER_SURFACES : GLBK__RSM_GATHER,
                              &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, map);
-    /* Something of the right kind in every slot: software drivers compile a shader anew for each combination. */
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, map);
+    /* Every slot gets something of the right kind: software drivers compile a shader anew for each
+       combination. */
     spare = &g->pictures[g->now < 3 ? g->now : glbk__rsm_other(next, next)];
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, spare);
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_states, g->states ? g->states : spare);
@@ -180,8 +211,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     return GLBK_OK;
 }
 
-/* All maps' light on the pixels that the mode in r->values is about. A list takes as many lights as there is room for;
-   it is picked once where it holds them all. */
+/* Adds the light of all maps to the pixels that r->values.mode names. A list takes as many lights as there is
+   room for. It is picked only once if it holds all of them. */
 static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
 {
     uint32_t m, at = 0, flushed = 0;
@@ -216,15 +247,15 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* One pass of compute over all pixels, nodes or open pixels of interpolation. list: number of that with the groups, or
-   NULL and x by y of them. */
-static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list, uint32_t x,
-                                      uint32_t y)
+/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list: the number of the list
+   that tells the groups; NULL = x by y groups. */
+static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
+                                      uint32_t x, uint32_t y)
 {
     glbk_rsm_renderer *r = g->r;
     glbk_result result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(g->ctx, r, g->seen, NULL);
+    glbk__rsm_bind_all(g->ctx, r, g->gbuffer, NULL);
     glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[0]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
@@ -233,32 +264,35 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->open[level & 1]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_wanted, &r->wanted);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_marks, &r->marks);
-    return list ? glbk_dispatch_indirect(g->ctx, &r->programs[which], &r->counts, 16 * (size_t)*list)
+    return list ? glbk__rsm_dispatch(g->ctx, r, &r->programs[which], *list)
                 : glbk_dispatch(g->ctx, &r->programs[which], x, y, 1);
 }
 
-/* Nothing is in the lists, no node of r->grids[0] is evaluated; those of the first grid are wanted. */
+/* Begins interpolation by compute: empties the lists, marks no node of r->grids[0] as evaluated, and lists
+   those of the first grid. */
 static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
     glbk_rsm_renderer *r = g->r;
     uint32_t counts[4 * GLBK__RSM_LISTS], i, fine = d->step, nodes[2];
-    glbk_result result;
     for (i = 1; i < d->levels && fine > 2; i++) fine /= 2;
     for (i = 0; i < GLBK__RSM_LISTS; i++) memcpy(counts + 4 * i, empty, sizeof empty);
     nodes[0] = (r->width - 1 + fine - 1) / fine + 1;
     nodes[1] = (r->height - 1 + fine - 1) / fine + 1;
-    r->values.grid[0] = d->step;
-    r->values.grid[1] = fine;
-    r->values.lists[2] = 0;
-    result =
-        glbk__put_values(g->ctx, GLBK_GL_SHADER_STORAGE_BUFFER, GLBK_SLOT_glbk_rsm_counts, &r->counts, counts);
-    if (result != GLBK_OK) return result;
+    r->values.step = d->step;
+    r->values.fine_step = fine;
+    r->values.list_wanted = 0;
+    /* This goes through the binding that the pass changes anyway: glbk_buffer_update would ask GL for one. */
+    if (g->ctx->lost) return GLBK_ERR_LOST;
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
+    g->ctx->gl.BufferData(GLBK_GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)r->counts.bytes, counts,
+                          GLBK_GL_STREAM_DRAW);
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All
-   grids are in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
+/* Does what glbk__rsm_grids does by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
+   pixels that stay open. All grids are in one, the finest. The picture gets evaluated and interpolated light
+   at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -267,42 +301,43 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_do_begin(g, d);
     for (step = d->step, level = 0; step > 1 && level < d->levels && result == GLBK_OK; step /= 2, level++) {
-        r->values.mode[0] = 1;
-        r->values.lists[0] = 2 * level;
+        r->values.mode = 1;
+        r->values.list_read = 2 * level;
         g->items = &r->wanted;
         result = glbk__rsm_evaluate(g);
         if (result != GLBK_OK) return result;
-        r->values.grid[0] = step;
-        r->values.lists[0] = before;
-        r->values.lists[1] = 2 * level + 1;
-        r->values.lists[2] = 2 * level + 2;
-        r->values.lists[3] = level + 1 < d->levels && step > 2 ? step / 2 : 0;
+        r->values.step = step;
+        r->values.list_read = before;
+        r->values.list_open = 2 * level + 1;
+        r->values.list_wanted = 2 * level + 2;
+        r->values.next_step = level + 1 < d->levels && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
                                     level ? &before : NULL, (r->width + 15) / 16, (r->height + 15) / 16);
         before = 2 * level + 1;
     }
-    r->values.mode[0] = 2;
-    r->values.lists[0] = before;
+    r->values.mode = 2;
+    r->values.list_read = before;
     g->items = &r->open[before >> 1 & 1];
     return result;
 }
 
-/* Grids of half the step each time, then what is left. Pictures end in r->sums. */
+/* Evaluates grids of half the step each time, and interpolates between their nodes. What is left open, the
+   caller evaluates. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
     uint32_t step = d->step, levels = d->levels, picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
-    r->values.tests[0] = d->normal_cosine;
-    r->values.tests[1] = d->plane_slope;
-    r->values.tests[2] = d->distance;
-    r->values.tests[3] = d->contrast;
-    r->values.pattern[3] = d->reach;
+    r->values.normal_cosine = d->normal_cosine;
+    r->values.plane_slope = d->plane_slope;
+    r->values.most_distance = d->distance;
+    r->values.contrast = d->contrast;
+    r->values.reach = d->reach;
     if (r->compute) return glbk__rsm_do_grids(g, d);
     for (; step > 1 && levels > 0; step /= 2, levels--) {
-        r->values.mode[0] = 1;
-        r->values.grid[1] = coarse < 3 ? r->values.grid[0] : 0;
-        r->values.grid[0] = step;
+        r->values.mode = 1;
+        r->values.coarse_step = coarse < 3 ? r->values.step : 0;
+        r->values.step = step;
         g->pictures = r->grids;
         g->targets = r->grid_targets;
         g->width = (r->width - 2 + step) / step + 1;
@@ -317,21 +352,21 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
         if (result != GLBK_OK) return result;
         coarse = g->now;
         next = glbk__rsm_other(r->direct, picture);
-        r->values.range[3] = picture < 3;
+        r->values.adds = picture < 3;
         result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_INTERPOLATE, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(g->ctx, r, g->seen, NULL);
+        glbk__rsm_bind_all(g->ctx, r, g->gbuffer, NULL);
         glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, picture < 3 ? &r->sums[picture] : NULL);
         glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[coarse]);
         glbk_draw_screen(g->ctx);
         picture = next;
     }
-    r->values.mode[0] = 2;
+    r->values.mode = 2;
     g->now = picture;
     return GLBK_OK;
 }
 
-/* What samples are taken, in a checked desc's words, and where they are added up. */
+/* Sets what samples a checked desc takes. */
 static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -346,22 +381,22 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     g->sets = d->interleave * d->interleave;
     g->room = GLBK__RSM_LIST / g->sets < r->lights_per_pass ? GLBK__RSM_LIST / g->sets : r->lights_per_pass;
     memset(&r->values, 0, sizeof r->values);
-    r->values.counts[1] = d->interleave;
-    r->values.counts[3] = d->noise && g->about ? r->noise_side : 0;
-    r->values.range[2] = g->room;
-    r->values.pick[3] = d->material_count;
-    r->values.grid[2] = r->width;
-    r->values.grid[3] = r->height;
-    r->values.pattern[0] = g->mixed ? 0.0f : d->r_max;
-    r->values.limits[0] = d->offset;
-    r->values.limits[1] = d->clamp;
-    r->values.limits[2] = d->near_limit;
-    r->values.limits[3] = (float)g->sets;
-    r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
-    r->values.surfaces[0] = g->all || g->about ? d->near_field : 0.0f;
+    r->values.interleave = d->interleave;
+    r->values.noise_side = d->noise && g->about ? r->noise_side : 0;
+    r->values.set_room = g->room;
+    r->values.material_count = d->material_count;
+    r->values.width = r->width;
+    r->values.height = r->height;
+    r->values.r_max = g->mixed ? 0.0f : d->r_max;
+    r->values.offset = d->offset;
+    r->values.clamp_at = d->clamp;
+    r->values.near_limit = d->near_limit;
+    r->values.set_count = (float)g->sets;
+    r->values.picked = g->mixed ? (float)g->by_flux : 0.0f;
+    r->values.near_field = g->all || g->about ? d->near_field : 0.0f;
 }
 
-/* Gathers for a checked desc. how: NULL, or interpolation with its defaults. */
+/* Gathers for a checked desc. how: interpolation with its defaults; NULL = at every pixel. */
 static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, const rsm_interpolation *how)
 {
     glbk_rsm_renderer *r = g->r;
@@ -384,48 +419,50 @@ static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, 
     g->states = g->coarse = NULL;
     if (r->compute && !how) g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_evaluate(g);
-    if (result == GLBK_OK && g->seen) r->bounce = g->now;
+    if (result == GLBK_OK && g->gbuffer) r->bounce = g->now;
     return result;
 }
 
-/* What both calls check; writes the run and the desc with its defaults. */
+/* Checks what both calls have in common, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, const rsm_gather_desc *desc,
                                        rsm_gather_desc *out)
 {
     glbk_result result;
     if (!g->ctx) return GLBK_ERR_ARGUMENT;
-    result = g->seen ? glbk__rsm_seen_check(g->ctx, function, g->r, g->seen) : GLBK_OK;
+    result = g->gbuffer ? glbk__rsm_gbuffer_check(g->ctx, function, g->r, g->gbuffer) : GLBK_OK;
     if (result == GLBK_OK)
         result = glbk__rsm_maps_check(g->ctx, function, g->r, (const glbk_rsm_map *const *)g->maps, g->count);
     if (result == GLBK_OK) result = glbk__rsm_gather_check(g->ctx, function, desc, out);
     return result == GLBK_OK ? glbk__rsm_tables_check(g->ctx, function, g->r, out) : result;
 }
 
+/* Begins a run with what both calls are given. */
 static void glbk__rsm_run_make(glbk__rsm_run *g, glbk_context *ctx, glbk_rsm_renderer *r,
-                               const glbk_gbuffer *seen, glbk_rsm_map *const *maps, uint32_t count)
+                               const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps, uint32_t count)
 {
     memset(g, 0, sizeof *g);
     g->ctx = ctx;
     g->r = r;
-    g->seen = seen;
+    g->gbuffer = gbuffer;
     g->maps = maps;
     g->count = count;
 }
 
-GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
+GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                      glbk_rsm_map *const *maps, uint32_t count, const rsm_gather_desc *desc)
 {
     glbk__rsm_run g;
     rsm_gather_desc d;
     glbk_result result;
 
-    glbk__rsm_run_make(&g, ctx, r, seen, maps, count);
+    glbk__rsm_run_make(&g, ctx, r, gbuffer, maps, count);
     result = glbk__rsm_run_check(&g, __func__, desc, &d);
     return result == GLBK_OK ? glbk__rsm_gather(&g, &d, NULL) : result;
 }
 
-GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                          glbk_rsm_map *const *maps, uint32_t count, const rsm_gather_desc *desc,
+GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *r,
+                                          const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
+                                          uint32_t count, const rsm_gather_desc *desc,
                                           const rsm_interpolation *interpolation)
 {
     glbk__rsm_run g;
@@ -433,8 +470,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     rsm_interpolation how;
     glbk_result result;
 
-    glbk__rsm_run_make(&g, ctx, r, seen, maps, count);
-    result = ctx ? glbk__rsm_seen_check(ctx, __func__, r, seen) : GLBK_ERR_ARGUMENT;
+    glbk__rsm_run_make(&g, ctx, r, gbuffer, maps, count);
+    result = ctx ? glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer) : GLBK_ERR_ARGUMENT;
     if (result == GLBK_OK) result = glbk__rsm_run_check(&g, __func__, desc, &d);
     if (result == GLBK_OK) result = glbk__rsm_interpolation_check(ctx, interpolation, &how);
     if (result != GLBK_OK) return result;

@@ -2,16 +2,17 @@
 
    What it does
 
-   Draws reflective shadow maps by calls of yours, or takes those of rsm.h, picks their pixel lights, and gathers the
-   light that bounces once: rsm_direct() and rsm_gather_about() in shaders of your own, or complete passes with
-   screen-space interpolation and a filter over frames. Lights, descs and settings are the structs of rsm.h and
-   gifilter.h, of which this header needs the declarations alone.
+   The header draws reflective shadow maps by calls of yours, or takes those of rsm.h, picks their pixel
+   lights, and gathers the light that bounces once. Shaders of your own do so by two calls, rsm_direct() and
+   rsm_gather_about(). Or complete passes light a G-buffer, with screen-space interpolation and a filter over
+   frames. Lights, descs and settings are the structs of rsm.h and gifilter.h, of which this header needs the
+   declarations alone.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
-   - Bounced light has no shadows of its own: gl_ism.h's has.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - Bounced light has no shadows of its own: that of gl_ism.h has.
 
    Quick start
 
@@ -26,12 +27,12 @@
        static glbk_proc_fn get_proc(const char *name, void *user)
        {
            (void)name; (void)user;
-           return NULL;                                     // no GL here: init says so below
+           return NULL;                                     // no GL here: glbk_init says so below
        }
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // your shader, which calls the library's function
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -67,12 +68,13 @@
 
    Configuration
 
-     GL_RSM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
-                             and gl_gbuffer.h's
+     GL_RSM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
+                             gl_backend.h and gl_gbuffer.h may be compiled in another
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/rsm.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. rsm.h and gifilter.h lie above this
-   folder; their implementations are not needed. */
+   Layouts: docs/gpu-layouts.md.   The technique: docs/rsm.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* These includes stand outside the guard, since an implementation may be asked for when the file is included
+   for the second time. rsm.h and gifilter.h lie above this folder; their implementations are not needed. */
 #include "gl_backend.h"
 #include "gl_gbuffer.h"
 #include "../rsm.h"

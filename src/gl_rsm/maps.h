@@ -1,24 +1,24 @@
 /* ---- rsm: maps ---- */
 
-enum {
+enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,
-    GLBK__RSM_SCAN,
+    GLBK__RSM_SCAN,                 /* each of these two is followed by that of the next steps */
     GLBK__RSM_SCAN_ON,
     GLBK__RSM_SCAN_ROWS,
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
-    GLBK__RSM_DIRECT,
+    GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
     GLBK__RSM_RECALL,
     GLBK__RSM_SMOOTH,
     GLBK__RSM_RESOLVE,
-    GLBK__RSM_DO_SCAN,          /* by compute, from here on */
+    GLBK__RSM_DO_SCAN,              /* by compute, from here on */
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
     GLBK__RSM_DO_NODES,
-    GLBK__RSM_GATHER_SURFACES,  /* of the three, with near_field */
+    GLBK__RSM_GATHER_SURFACES,      /* these three with near_field */
     GLBK__RSM_DO_GATHER_SURFACES,
     GLBK__RSM_DO_NODES_SURFACES,
     GLBK__RSM_DO_BEGIN,
@@ -27,33 +27,49 @@ enum {
     GLBK__RSM_DO_SMOOTH
 };
 
+/* The file and the defines of each. */
 static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
-    { "rsm_fill.frag", NULL },          { "rsm_scan.frag", "FROM=0" },
-    { "rsm_scan.frag", "FROM=1" },      { "rsm_scan.frag", "FROM=2" },      { "rsm_scan.frag", "FROM=3" },
-    { "rsm_pick.frag", "ALL=0" },       { "rsm_pick.frag", "ALL=1" },       { "rsm_direct.frag", NULL },
-    { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
-    { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL },
-    { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", "NODES=0" },
-    { "rsm_gather.comp", "NODES=1" },   { "rsm_gather.frag", "RSM_SURFACES=1" },
+    { "rsm_fill.frag", NULL },
+    { "rsm_scan.frag", "FROM=0" },
+    { "rsm_scan.frag", "FROM=1" },
+    { "rsm_scan.frag", "FROM=2" },
+    { "rsm_scan.frag", "FROM=3" },
+    { "rsm_pick.frag", "ALL=0" },
+    { "rsm_pick.frag", "ALL=1" },
+    { "rsm_direct.frag", NULL },
+    { "rsm_gather.frag", NULL },
+    { "rsm_interpolate.frag", NULL },
+    { "rsm_recall.frag", NULL },
+    { "rsm_smooth.frag", NULL },
+    { "rsm_resolve.frag", NULL },
+    { "rsm_scan.comp", "ROWS=0" },
+    { "rsm_scan.comp", "ROWS=1" },
+    { "rsm_gather.comp", "NODES=0" },
+    { "rsm_gather.comp", "NODES=1" },
+    { "rsm_gather.frag", "RSM_SURFACES=1" },
     { "rsm_gather.comp", "NODES=0 RSM_SURFACES=1" },
-    { "rsm_gather.comp", "NODES=1 RSM_SURFACES=1" },                        { "rsm_begin.comp", NULL },
+    { "rsm_gather.comp", "NODES=1 RSM_SURFACES=1" },
+    { "rsm_begin.comp", NULL },
     { "rsm_interpolate.comp", "RSM_GROUP=256" },
-    { "rsm_interpolate.comp", "RSM_GROUP=64" },                             { "rsm_smooth.comp", NULL }
+    { "rsm_interpolate.comp", "RSM_GROUP=64" },
+    { "rsm_smooth.comp", NULL }
 };
 
+/* Returns how many faces the map of a light has. */
 static uint32_t glbk__rsm_face_count(const rsm_light *l)
 {
     if (l->kind == RSM_LIGHT_PATCH) return 5;
     return l->kind == RSM_LIGHT_POINT || (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f) ? 6 : 1;
 }
 
+/* Writes a vector and a fourth number. */
 static void glbk__rsm_set4(float *out, glbk_rsm__v3 v, float w)
 {
     glbk_rsm__v3_store(out, v);
     out[3] = w;
 }
 
-/* The block that shaders know the light by; twin of rsm__map_set. */
+/* Fills the block that shaders know the light by; twin of rsm__map_set. */
 static void glbk__rsm_frame_of(glbk_rsm_map *map)
 {
     const rsm_light *l = &map->light;
@@ -72,14 +88,19 @@ static void glbk__rsm_frame_of(glbk_rsm_map *map)
     if ((l->kind == RSM_LIGHT_SPOT && map->face_count == 1) || l->kind == RSM_LIGHT_SQUARE_SPOT)
         extent = tanf(l->cone_half_angle);
     if (l->kind == RSM_LIGHT_SPOT) cos_half = cosf(l->cone_half_angle);
-    glbk__rsm_set4(map->block.position, glbk_rsm__v3_load(l->position), extent);
-    glbk__rsm_set4(map->block.right, right, (float)l->kind);
-    glbk__rsm_set4(map->block.up, up, (float)map->face_count);
-    glbk__rsm_set4(map->block.axis, axis, cos_half);
-    glbk__rsm_set4(map->block.value, glbk_rsm__v3_load(l->value), (float)map->side);
+    glbk__rsm_set4(map->block.position, glbk_rsm__v3_load(l->position), 1);
+    glbk__rsm_set4(map->block.right, right, 0);
+    glbk__rsm_set4(map->block.up, up, 0);
+    glbk__rsm_set4(map->block.axis, axis, 0);
+    glbk__rsm_set4(map->block.value, glbk_rsm__v3_load(l->value), 0);
+    map->block.extent = extent;
+    map->block.cos_half = cos_half;
+    map->block.side = map->side;
+    map->block.face_count = map->face_count;
+    map->block.kind = (uint32_t)l->kind;
 }
 
-/* Directions of a face; twin of rsm__face_frame. */
+/* Finds right, up and axis of a face; twin of rsm__face_frame. */
 static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rsm__v3 *r, glbk_rsm__v3 *u,
                                  glbk_rsm__v3 *a)
 {
@@ -98,18 +119,18 @@ static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rs
     }
 }
 
-GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
+/* Computes the matrix that a face is drawn with, world to OpenGL's clip space. */
+static void glbk__rsm_face_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
 {
     glbk_rsm__v3 r, u, a, p;
     float n, f, s, z0, z1;
     int i, perspective;
-    if (!map || !m || face >= map->face_count) return;
     perspective = map->light.kind != RSM_LIGHT_SUN;
     glbk__rsm_face_frame(map, face, &r, &u, &a);
     p = glbk_rsm__v3_load(map->light.position);
     n = map->light.near_depth;
     f = map->light.far_depth;
-    s = 1.0f / map->block.position[3];
+    s = 1.0f / map->block.extent;
     z0 = perspective ? (f + n) / (f - n) : 2.0f / (f - n);
     z1 = perspective ? -2.0f * n * f / (f - n) : -2.0f * n / (f - n) - 1.0f;
     for (i = 0; i < 3; i++) {
@@ -125,6 +146,7 @@ GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float 
     m[15] = perspective ? -glbk_rsm__v3_dot(a, p) : 1.0f;
 }
 
+/* Makes an image; layers 0 = no array. */
 static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    uint32_t layers, glbk_texture *out)
 {
@@ -137,9 +159,9 @@ static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32
     return glbk_texture_create(ctx, &d, out);
 }
 
-/* Layers first .. first + count - 1 as targets of one framebuffer. */
-static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *texture, uint32_t first, uint32_t count,
-                                    const glbk_texture *depth, glbk_target *out)
+/* Makes a framebuffer of layers first .. first + count - 1 of an image. */
+static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *texture, uint32_t first,
+                                    uint32_t count, const glbk_texture *depth, glbk_target *out)
 {
     glbk_target_desc d;
     uint32_t i;
@@ -152,17 +174,21 @@ static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *textu
     return glbk__target_create(ctx, &d, out);
 }
 
+/* Makes all images and framebuffers of a map. */
 static glbk_result glbk__rsm_map_images(glbk_context *ctx, glbk_rsm_map *map)
 {
     uint32_t n = map->side, f, i;
     glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, n, n, 3 * map->face_count, &map->texels);
     if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_DEPTH32F, n, n, 0, &map->depth);
     for (i = 0; i < 2; i++) {
-        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, n, map->face_count, &map->sums[i]);
-        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, 1, map->face_count, &map->rows[i]);
+        if (result == GLBK_OK)
+            result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, n, map->face_count, &map->sums[i]);
+        if (result == GLBK_OK)
+            result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, 1, map->face_count, &map->rows[i]);
         for (f = 0; f < map->face_count && result == GLBK_OK; f++) {
             result = glbk__rsm_target(ctx, &map->sums[i], f, 1, NULL, &map->sum_targets[i][f]);
-            if (result == GLBK_OK) result = glbk__rsm_target(ctx, &map->rows[i], f, 1, NULL, &map->row_targets[i][f]);
+            if (result == GLBK_OK)
+                result = glbk__rsm_target(ctx, &map->rows[i], f, 1, NULL, &map->row_targets[i][f]);
         }
     }
     for (f = 0; f < map->face_count && result == GLBK_OK; f++)
@@ -170,7 +196,8 @@ static glbk_result glbk__rsm_map_images(glbk_context *ctx, glbk_rsm_map *map)
     return result;
 }
 
-GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side, glbk_rsm_map *out)
+GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
+                                         glbk_rsm_map *out)
 {
     rsm_light checked;
     glbk_result result;
@@ -209,7 +236,8 @@ GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, co
     return glbk_buffer_update(ctx, &map->buffer, 0, sizeof map->block, &map->block);
 }
 
-/* Between rsm_texel, three times 16 bytes, and the three layers of a face: rows of one layer. */
+/* Copies layer k of a face's three layers out of rsm_texels, which are three times 16 bytes, or into them if
+   out is not 0. */
 static void glbk__rsm_shuffle(unsigned char *texels, unsigned char *layer, size_t count, size_t k, int out)
 {
     size_t i;

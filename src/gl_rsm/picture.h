@@ -1,12 +1,15 @@
 /* ---- rsm: filter and picture ---- */
 
-/* bounce counts on: 3 and 4 are the histories. */
+/* Returns the picture of bounced light; NULL: there is none. r->bounce counts on: 3 and 4 are the
+   histories. */
 static const glbk_texture *glbk__rsm_bounced(const glbk_rsm_renderer *r)
 {
     return r->bounce < 3 ? &r->sums[r->bounce] : r->bounce < 5 ? &r->history[r->bounce - 3] : NULL;
 }
 
-static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen, int passes)
+/* Does all passes of the a-trous filter. */
+static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                    int passes)
 {
     uint32_t next;
     int pass;
@@ -14,11 +17,12 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
         glbk_result result;
         uint32_t step = 1u << pass, side = 16 * step;
         next = glbk__rsm_other(r->direct, r->bounce);
-        r->values.grid[0] = step;
-        result = r->compute ? glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SMOOTH)
-                            : glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
+        r->values.step = step;
+        result = r->compute
+                     ? glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SMOOTH)
+                     : glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
-        glbk__rsm_bind_seen(ctx, r, seen, NULL);
+        glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
         if (r->compute) {
             glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[next]);
@@ -33,22 +37,23 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
     return GLBK_OK;
 }
 
-/* Whether there is light to be filtered. */
+/* Checks that there is light to be filtered. */
 static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_rsm_renderer *r,
-                                           const glbk_gbuffer *seen, const glbk_texture *motion)
+                                           const glbk_gbuffer *gbuffer, const glbk_texture *motion)
 {
     static const char function[] = "glbk_rsm_denoise";
-    const glbk_result result = glbk__rsm_seen_check(ctx, function, r, seen);
+    const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
         return glbk__bad(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
-    if (!glbk__rsm_bounced(r)) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
+    if (!glbk__rsm_bounced(r))
+        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
     if (r->filtered) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
     if (!motion || motion->name) return GLBK_OK;
     return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
 }
 
-GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                       const gifilt_frame *frame, const glbk_texture *motion)
 {
     uint32_t to;
@@ -56,24 +61,24 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_denoise_check(ctx, r, seen, motion);
+    result = glbk__rsm_denoise_check(ctx, r, gbuffer, motion);
     if (result == GLBK_OK) result = glbk__rsm_frame_check(ctx, frame, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.grid[2] = r->width;
-    r->values.grid[3] = r->height;
-    r->values.mode[1] = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
-    r->values.mode[2] = d.rows == GIFILT_ROWS_TOP_FIRST;
-    r->values.pattern[3] = (float)d.history;
-    r->values.tests[0] = d.normal_cosine;
-    r->values.tests[1] = d.plane_slope;
+    r->values.width = r->width;
+    r->values.height = r->height;
+    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
+    r->values.rows_top_first = d.rows == GIFILT_ROWS_TOP_FIRST;
+    r->values.history = (float)d.history;
+    r->values.normal_cosine = d.normal_cosine;
+    r->values.plane_slope = d.plane_slope;
     memcpy(r->drawn.clip, r->before, sizeof r->before);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     to = r->remembers == 1 ? 1 : 0;
     if (result == GLBK_OK)
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(ctx, r, seen, NULL);
+    glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_before, &r->kept[1 - to]);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_history, &r->history[1 - to]);
@@ -84,7 +89,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->filtered = 1;
     r->has_before = d.view_projection != NULL;
     if (d.view_projection) memcpy(r->before, d.view_projection, sizeof r->before);
-    return glbk__rsm_smooth(ctx, r, seen, d.passes);
+    return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 
 GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
@@ -92,24 +97,26 @@ GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
     if (r) r->remembers = 0;
 }
 
-GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                      const glbk_pass *pass, const glbk_picture *picture, int direct, int bounced)
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                                      const glbk_pass *pass, const glbk_picture *picture, int direct,
+                                      int bounced)
 {
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__rsm_seen_check(ctx, __func__, r, seen);
+    result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&r->values, 0, sizeof r->values);
-    r->values.mode[0] = direct && r->direct < 3;
-    r->values.mode[1] = bounced && glbk__rsm_bounced(r);
+    r->values.shows_direct = direct && r->direct < 3;
+    r->values.shows_bounced = bounced && glbk__rsm_bounced(r);
     result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
     if (result == GLBK_OK)
-        result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->programs[GLBK__RSM_RESOLVE]);
+        result = glbk__begin_picture(ctx, pass, picture, r->width, r->height,
+                                     &r->programs[GLBK__RSM_RESOLVE]);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (result != GLBK_OK) return result;
-    glbk__rsm_bind_seen(ctx, r, seen, NULL);
+    glbk__rsm_bind_all(ctx, r, gbuffer, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, r->direct < 3 ? &r->sums[r->direct] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_states, glbk__rsm_bounced(r));
     glbk_draw_screen(ctx);
@@ -125,8 +132,11 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
     if (result != GLBK_OK) return result;
     if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (bounced)
-        target = r->bounce < 3 ? &r->targets[r->bounce] : r->bounce < 5 ? &r->history_targets[r->bounce - 3] : NULL;
+        target = r->bounce < 3   ? &r->targets[r->bounce]
+                 : r->bounce < 5 ? &r->history_targets[r->bounce - 3]
+                                 : NULL;
     else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
     if (target) return glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba);
-    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light", "is not there yet");
+    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
+                     "is not there yet");
 }

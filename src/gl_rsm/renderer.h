@@ -1,5 +1,6 @@
 /* ---- rsm: the renderer ---- */
 
+/* Makes pictures of colours, each with its framebuffer. */
 static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height,
                                       glbk_texture *textures, glbk_target *targets)
 {
@@ -12,8 +13,9 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, nodes of none after them */
+enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, and one after them */
 
+/* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
@@ -25,12 +27,13 @@ static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
     return result;
 }
 
-/* What one frame knew of each pixel, and the place and normal of what it saw there. */
+/* Makes history i: what a frame knew of each pixel, with place and normal of what it saw there. */
 static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t i)
 {
     glbk_target_desc d;
     glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_COLOR, r->width, r->height, 0, &r->history[i]);
-    if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, r->width, r->height, 2, &r->kept[i]);
+    if (result == GLBK_OK)
+        result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, r->width, r->height, 2, &r->kept[i]);
     if (result != GLBK_OK) return result;
     memset(&d, 0, sizeof d);
     d.color[0] = &r->history[i];
@@ -39,10 +42,13 @@ static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, ui
     return glbk_target_create(ctx, &d, &r->history_targets[i]);
 }
 
-static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_renderer_desc *d)
+/* Makes all images and lists of a renderer. */
+static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r,
+                                             const glbk_rsm_renderer_desc *d)
 {
     uint32_t w = d->width, h = d->height, i;
-    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &r->lights);
+    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4,
+                                         &r->lights);
     if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
     if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
     if (result == GLBK_OK && d->interpolate)
@@ -111,9 +117,9 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Rows of width texels of RGBA32F from count items of n floats. */
-static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n, uint32_t width,
-                                   glbk_texture *out)
+/* Makes a table of rows of width texels from count items of n floats. */
+static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n,
+                                   uint32_t width, glbk_texture *out)
 {
     glbk_rsm__allocator memory = glbk_rsm__memory(ctx);
     uint32_t rows = (count + width - 1) / width, i;
@@ -133,7 +139,7 @@ static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_
     return result;
 }
 
-/* What glbk__rsm_tables_check compares. */
+/* Keeps what glbk__rsm_tables_check compares. */
 static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     r->tables = *d;
@@ -144,8 +150,8 @@ static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_des
     r->material_count = d->material_count;
 }
 
-GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *r, const rsm_gather_desc *desc,
-                                            const float *points)
+GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *r,
+                                            const rsm_gather_desc *desc, const float *points)
 {
     rsm_gather_desc d;
     glbk_result result;
@@ -160,7 +166,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (count && !points)
         return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL, and the pattern needs some");
     if (!count && points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is not NULL, and the pattern needs none");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                         "is not NULL, and the pattern needs none");
     glbk_texture_free(ctx, &r->pattern);
     glbk_texture_free(ctx, &r->noise);
     glbk_texture_free(ctx, &r->materials);
@@ -170,22 +177,25 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (result == GLBK_OK && d.noise)
         result = glbk__rsm_table(ctx, d.noise, d.noise_side * d.noise_side, 1, d.noise_side, &r->noise);
     if (result == GLBK_OK && d.material_count)
-        result = glbk__rsm_table(ctx, d.materials->specular, d.material_count, 4, GLBK__RSM_TABLE, &r->materials);
+        result = glbk__rsm_table(ctx, d.materials->specular, d.material_count, 4, GLBK__RSM_TABLE,
+                                 &r->materials);
     if (result == GLBK_OK) glbk__rsm_remember_tables(r, &d);
     return result;
 }
 
-/* A program, compiled when it is first asked for. */
+/* Compiles a program when it is first asked for. */
 static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     const char *const *names = glbk__rsm_programs[which];
-    const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN || which == GLBK__RSM_DO_SCAN_ROWS;
+    const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
+                      which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
-    if (blind) return glbk_program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
+    if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }
 
-/* A program and r->values as its block; all that a dispatch needs but for textures, images and lists. */
+/* Compiles a program and binds r->values as its block. A dispatch then only needs textures, images and
+   lists. */
 static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     glbk_result result = glbk__rsm_program(ctx, r, which);
@@ -193,8 +203,8 @@ static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int 
 }
 
 /* Begins a pass over width x height pixels of a target; textures are bound after it. */
-static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which, const glbk_target *target,
-                                   uint32_t width, uint32_t height)
+static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which,
+                                   const glbk_target *target, uint32_t width, uint32_t height)
 {
     glbk_pass pass;
     glbk_result result = glbk__rsm_ready(ctx, r, which);
@@ -206,6 +216,7 @@ static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return glbk_begin(ctx, &pass, &r->programs[which]);
 }
 
+/* Binds what is read of a map. */
 static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -229,10 +240,10 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *r, const
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_rsm_materials, &r->materials);
 }
 
-/* For a program of ours: all that it may read but its own pictures. */
-static void glbk__rsm_bind_seen(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *seen,
-                                const glbk_rsm_map *map)
+/* Binds all that a program of the library may read, but for pictures that it alone has. */
+static void glbk__rsm_bind_all(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
+                               const glbk_rsm_map *map)
 {
     glbk_rsm_bind(ctx, r, map, NULL);
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* which was checked */
 }

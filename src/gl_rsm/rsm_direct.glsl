@@ -1,6 +1,7 @@
-// rsm_direct - a light itself by its map: percentage-closer filter, bias by slope. uses a bound map's RSM_TEXEL
+// rsm_direct - computes direct light with shadows by the light's own map: percentage-closer filter, bias by
+// slope.
 // uses: rsm_access rsm_bound
-// Irradiance of a light of value 1 without shadow; 0 outside a cone or behind a patch.
+// Returns the irradiance by a light of value 1 without its shadow; 0 outside a cone or behind a patch.
 float rsm_unshadowed(rsm_light l, vec3 p, vec3 n)
 {
     vec3 to = rsm_to_light(l, p), d = p - l.position;
@@ -17,7 +18,9 @@ float rsm_unshadowed(rsm_light l, vec3 p, vec3 n)
     return cosine / d2;
 }
 
-// Lit share of taps x taps texels about p, weighted as a box moved by fractions of a texel; 2 taps: bilinear.
+// Returns the lit share of taps x taps texels about p, weighted as by a box that moves by fractions of a
+// texel. 2 taps are bilinear. cosine: of normal and light. bias, slope_bias: as in rsm_direct_desc, in
+// texels.
 float rsm_pcf(rsm_light l, vec3 p, float cosine, int taps, float bias, float slope_bias)
 {
     int face = rsm_face_of_direction(l, p - l.position), size = int(l.side);
@@ -42,7 +45,8 @@ float rsm_pcf(rsm_light l, vec3 p, float cosine, int taps, float bias, float slo
     return total > 0.0 ? sum / total : 0.0;
 }
 
-// Irradiance of p from the bound light.
+// Returns the irradiance of p by a light whose map is bound, W/m^2. n: unit normal. taps, bias, slope_bias:
+// as in rsm_direct_desc, without defaults.
 vec3 rsm_direct(rsm_light l, vec3 p, vec3 n, int taps, float bias, float slope_bias)
 {
     float light = rsm_unshadowed(l, p, n);

@@ -1,4 +1,4 @@
-// One object into a face of a map.
+// Draws one object into a face of a map.
 // uses: rsm_bindings rsm_bound
 // with: rsm_fill.vert
 in vec3 rsm_place, rsm_facing;
@@ -9,29 +9,30 @@ layout(location = 2) out uvec4 rsm_out_flux;
 
 void main()
 {
-    uvec4 kinds = glbk_rsm_drawn.kinds;        // material, has a map, face
-    vec4 albedo = glbk_rsm_drawn.albedo, eye = glbk_rsm_drawn.eye;
+    vec3 albedo = glbk_rsm_drawn.albedo.xyz;
+    vec4 eye = glbk_rsm_drawn.eye;
     vec3 view = eye.w > 0.0 ? eye.xyz - rsm_place : eye.xyz;
     vec3 flat_normal = rsm_normalize(cross(dFdx(rsm_place), dFdy(rsm_place)));
-    if (dot(flat_normal, flat_normal) == 0.0) flat_normal = rsm_normalize(rsm_facing);      // so far out, all one place
+    // Very far out, all places of a triangle are one.
+    if (dot(flat_normal, flat_normal) == 0.0) flat_normal = rsm_normalize(rsm_facing);
     if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;
     vec3 n = dot(rsm_facing, rsm_facing) > 0.0 ? rsm_normalize(rsm_facing) : flat_normal;
     if (dot(n, flat_normal) < 0.0) n = -n;
     float opacity = 1.0;
-    if (kinds.y != 0u) {
+    if (glbk_rsm_drawn.has_map != 0u) {
         vec4 map = texture(glbk_rsm_albedo_map, rsm_uv);
         opacity = textureLod(glbk_rsm_albedo_map, rsm_uv, 0.0).w;
-        albedo.xyz *= map.xyz;
+        albedo *= map.xyz;
     }
-    if (opacity < albedo.w) discard;
+    if (opacity < glbk_rsm_drawn.alpha_cutoff) discard;
     rsm_light l = rsm_bound();
-    int face = int(kinds.z);
-    vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * albedo.xyz;
+    int face = int(glbk_rsm_drawn.face);
+    vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * albedo;
     if (!(max(max(flux.x, flux.y), flux.z) <= 1e18)) flux = vec3(0.0);
     rsm_face_frame(l, face, r, u, a);
     float depth = dot(rsm_place - l.position, a);
-    gl_FragDepth = clamp((depth - glbk_rsm_drawn.range.x) * glbk_rsm_drawn.range.y, 0.0, 1.0);
+    gl_FragDepth = clamp((depth - glbk_rsm_drawn.near_depth) * glbk_rsm_drawn.depth_scale, 0.0, 1.0);
     rsm_out_place = floatBitsToUint(vec4(rsm_place, depth));
-    rsm_out_normal = uvec4(floatBitsToUint(n), kinds.x);
+    rsm_out_normal = uvec4(floatBitsToUint(n), glbk_rsm_drawn.material);
     rsm_out_flux = floatBitsToUint(vec4(flux, rsm_area(l, face, rsm_place, n)));
 }

@@ -1,4 +1,4 @@
-// Attributes 0 position, 1 normal, 2 texture coordinates.
+// Places a vertex in a face of a map. Attributes are 0 position, 1 normal, 2 texture coordinates.
 // uses: rsm_bindings
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;

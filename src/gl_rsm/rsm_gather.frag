@@ -1,14 +1,17 @@
-// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.
+// Adds bounced light up, draw by draw. Mode 0: to every pixel; 1: to nodes of a grid; 2: to pixels that are
+// still open.
 // uses: rsm_bounce
 // with: screen.vert
 // sets: RSM_SURFACES=0 | RSM_SURFACES=1
 layout(location = 0) out glbk_color result;
 
-// Does an open pixel need this node? Those between it and the lines before and after it.
+// Returns whether an open pixel needs this node: a pixel between the lines of the grid before and after the
+// node.
 bool rsm_wanted(ivec2 at, int step, ivec2 size)
 {
     ivec2 off = at % step;
-    ivec2 from = ivec2(off.x == 0 ? max(at.x - step, 0) : at.x - off.x, off.y == 0 ? max(at.y - step, 0) : at.y - off.y);
+    ivec2 from = ivec2(off.x == 0 ? max(at.x - step, 0) : at.x - off.x,
+                       off.y == 0 ? max(at.y - step, 0) : at.y - off.y);
     ivec2 to = min(ivec2(off.x == 0 ? at.x + step - 1 : at.x, off.y == 0 ? at.y + step - 1 : at.y), size - 1);
     for (int y = from.y; y <= to.y; y++)
         for (int x = from.x; x <= to.x; x++)
@@ -18,27 +21,28 @@ bool rsm_wanted(ivec2 at, int step, ivec2 size)
 
 void main()
 {
-    ivec2 here = ivec2(gl_FragCoord.xy), at = here, size = ivec2(glbk_rsm_frame.grid.zw), number;
-    int step = int(glbk_rsm_frame.grid.x), coarse = int(glbk_rsm_frame.grid.y), mode = int(glbk_rsm_frame.mode.x);
-    bool first = glbk_rsm_frame.range.w == 0u;
-    vec4 sum = first && mode != 2 ? vec4(0.0) : glbk_unpack(texelFetch(glbk_rsm_sum, here, 0));
+    ivec2 here = ivec2(gl_FragCoord.xy), at = here, size = rsm_picture_side(), number;
+    int step = int(glbk_rsm_frame.step), coarse = int(glbk_rsm_frame.coarse_step);
+    uint mode = glbk_rsm_frame.mode;
+    bool first = glbk_rsm_frame.adds == 0u;
+    vec4 sum = first && mode != 2u ? vec4(0.0) : glbk_unpack(texelFetch(glbk_rsm_sum, here, 0));
     rsm_receiver r;
-    if (mode == 1) at = min(at * step, size - 1);
+    if (mode == 1u) at = min(at * step, size - 1);
     bool seen = rsm_read(at, r), evaluate = seen;
     if (!first) {
-        evaluate = mode == 1 ? rsm_node_fresh(sum.w) : sum.w == RSM_FRESH;
-    } else if (mode == 1 && coarse > 0) {
+        evaluate = mode == 1u ? rsm_node_fresh(sum.w) : sum.w == RSM_FRESH;
+    } else if (mode == 1u && coarse > 0) {
         if (rsm_is_node(at, coarse, size, number)) sum = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));
         sum.w = rsm_node_aged(sum.w);
         evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);
-    } else if (mode == 2) {
+    } else if (mode == 2u) {
         evaluate = sum.w == RSM_OPEN;
         sum.xyz *= evaluate ? 0.0 : r.occlusion;
     }
     if (evaluate) {
-        if (mode == 1 && !first) rsm_near = 1.0 / rsm_node_distance2(sum.w);
-        sum.xyz += rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion);
-        sum.w = mode == 1 ? rsm_node_alpha(1.0 / max(rsm_near, 1e-30)) : RSM_FRESH;
+        if (mode == 1u && !first) rsm_near = 1.0 / rsm_node_distance2(sum.w);
+        sum.xyz += rsm_bounce(r, at) * (mode == 1u ? 1.0 : r.occlusion);
+        sum.w = mode == 1u ? rsm_node_alpha(1.0 / max(rsm_near, 1e-30)) : RSM_FRESH;
     }
     result = glbk_pack(sum);
 }

@@ -1,13 +1,33 @@
-// rsm_gather - bounced light of a receiver: from the list of pixel lights, and from texels about its projection.
-// Defines: RSM_SURFACES=1, where near_field makes surfaces of near texels; 0, the default: all lights are points.
+// rsm_gather - computes bounced light of a receiver: from the list of pixel lights, and from texels about its
+// projection. RSM_SURFACES=1 is defined where near_field makes surfaces of near texels. With 0, the default,
+// all lights are points.
 // uses: rsm_pick
 #ifndef RSM_SURFACES
 #define RSM_SURFACES 0
 #endif
-// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so
-// that a plane does not light itself (T40).
-float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation
 
+// 1 / squared distance of the nearest light so far that is not edge-on, for interpolation.
+float rsm_near = 0.0;
+
+struct rsm_sampling {       // how points about a receiver are taken
+    float r_max;            // radius of the pattern, as a share of the map; 0: up to the map's border
+    float offset;           // these four as in rsm_gather_desc; clamp_at 0: no limit
+    float clamp_at;
+    float near_limit;
+    float near_field;
+    float set_count;        // sets of pixels that share the points
+    float mixed;            // of RSM_PATTERN_MIXED: its scale, else 0
+    float picked;           // and how many lights it picks by flux
+    bool  glossy;           // whether there are materials
+};
+
+struct rsm_centre {         // where a pattern about a receiver has its centre
+    vec3 at;                // in the unit square, or a unit direction,
+    vec3 right, up;         // which has this frame
+};
+
+// Returns equation (1) without flux: cos cos / d^2, at most bound. Both cosines times d must exceed the
+// rounding of positions, so that a plane does not light itself (T40).
 float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
 {
     vec3 d = light - p, most = max(abs(p), abs(light));
@@ -19,8 +39,9 @@ float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
 }
 
 #if RSM_SURFACES
-// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n.
-// Their parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.
+// Computes half the sides of the surface under a texel at p: the cross section of its beam, along the beam
+// onto the plane of n. Their parallelogram has rsm_area's area, since grazing ones are bounded alike, along
+// the light.
 void rsm_texel_sides(rsm_light l, int face, vec3 p, vec3 n, out vec3 side, out vec3 other)
 {
     vec3 a, d;
@@ -32,16 +53,18 @@ void rsm_texel_sides(rsm_light l, int face, vec3 p, vec3 n, out vec3 side, out v
         d = (p - l.position) / depth;
         scale *= depth;
     }
-    float facing = dot(d, n), least = 0.05 * length(d), bounded = max(abs(facing), least) * (facing < 0.0 ? -1.0 : 1.0);
+    float facing = dot(d, n), least = 0.05 * length(d),
+          bounded = max(abs(facing), least) * (facing < 0.0 ? -1.0 : 1.0);
     vec3 along = d - n * facing;
     vec2 off = vec2(dot(side, n), dot(other, n)), stretched = off / bounded;
     if (abs(facing) < least)
-        stretched += vec2(dot(side, along), dot(other, along)) * ((1.0 - abs(facing) / least) / dot(along, along));
+        stretched += vec2(dot(side, along), dot(other, along)) *
+                     ((1.0 - abs(facing) / least) / dot(along, along));
     side = (side - n * off.x - along * stretched.x) * scale;
     other = (other - n * off.y - along * stretched.y) * scale;
 }
 
-// An edge's share of Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
+// Returns the share that an edge has in Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
 float rsm_edge(vec3 n, vec3 a, vec3 b)
 {
     vec3 c = cross(b - a, a);
@@ -49,6 +72,8 @@ float rsm_edge(vec3 n, vec3 a, vec3 b)
     return size > 0.0 ? atan(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
 }
 
+// Returns the share of an edge that is clipped at the horizon of n. leave and come get where the outline goes
+// below it and where it comes back.
 float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come)
 {
     float ha = dot(n, a), hb = dot(n, b);
@@ -61,10 +86,10 @@ float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come
     return rsm_edge(n, a, b);
 }
 
-// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n:
-// pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and
-// where it comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them
-// together.
+// Returns the integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped
+// at the horizon of n: pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it at
+// most once: the points where its outline goes below and where it comes back are joined. There is no loop
+// here, since a loop calls this function and llvmpipe counts the rounds of nested loops together.
 float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)
 {
     vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v, leave = c, come = c;
@@ -74,10 +99,11 @@ float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)
 }
 #endif
 
-// rsm_form where the light is a texel of a face: nearer than the root of near2 the mean over the surface that it is. To
-// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of
-// bent sheets, through which the parallelogram reaches.
-float rsm_texel_form(rsm_light l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound, float near2)
+// Returns rsm_form for a light that is a texel of a face: nearer than the root of near2 the mean over the
+// surface that the texel is. Receivers that face it, nearer to its plane than half its side, get by degrees
+// no more than from a point: so lie the backs of bent sheets, through which the parallelogram reaches.
+float rsm_texel_form(rsm_light l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound,
+                     float near2)
 {
     float form = rsm_form(p, n, light, light_normal, bound);
 #if RSM_SURFACES
@@ -95,7 +121,8 @@ float rsm_texel_form(rsm_light l, vec3 p, vec3 n, int face, vec3 light, vec3 lig
     return form;
 }
 
-// The glossy part towards p: a Phong lobe about the mirrored direction of the light, of energy `specular`.
+// Returns the glossy part of light towards p: a Phong lobe about the mirrored direction of the light.
+// material: specular reflectance and exponent.
 vec3 rsm_gloss(rsm_light l, vec3 p, vec3 light, vec3 light_normal, float form, vec3 incident, vec4 material)
 {
     vec3 to = rsm_to_light(l, light), mirror = 2.0 * dot(light_normal, to) * light_normal - to, d = p - light;
@@ -104,13 +131,14 @@ vec3 rsm_gloss(rsm_light l, vec3 p, vec3 light, vec3 light_normal, float form, v
     return incident * material.xyz * (0.5 * (material.w + 2.0) * pow(min(c, 1.0), material.w)) * form;
 }
 
+// Returns the most that a pair's form may be, for a light of an area.
 float rsm_bound_of(float area, float limit_clamp, float near_limit)
 {
     float bound = limit_clamp > 0.0 ? limit_clamp : 3.0e38;
     return near_limit > 0.0 && area > 0.0 ? min(bound, near_limit * RSM_PI / area) : bound;
 }
 
-// A texel's place: in the unit square, or on the sphere of diameter 1.
+// Returns the place of a texel: in the unit square, or on the sphere of diameter 1.
 vec3 rsm_mixed_place(rsm_light l, ivec3 t)
 {
     vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y));
@@ -120,27 +148,30 @@ vec3 rsm_mixed_place(rsm_light l, ivec3 t)
     return rsm_normalize(a + r * q.x + u * q.y) * 0.5;
 }
 
-// Where patterns about p have their centre: in the unit square, or a direction, with its frame.
-vec3 rsm_centre_of(rsm_light l, vec3 p, bool inside, out vec3 right, out vec3 up)
+// Returns where patterns about p have their centre. inside: it is kept away from the map's border.
+rsm_centre rsm_centre_of(rsm_light l, vec3 p, bool inside)
 {
-    right = up = vec3(0.0);
+    rsm_centre centre = rsm_centre(vec3(0.0), vec3(0.0), vec3(0.0));
     if (l.faces != 1) {
         vec3 c = rsm_normalize(p - l.position);
         if (!(dot(c, c) > 0.25)) c = l.axis;
         float s = c.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + c.z), b = c.x * c.y * a;
-        right = vec3(1.0 + s * c.x * c.x * a, s * b, -s * c.x);
-        up = vec3(b, s + c.y * c.y * a, -c.y);
-        return c;
+        centre.right = vec3(1.0 + s * c.x * c.x * a, s * b, -s * c.x);
+        centre.up = vec3(b, s + c.y * c.y * a, -c.y);
+        centre.at = c;
+        return centre;
     }
     vec3 q = rsm_to_face(l, 0, p);
     if (l.kind != RSM_SUN && !(q.z > 0.0)) q = vec3(0.0);
     q = vec3(q.xy * 0.5 + 0.5, 0.0);
-    return inside ? vec3(clamp(q.xy, 0.02, 0.98), 0.0) : q;
+    centre.at = inside ? vec3(clamp(q.xy, 0.02, 0.98), 0.0) : q;
+    return centre;
 }
 
-// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine
-// and sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.
-bool rsm_place_sample(rsm_light l, float r_max, vec3 centre, vec3 right, vec3 up, vec3 point, vec2 turn, out ivec3 t,
+// Finds the texel under a point of a pattern about the receiver, and how many texels' worth the point stands
+// for. turn: cosine and sine of the pixel's rotation. r_max 0: up to the map's border. false: the point is
+// outside the map.
+bool rsm_place_sample(rsm_light l, float r_max, rsm_centre centre, vec3 point, vec2 turn, out ivec3 t,
                       out float weight)
 {
     vec2 q = vec2(point.x * turn.x - point.y * turn.y, point.x * turn.y + point.y * turn.x);
@@ -152,12 +183,12 @@ bool rsm_place_sample(rsm_light l, float r_max, vec3 centre, vec3 right, vec3 up
         if (!(r > 0.0)) {
             float len = length(q);
             vec2 d = len > 0.0 ? q / len : vec2(0.0), room;
-            room.x = abs(d.x) > 1e-9 ? (d.x > 0.0 ? 1.0 - centre.x : centre.x) / abs(d.x) : 4.0;
-            room.y = abs(d.y) > 1e-9 ? (d.y > 0.0 ? 1.0 - centre.y : centre.y) / abs(d.y) : 4.0;
+            room.x = abs(d.x) > 1e-9 ? (d.x > 0.0 ? 1.0 - centre.at.x : centre.at.x) / abs(d.x) : 4.0;
+            room.y = abs(d.y) > 1e-9 ? (d.y > 0.0 ? 1.0 - centre.at.y : centre.at.y) / abs(d.y) : 4.0;
             r = min(room.x, room.y);
         }
         weight = point.z * r * r * l.side * l.side;
-        q = (centre.xy + r * q) * l.side;
+        q = (centre.at.xy + r * q) * l.side;
         if (!(r_max > 0.0)) q = clamp(q, vec2(0.0), vec2(l.side - 0.5));
         if (any(lessThan(q, vec2(0.0))) || any(greaterThanEqual(q, vec2(l.side)))) return false;
         t = ivec3(ivec2(q), 0);
@@ -166,7 +197,7 @@ bool rsm_place_sample(rsm_light l, float r_max, vec3 centre, vec3 right, vec3 up
     float r = r_max > 0.0 && r_max < 1.0 ? r_max : 1.0;
     q *= r;
     float s = dot(q, q), k = 2.0 * sqrt(max(1.0 - s, 0.0));
-    vec3 d = centre * (1.0 - 2.0 * s) + right * (q.x * k) + up * (q.y * k), a, fr, fu;
+    vec3 d = centre.at * (1.0 - 2.0 * s) + centre.right * (q.x * k) + centre.up * (q.y * k), a, fr, fu;
     t.z = rsm_face_of_direction(l, d);
     if (t.z >= l.faces) return false;
     rsm_face_frame(l, t.z, fr, fu, a);
@@ -178,15 +209,17 @@ bool rsm_place_sample(rsm_light l, float r_max, vec3 centre, vec3 right, vec3 up
     return true;
 }
 
-// From numbers from to to - 1 of the list. mixed: MIXED's scale; 0 = all by flux.
+// Returns pi times the light of numbers from .. to - 1 of the list. glossy: whether there are materials.
+// mixed: the scale of RSM_PATTERN_MIXED; 0 = all lights were picked by flux.
 vec3 rsm_gather_list(rsm_light l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed)
 {
-    vec3 sum = vec3(0.0), right, up, centre = vec3(0.0);
-    if (mixed > 0.0) centre = rsm_centre_of(l, p, true, right, up) * (l.faces == 1 ? 1.0 : 0.5);
+    vec3 sum = vec3(0.0), centre = vec3(0.0);
+    if (mixed > 0.0) centre = rsm_centre_of(l, p, true).at * (l.faces == 1 ? 1.0 : 0.5);
     for (uint i = from; i < to; i++) {
         vec4 a = uintBitsToFloat(RSM_LIGHT(i, 0)), b = uintBitsToFloat(RSM_LIGHT(i, 1));
         uvec4 c = RSM_LIGHT(i, 2);
-        float w = 1.0, form = rsm_texel_form(l, p, n, int(c.w >> 24), a.xyz, b.xyz, a.w, mixed > 0.0 ? 0.0 : b.w);
+        float w = 1.0, near2 = mixed > 0.0 ? 0.0 : b.w;
+        float form = rsm_texel_form(l, p, n, int(c.w >> 24), a.xyz, b.xyz, a.w, near2);
         if (mixed > 0.0) {
             ivec3 t = ivec3(c.w & 4095u, (c.w >> 12) & 4095u, c.w >> 24);
             vec3 d = rsm_mixed_place(l, t) - centre;
@@ -196,43 +229,45 @@ vec3 rsm_gather_list(rsm_light l, vec3 p, vec3 n, uint from, uint to, bool gloss
         vec3 light = uintBitsToFloat(c.xyz) * form;
         if (glossy) {
             uvec4 g = RSM_LIGHT(i, 3);
-            if (g.w != 0u) light += rsm_gloss(l, p, a.xyz, b.xyz, form, uintBitsToFloat(g.xyz), RSM_MATERIAL(g.w - 1u));
+            if (g.w != 0u)
+                light += rsm_gloss(l, p, a.xyz, b.xyz, form, uintBitsToFloat(g.xyz), RSM_MATERIAL(g.w - 1u));
         }
         sum += light * w;
     }
     return sum;
 }
 
-// From points first, first + step, ... of the pattern, count of them, about the projection of p. limits: offset, clamp,
-// near_limit, sets that share the points. mixed, picked: MIXED; else 0. near_field: texels nearer than so many of their
-// sides are surfaces.
-vec3 rsm_gather_about(rsm_light l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count,
-                      vec4 limits, bool glossy, float mixed, float picked, float near_field)
+// Returns pi times the light of points first, first + step, ... of the pattern, count of them, about the
+// projection of p.
+vec3 rsm_gather_about(rsm_light l, vec3 p, vec3 n, rsm_sampling s, vec2 turn, uint first, uint step,
+                      uint count)
 {
-    vec3 sum = vec3(0.0), right, up, centre = rsm_centre_of(l, p, !(r_max > 0.0), right, up);
-    float total = picked > 0.0 ? rsm_total(l) : 0.0;
+    vec3 sum = vec3(0.0);
+    rsm_centre centre = rsm_centre_of(l, p, !(s.r_max > 0.0));
+    float total = s.picked > 0.0 ? rsm_total(l) : 0.0;
     for (uint i = 0u; i < count; i++) {
         ivec3 t;
         float weight;
-        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT_AT(first + i * step), turn, t, weight)) continue;
+        if (!rsm_place_sample(l, s.r_max, centre, RSM_POINT_AT(first + i * step), turn, t, weight)) continue;
         vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2));
         float mean = rsm_mean3(flux.xyz);
-        if (!(mean > 0.0) && !glossy) continue;
+        if (!(mean > 0.0) && !s.glossy) continue;
         if (total > 0.0) {
-            vec3 d = rsm_mixed_place(l, t) - centre * (l.faces == 1 ? 1.0 : 0.5);
-            weight *= mixed / ((dot(d, d) + 2.7127e-5) * picked * mean / total + mixed);
+            vec3 d = rsm_mixed_place(l, t) - centre.at * (l.faces == 1 ? 1.0 : 0.5);
+            weight *= s.mixed / ((dot(d, d) + 2.7127e-5) * s.picked * mean / total + s.mixed);
         }
         vec3 light = uintBitsToFloat(RSM_TEXEL(t, 0).xyz);
         uvec4 b = RSM_TEXEL(t, 1);
         vec3 light_normal = uintBitsToFloat(b.xyz);
-        light -= limits.x * light_normal;
-        float bound = rsm_bound_of(flux.w * weight, limits.y, limits.z);
-        float form = rsm_texel_form(l, p, n, t.z, light, light_normal, bound, near_field * near_field * flux.w);
+        light -= s.offset * light_normal;
+        float bound = rsm_bound_of(flux.w * weight, s.clamp_at, s.near_limit);
+        float near2 = s.near_field * s.near_field * flux.w;
+        float form = rsm_texel_form(l, p, n, t.z, light, light_normal, bound, near2);
         vec3 e = flux.xyz * form;
-        if (glossy && b.w != 0u)
+        if (s.glossy && b.w != 0u)
             e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value,
                            RSM_MATERIAL(b.w - 1u));
-        sum += e * (weight * limits.w);
+        sum += e * (weight * s.set_count);
     }
     return sum;
 }

@@ -1,20 +1,25 @@
-// rsm_map - a light and its map: frames of faces, projection, light through a texel, as rsm.h has them.
+// rsm_map - a light and its map: frames of faces, projection, light through a texel, as in rsm.h.
 const int RSM_SUN = 1, RSM_SPOT = 2, RSM_SQUARE_SPOT = 3, RSM_POINT = 4, RSM_PATCH = 5;
 const float RSM_PI = 3.14159265;
 
 struct rsm_light {
-    vec3 position, right, up, axis;     // frame of face 0; light travels along axis
-    vec3 value;
-    float extent, cos_half, side;       // half a side (sun) or its tangent; of half the cone; texels a side
+    vec3 position;
+    vec3 right, up, axis;           // the frame of face 0; light travels along axis
+    vec3 value;                     // as in rsm.h's rsm_light
+    float extent;                   // half a side of the map (of a sun), or the tangent of half its angle
+    float cos_half;                 // cosine of half the cone
+    float side;                     // texels a side of a face
     int faces, kind;
 };
 
+// Returns a unit vector, or 0 0 0 for that.
 vec3 rsm_normalize(vec3 v)
 {
     float d = dot(v, v);
     return d > 0.0 ? v / sqrt(d) : vec3(0.0);
 }
 
+// Finds right, up and axis of a face.
 void rsm_face_frame(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
 {
     r = l.right;
@@ -27,7 +32,7 @@ void rsm_face_frame(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
     else if (face == 5) { r = -l.right; a = -l.axis; }
 }
 
-// In a face's frame: x and y in units of its half side, z the depth.
+// Returns a point in a face's frame: x and y in units of its half side, z the depth.
 vec3 rsm_to_face(rsm_light l, int face, vec3 p)
 {
     vec3 r, u, a, q = p - l.position;
@@ -36,7 +41,8 @@ vec3 rsm_to_face(rsm_light l, int face, vec3 p)
     return vec3(vec2(dot(q, r), dot(q, u)) / (l.kind == RSM_SUN ? l.extent : l.extent * z), z);
 }
 
-int rsm_cube_face(vec3 d)               // d in the light's frame
+// Returns the face of a cube that a direction in the light's frame meets.
+int rsm_cube_face(vec3 d)
 {
     vec3 a = abs(d);
     if (a.z >= a.x && a.z >= a.y) return d.z >= 0.0 ? 0 : 5;
@@ -44,16 +50,20 @@ int rsm_cube_face(vec3 d)               // d in the light's frame
     return d.y >= 0.0 ? 3 : 4;
 }
 
+// Returns the face that a direction in the world meets.
 int rsm_face_of_direction(rsm_light l, vec3 d)
 {
     return l.faces == 1 ? 0 : rsm_cube_face(vec3(dot(d, l.right), dot(d, l.up), dot(d, l.axis)));
 }
 
+// Returns the centre of texel i of a row, -1..1.
 float rsm_texel_centre(rsm_light l, int i) { return (float(i) + 0.5) * 2.0 / l.side - 1.0; }
 
+// Returns the unit direction from a point to the light.
 vec3 rsm_to_light(rsm_light l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }
 
-// Light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3 integrated by Gauss points.
+// Returns the light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3
+// integrated by Gauss points.
 float rsm_solid_angle(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q, float h)
 {
     float sum = 0.0;
@@ -73,13 +83,14 @@ float rsm_solid_angle(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q, float h)
     return sum * 4.0 * h * h;
 }
 
+// Returns whether a place of a face lies in the light's cone.
 bool rsm_in_cone(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q)
 {
     vec3 d = a + r * q.x + u * q.y;
     return dot(l.axis, d) >= l.cos_half * length(d);
 }
 
-// Light of value 1 through texel (i, j) of a face, as much of it as lies in the cone.
+// Returns the light of value 1 through a texel of a face, as much of it as lies in the cone.
 float rsm_incident(rsm_light l, int face, ivec2 t)
 {
     float h = l.extent / l.side;
@@ -91,7 +102,8 @@ float rsm_incident(rsm_light l, int face, ivec2 t)
     if (l.kind != RSM_SPOT) return flux;
     int corners = 0, covered = 0;
     for (int k = 0; k < 4; k++)
-        corners += int(rsm_in_cone(l, r, u, a, q + h * vec2((k & 1) != 0 ? 1.0 : -1.0, (k & 2) != 0 ? 1.0 : -1.0)));
+        corners += int(
+            rsm_in_cone(l, r, u, a, q + h * vec2((k & 1) != 0 ? 1.0 : -1.0, (k & 2) != 0 ? 1.0 : -1.0)));
     if (corners == 4) return flux;
     if (corners == 0 && !rsm_in_cone(l, r, u, a, q)) return 0.0;
     for (int k = 0; k < 64; k++)
@@ -99,7 +111,8 @@ float rsm_incident(rsm_light l, int face, ivec2 t)
     return flux * float(covered) * (1.0 / 64.0);
 }
 
-// Surface that a texel stands for: the cross section of its beam over the cosine, grazing ones bounded.
+// Returns the area of the surface that a texel stands for: the cross section of its beam over the cosine,
+// which is bounded for grazing ones.
 float rsm_area(rsm_light l, int face, vec3 p, vec3 n)
 {
     vec3 r, u, a, to = rsm_to_light(l, p);
@@ -108,4 +121,5 @@ float rsm_area(rsm_light l, int face, vec3 p, vec3 n)
     return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);
 }
 
+// Returns the mean of three channels.
 float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }

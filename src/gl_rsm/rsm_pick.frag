@@ -1,4 +1,5 @@
-// Pixel lights of one map into the list. ALL=1: every texel in turn, else in proportion to flux.
+// Draws pixel lights of one map into the list: with ALL=1 every texel in turn, otherwise texels in proportion
+// to their flux.
 // uses: rsm_gather
 // with: screen.vert
 // sets: ALL=0 | ALL=1
@@ -12,12 +13,12 @@ layout(location = 3) out uvec4 rsm_out_gloss;
 
 void main()
 {
-    uint e = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x), k = glbk_rsm_frame.counts.y, sets = k * k;
-    uint at = e % glbk_rsm_frame.range.z, seed = glbk_rsm_frame.pick.x, n = glbk_rsm_frame.pick.y;
-    uint set = e / glbk_rsm_frame.range.z;
-    if (set >= sets || at < glbk_rsm_frame.range.x || at >= glbk_rsm_frame.range.y) discard;
+    uint e = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x), room = glbk_rsm_frame.set_room;
+    uint sets = glbk_rsm_frame.interleave * glbk_rsm_frame.interleave, set = e / room, at = e % room;
+    uint seed = glbk_rsm_frame.seed, n = glbk_rsm_frame.light_count, from = glbk_rsm_frame.first_light;
+    if (set >= sets || at < from || at >= glbk_rsm_frame.end_light) discard;
     // Runs of neighbours go to all sets, each run in another order.
-    uint run = glbk_rsm_frame.pick.z + at - glbk_rsm_frame.range.x;
+    uint run = glbk_rsm_frame.first_run + at - from;
     uint i = run * sets + (set + sets - rsm_hash_combine(seed, run) % sets) % sets;
     rsm_light l = rsm_bound();
     ivec3 t = ivec3(0);
@@ -31,18 +32,18 @@ void main()
 #endif
     vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2)), place = uintBitsToFloat(RSM_TEXEL(t, 0));
     uvec4 normal = RSM_TEXEL(t, 1);
-    vec4 limits = glbk_rsm_frame.limits;
-    bool glossy = normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w;      // black ones shine too
+    // Black surfaces shine, too.
+    bool glossy = normal.w != 0u && normal.w <= glbk_rsm_frame.material_count;
     lit = lit && (rsm_mean3(flux.xyz) > 0.0 || glossy);
-    if (!lit) normal = uvec4(0u);           // faces nobody: is no receiver's nearest light
-    float scale = lit ? weight * limits.w : 0.0;
-    place.xyz -= limits.x * uintBitsToFloat(normal.xyz);
-    place.w = rsm_bound_of(flux.w * weight, limits.y, limits.z);
+    if (!lit) normal = uvec4(0u);           // it faces nobody, so it is no receiver's nearest light
+    float scale = lit ? weight * glbk_rsm_frame.set_count : 0.0;
+    place.xyz -= glbk_rsm_frame.offset * uintBitsToFloat(normal.xyz);
+    place.w = rsm_bound_of(flux.w * weight, glbk_rsm_frame.clamp_at, glbk_rsm_frame.near_limit);
     rsm_out_place = floatBitsToUint(place);
 #if ALL
-    float field = glbk_rsm_frame.surfaces.x, last = field * field * flux.w;
+    float field = glbk_rsm_frame.near_field, last = field * field * flux.w;
 #else
-    float last = lit && glbk_rsm_frame.pattern.z > 0.0 ? 1.0 / weight : 0.0;
+    float last = lit && glbk_rsm_frame.picked > 0.0 ? 1.0 / weight : 0.0;
 #endif
     rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(last));
     rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);

@@ -1,5 +1,7 @@
-// rsm_pick - texels of a map in proportion to their flux, by running sums.
+// rsm_pick - picks texels of a map in proportion to their flux, by running sums.
 // uses: rsm_access rsm_bound
+
+// Hashes and random numbers are rsm.h's, bit by bit.
 uint rsm_hash32(uint x)
 {
     uint state = x * 747796405u + 2891336453u;
@@ -14,6 +16,7 @@ float rsm_random(uint seed, uint stream, uint i)
     return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i));
 }
 
+// Returns the flux of all faces of a map.
 float rsm_total(rsm_light l)
 {
     float total = 0.0;
@@ -21,8 +24,8 @@ float rsm_total(rsm_light l)
     return total;
 }
 
-// Texel and weight of sample i of n: a lattice, rows at even steps, places in them by the golden ratio, shifted by the
-// seed. false: no light.
+// Picks texel and weight of sample i of n: by a lattice, rows at even steps of flux and places in a row by
+// the golden ratio, shifted by the seed. false: there is no light.
 bool rsm_pick_texel(rsm_light l, uint i, uint n, uint seed, out ivec3 t, out float weight)
 {
     float total = rsm_total(l), u = fract(rsm_to_unit(i * 2654435769u) + rsm_random(seed, 5u, 0u));

@@ -1,20 +1,21 @@
-// This frame's light and what the last frames knew of the same surface; alpha: frames. What is seen is kept for the next.
+// Mixes this frame's light with what the last frames knew of the same surface; alpha counts the frames. What
+// is seen is kept for the next frame.
 // uses: rsm_screen
 // with: screen.vert
 layout(location = 0) out glbk_color result;
 layout(location = 1) out uvec4 rsm_out_place;
 layout(location = 2) out uvec4 rsm_out_normal;
 
-// Where the surface was in the last frame, in pixels.
+// Finds where a surface was in the last frame, in pixels. false: that is not known.
 bool rsm_reproject(ivec2 at, vec3 p, vec2 size, out vec2 q)
 {
     q = vec2(0.0);
-    if (glbk_rsm_frame.mode.y == 2u) {
+    if (glbk_rsm_frame.motion == 2u) {
         q = texelFetch(glbk_rsm_motion, at, 0).xy;
-    } else if (glbk_rsm_frame.mode.y == 1u) {
+    } else if (glbk_rsm_frame.motion == 1u) {
         vec4 c = glbk_rsm_drawn.clip * vec4(p, 1.0);
         if (!(c.w > 0.0)) return false;
-        q = (vec2(c.x, glbk_rsm_frame.mode.z != 0u ? -c.y : c.y) / c.w * 0.5 + 0.5) * size;
+        q = (vec2(c.x, glbk_rsm_frame.rows_top_first != 0u ? -c.y : c.y) / c.w * 0.5 + 0.5) * size;
     } else {
         return false;
     }
@@ -23,10 +24,10 @@ bool rsm_reproject(ivec2 at, vec3 p, vec2 size, out vec2 q)
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw);
-    float most = glbk_rsm_frame.pattern.w;
+    ivec2 at = ivec2(gl_FragCoord.xy), size = rsm_picture_side();
+    float most = glbk_rsm_frame.history;
     vec4 now = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));
-    bool moved = glbk_rsm_frame.mode.y == 2u;
+    bool moved = glbk_rsm_frame.motion == 2u;
     vec2 q;
     rsm_receiver r, s;
     bool seen = rsm_read(at, r);
@@ -43,8 +44,9 @@ void main()
         rsm_read(other, s);
         vec3 d = s.position - r.position;
         float reach = dot(d, d) < 1e18 ? 16.0 * dot(d, d) + 1e-12 : 1e-12, total = 0.0;
-        vec2 centre = floor(q), place = mix(q - 0.5, centre, lessThan(abs(q - 0.5 - centre), vec2(1.0 / 64.0)));
-        vec2 from = floor(place), f = place - from;         // a still camera finds one pixel, not four of rounding
+        vec2 centre = floor(q),
+             place = mix(q - 0.5, centre, lessThan(abs(q - 0.5 - centre), vec2(1.0 / 64.0)));
+        vec2 from = floor(place), f = place - from; // a still camera finds one pixel, not four by rounding
         vec4 old = vec4(0.0);
         for (int k = 0; k < 4; k++) {
             ivec2 there = ivec2(from) + ivec2(k & 1, k >> 1);
@@ -57,8 +59,7 @@ void main()
             d = s.position - r.position;
             if (!moved && dot(d, d) > reach) continue;      // moved surfaces are found by motion only
             weight *= moved ? (dot(r.normal, s.normal) > 0.5 ? 1.0 : 0.0)
-                            : rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x,
-                                        glbk_rsm_frame.tests.y);
+                            : rsm_alike(r.position, r.normal, s.position, s.normal);
             total += weight;
             old += weight * history;
         }

@@ -1,4 +1,4 @@
-// Radiance: albedo / pi times direct and bounced light.
+// Draws radiance: albedo / pi times direct and bounced light.
 // uses: rsm_access gbuffer picture
 // with: screen.vert
 layout(location = 0) out vec4 result;
@@ -10,7 +10,7 @@ void main()
     glbk_point p;
     bool seen = glbk_read_point(at, p);
     glbk_picture_show(seen, p.position);
-    if (glbk_rsm_frame.mode.x != 0u) light += glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)).xyz;
-    if (glbk_rsm_frame.mode.y != 0u) light += glbk_unpack(texelFetch(glbk_rsm_states, at, 0)).xyz;
+    if (glbk_rsm_frame.shows_direct != 0u) light += glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)).xyz;
+    if (glbk_rsm_frame.shows_bounced != 0u) light += glbk_unpack(texelFetch(glbk_rsm_states, at, 0)).xyz;
     result = vec4(p.diffuse * (1.0 - p.metallic) * light / RSM_PI, 1.0);
 }

@@ -1,6 +1,7 @@
-// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps
-// are rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied
-// where it is there, too, since compilers make one operation of it and the sum.
+// Makes running sums of the rows of a map, or (ROWS=1) of the last sums of its rows. A group has a row in
+// shared memory. The steps are those of rsm_scan.frag, of eight values each, so that both ways pick the same
+// texels. The third of the mean is multiplied where that file does so, too, since compilers make one
+// operation of product and sum.
 // uses: rsm_pick
 // sets: ROWS=0 | ROWS=1
 #ifndef ROWS
@@ -11,7 +12,7 @@ shared float rsm_row[2][4096];
 
 void main()
 {
-    int size = int(glbk_rsm_light.value.w), now = 0;
+    int size = int(glbk_rsm_light.side), now = 0;
     ivec3 at = ivec3(gl_LocalInvocationIndex, gl_WorkGroupID.xy);
     for (int x = at.x; x < size; x += 256)
 #if ROWS

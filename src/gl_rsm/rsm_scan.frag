@@ -1,5 +1,5 @@
-// One step of running sums along x: 8 values, `stride` apart. FROM 0: mean flux of the map; 1: sums of the step before; 2: the
-// last sums of rows, and 3 sums of these.
+// Draws one step of running sums along x: sums of 8 values that lie `stride` apart. FROM says of what: 0 mean
+// flux of the map, 1 sums of the step before, 2 the last sums of rows, 3 sums of these.
 // uses: rsm_pick
 // with: screen.vert
 // sets: FROM=0 | FROM=1 | FROM=2 | FROM=3
@@ -10,8 +10,8 @@ layout(location = 0) out uint result;
 
 void main()
 {
-    ivec3 at = ivec3(ivec2(gl_FragCoord.xy), int(glbk_rsm_frame.pick.x));
-    int stride = int(glbk_rsm_frame.pick.y);
+    ivec3 at = ivec3(ivec2(gl_FragCoord.xy), int(glbk_rsm_frame.face));
+    int stride = int(glbk_rsm_frame.stride);
     float sum = 0.0;
     for (int k = 0; k < 8 && at.x >= 0; k++, at.x -= stride) {
 #if FROM == 0

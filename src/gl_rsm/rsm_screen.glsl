@@ -1,27 +1,46 @@
-// rsm_screen - receivers of the G-buffer, nodes of grids between which light is interpolated, neighbours of filters.
+// rsm_screen - reads receivers of the G-buffer, nodes of grids between which light is interpolated, and
+// neighbours.
 // uses: rsm_access gbuffer
-#define RSM_NONE 0.0            // what alpha says of a pixel: nothing seen there
-#define RSM_OPEN 1.0
+#define RSM_NONE 0.0            // what alpha says of a pixel: nothing is seen there,
+#define RSM_OPEN 1.0            // it has no light yet,
 #define RSM_INTERPOLATED 2.0
-#define RSM_EVALUATED 3.0       // and in the step before this one:
-#define RSM_FRESH 4.0
+#define RSM_EVALUATED 3.0
+#define RSM_FRESH 4.0           // it was evaluated in the step before this one
 
-// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 /
-// 2^60 afterwards, so that both can be told apart and no bit is lost.
+// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates
+// them, -d^2 / 2^60 afterwards. So both can be told apart and no bit is lost.
 #define RSM_NODE_SCALE 1152921504606846976.0
+
+// Returns whether a node was evaluated in this step.
 bool rsm_node_fresh(float alpha) { return alpha < -1.0; }
+
+// Returns the squared distance of a node's nearest light.
 float rsm_node_distance2(float alpha)
 {
     return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE;
 }
+
+// Returns the alpha of a node that is evaluated in this step.
 float rsm_node_alpha(float distance2)
 {
     return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE;
 }
-float rsm_node_aged(float alpha) { return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha; }
 
-struct rsm_receiver { vec3 position, normal; float occlusion; };     // the factor: 1 open
+// Returns the alpha that a node has after this step.
+float rsm_node_aged(float alpha)
+{
+    return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha;
+}
 
+struct rsm_receiver {
+    vec3 position, normal;
+    float occlusion;            // share of bounced light that comes: 1 open
+};
+
+// Returns width and height of the picture.
+ivec2 rsm_picture_side() { return ivec2(glbk_rsm_frame.width, glbk_rsm_frame.height); }
+
+// Reads the receiver of a pixel. false: nothing is seen there.
 bool rsm_read(ivec2 at, out rsm_receiver r)
 {
     glbk_point p;
@@ -32,26 +51,29 @@ bool rsm_read(ivec2 at, out rsm_receiver r)
     return seen;
 }
 
-// Which set of an interleaved picture a pixel takes.
+// Returns which set of an interleaved picture a pixel takes.
 uint rsm_set(ivec2 at)
 {
-    uint k = glbk_rsm_frame.counts.y;
+    uint k = glbk_rsm_frame.interleave;
     return uint(at.x) % k + k * (uint(at.y) % k);
 }
 
-// Is `at` a node of the grid? number: which; those of coarser grids have one in finer ones, too.
+// Returns the number of a node in a grid. Nodes of coarser grids have a number in finer ones, too.
 ivec2 rsm_node_number(ivec2 at, int step) { return (at + step - 1) / step; }
 
+// Returns whether a pixel is a node of the grid, and its number.
 bool rsm_is_node(ivec2 at, int step, ivec2 size, out ivec2 number)
 {
     number = rsm_node_number(at, step);
     return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);
 }
 
-// Weight of a neighbour or of history for p: 0 across edges of normals and off the plane, falling smoothly to them.
-float rsm_alike(vec3 p, vec3 n, vec3 q, vec3 m, float cosine, float slope)
+// Returns the weight of a neighbour, or of history, at q with normal m for p with normal n: 0 across edges of
+// normals and off the plane, falling smoothly to them.
+float rsm_alike(vec3 p, vec3 n, vec3 q, vec3 m)
 {
     vec3 d = q - p;
+    float cosine = glbk_rsm_frame.normal_cosine, slope = glbk_rsm_frame.plane_slope;
     float off = dot(n, d), a = clamp((dot(n, m) - cosine) / (1.0 - cosine), 0.0, 1.0);
     return a * max(1.0 - off * off / (slope * slope * dot(d, d) + 1e-12), 0.0);
 }

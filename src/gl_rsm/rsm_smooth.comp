@@ -1,11 +1,14 @@
-// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so
-// that a pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.
+// rsm_smooth.frag as a compute shader. A group has 16 x 16 pixels, `step` apart, and brings them and those
+// around them into shared memory, so that a pixel is fetched 1.27 times, not nine times. The groups of one
+// part of the picture are step x step layers.
 // uses: rsm_smooth
 layout(local_size_x = 16, local_size_y = 16) in;
 const int SIDE = 18;
-shared vec4 rsm_places[SIDE * SIDE], rsm_lights[SIDE * SIDE];   // place, 1 where something is seen; light and alpha
+shared vec4 rsm_places[SIDE * SIDE],
+    rsm_lights[SIDE * SIDE]; // place, 1 if something is seen; light, alpha
 shared vec3 rsm_normals[SIDE * SIDE];
 
+// Returns where the neighbour `off` steps away lies in shared memory.
 int rsm_here(ivec2 off)
 {
     ivec2 at = ivec2(gl_LocalInvocationID.xy) + 1 + off;
@@ -22,8 +25,8 @@ bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light)
 
 void main()
 {
-    int step = int(glbk_rsm_frame.grid.x), layer = int(gl_WorkGroupID.z);
-    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16;
+    int step = int(glbk_rsm_frame.step), layer = int(gl_WorkGroupID.z);
+    ivec2 size = rsm_picture_side(), tile = ivec2(gl_WorkGroupID.xy) * 16;
     ivec2 from = ivec2(layer % step, layer / step);
     ivec2 at = (tile + ivec2(gl_LocalInvocationID.xy)) * step + from;
     for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 256) {

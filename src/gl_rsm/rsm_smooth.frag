@@ -1,11 +1,11 @@
-// One pass of the a-trous filter.
+// Draws one pass of the a-trous filter.
 // uses: rsm_smooth
 // with: screen.vert
 layout(location = 0) out glbk_color result;
 
 bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light)
 {
-    ivec2 there = at + off * int(glbk_rsm_frame.grid.x), size = ivec2(glbk_rsm_frame.grid.zw);
+    ivec2 there = at + off * int(glbk_rsm_frame.step), size = rsm_picture_side();
     bool inside = all(greaterThanEqual(there, ivec2(0))) && all(lessThan(there, size));
     light = vec3(0.0);
     if (!inside || !rsm_read(there, s)) return false;

@@ -1,10 +1,12 @@
-// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and
-// planes. A pixel with few neighbours like it is no brighter than its brightest neighbour.
+// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of
+// normals and planes. A pixel with few neighbours like it becomes no brighter than its brightest neighbour.
 // uses: rsm_screen
-// The program's: the neighbour (i, j) steps away from pixel `at`; false where nothing is seen, or beyond the picture.
+
+// The program's: finds the neighbour `off` steps away from pixel `at`. false: nothing is seen there, or it is
+// beyond the picture.
 bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light);
 
-// sum: light of the pixel, which alpha goes with.
+// Returns the filtered light of a pixel. sum: its light; its alpha stays.
 vec4 rsm_smooth(ivec2 at, rsm_receiver r, vec4 sum)
 {
     vec3 light = sum.xyz * 4.0, most = vec3(0.0);
@@ -14,8 +16,8 @@ vec4 rsm_smooth(ivec2 at, rsm_receiver r, vec4 sum)
             rsm_receiver s;
             vec3 other;
             if ((i == 0 && j == 0) || !rsm_neighbour(at, ivec2(i, j), s, other)) continue;
-            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x,
-                                     glbk_rsm_frame.tests.y) * (i != 0 && j != 0 ? 1.0 : 2.0);
+            float weight = rsm_alike(r.position, r.normal, s.position, s.normal);
+            weight *= i != 0 && j != 0 ? 1.0 : 2.0;
             light += weight * other;
             total += weight;
             most = max(most, other);

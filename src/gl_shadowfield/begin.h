@@ -6,7 +6,7 @@
 
 #endif /* GL_SHADOWFIELD_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(GL_SHADOWFIELD_IMPLEMENTATION) && !defined(GL_SHADOWFIELD_IMPLEMENTED)
 #define GL_SHADOWFIELD_IMPLEMENTED

@@ -1,13 +1,17 @@
 /* ---- sfield: building: meshes, textures and programs ---- */
 
-enum { GLBK__SFIELD_TILES = 256, GLBK__SFIELD_BATCH = 128 };
+enum {
+    GLBK__SFIELD_TILES = 256,       /* the most tiles of an atlas, as the uniform block has them */
+    GLBK__SFIELD_BATCH = 128        /* the most eyes */
+};
 
-/* Floats of an eye's values, of one channel. */
+/* Returns the numbers of an eye and channel: coefficients, or texels of a cube. */
 static size_t glbk__sfield_values(const glbk_sfield_builder *b)
 {
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
+/* Returns the corners of all triangles; the next two return the vertex of a corner and a vertex's place. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -24,7 +28,7 @@ static const float *glbk__sfield_vertex(const sfield_mesh *m, size_t i)
     return (const float *)(const void *)((const char *)(const void *)m->positions + i * stride);
 }
 
-/* Corners of triangle t, whose indices are in range; 0 where sfield_build would skip it. */
+/* Writes the corners of triangle t, whose indices are in range. Returns 0 if sfield_build would skip it. */
 static int glbk__sfield_corners(const sfield_mesh *m, size_t t, uint32_t corner[3])
 {
     int i, k;
@@ -38,7 +42,7 @@ static int glbk__sfield_corners(const sfield_mesh *m, size_t t, uint32_t corner[
     return 1;
 }
 
-/* The sphere that faces are chosen by; 0 where no triangle is left. */
+/* Fits the sphere by which faces are chosen. Returns 0 if no triangle can be used. */
 static int glbk__sfield_fit(const sfield_mesh *m, glbk_sfield_builder *b)
 {
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
@@ -66,7 +70,8 @@ static int glbk__sfield_fit(const sfield_mesh *m, glbk_sfield_builder *b)
     return low[0] <= high[0];
 }
 
-/* Vertices and the indices of good triangles; sources: three corners with their radiance for each. */
+/* Uploads vertices and the indices of usable triangles; of sources, three corners with their radiance for
+   each triangle. */
 static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield_builder_desc *d,
                                             glbk_sfield_builder *b)
 {
@@ -74,7 +79,8 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
-    float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex), *v = vertex;
+    float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex),
+          *v = vertex;
     uint32_t *index = (uint32_t *)glbk_sfield__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
     glbk_result result = vertex && index ? GLBK_OK : GLBK_ERR_ALLOC;
 
@@ -91,13 +97,15 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
         }
     }
     b->index_count = (uint32_t)n;
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
     if (result == GLBK_OK) result = glbk_indices_create(ctx, n * sizeof *index, index, &b->indices);
     glbk_sfield__free(&memory, vertex);
     glbk_sfield__free(&memory, index);
     return result;
 }
 
+/* Makes the vertex array of the mesh, and leaves GL's state as it was. */
 static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_builder *b)
 {
     int32_t array = 0, buffer = 0, stride = b->source ? 24 : 12;
@@ -121,8 +129,9 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     return glbk__leave(ctx);
 }
 
-/* What sfield_build asks of a mesh. */
-static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function, const sfield_mesh *m)
+/* Checks of a mesh what sfield_build checks. */
+static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function,
+                                           const sfield_mesh *m)
 {
     const size_t corners = glbk__sfield_mesh_corners(m);
     glbk_sfield__logger log;
@@ -136,8 +145,8 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
                                "0, or a multiple of 4 of at least 12");
     if (!corners || corners % 3 || corners > 0x7fffffffu)
         return glbk__bad_value(ctx, GLBK_ERR_INPUT, function,
-                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count", (double)corners,
-                               "a multiple of 3, > 0 and below 2^31");
+                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
+                               (double)corners, "a multiple of 3, > 0 and below 2^31");
     if (m->vertex_count > 0xffffffffu)
         return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
                                "below 2^32");
@@ -153,8 +162,9 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *function, const glbk_sfield_builder_desc *d,
-                                          glbk_sfield_builder *b)
+/* Checks and uploads the mesh of a builder. */
+static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *function,
+                                          const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
     glbk_result result = glbk__sfield_check_mesh(ctx, function, d->mesh);
     size_t i;
@@ -169,7 +179,7 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
     return result == GLBK_OK ? glbk__sfield_vertex_array(ctx, b) : result;
 }
 
-/* Where texel (face, x, y) of a cube stands in shadowfield.h's order. */
+/* Returns where texel (face, x, y) of a cube stands in the order of shadowfield.h. */
 static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
 {
     uint32_t morton = 0, bit;
@@ -177,12 +187,14 @@ static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, ui
     return face * side * side + morton;
 }
 
-/* Groups of four coefficients, for each of them all texels in rows as the cubes have them: sfield_cube_basis. */
+/* Uploads what the basis integrates to over each texel (sfield_cube_basis): groups of four coefficients, each
+   with all texels in rows as the cubes have them. */
 static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_builder *b)
 {
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint32_t n = b->bands * b->bands, side = b->side, cells = 6 * side * side;
-    float *table = (float *)glbk_sfield__alloc_array(&memory, (size_t)cells * b->groups, 16), of[SFIELD_MAX_COEFS];
+    float *table = (float *)glbk_sfield__alloc_array(&memory, (size_t)cells * b->groups, 16),
+          of[SFIELD_MAX_COEFS];
     uint32_t face, x, y, k;
     glbk_result result;
 
@@ -195,11 +207,12 @@ static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_buil
                 (void)sfield_cube_basis(b->bands, side, glbk__sfield_morton(side, face, x, y), of);
                 for (k = 0; k < n; k++) table[4 * (at + (size_t)(k / 4) * cells) + k % 4] = of[k];
             }
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, table, (size_t)cells * b->groups, &b->basis);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, table, (size_t)cells * b->groups, &b->basis);
     glbk_sfield__free(&memory, table);
     return result;
 }
 
+/* Makes the textures that a builder draws to. */
 static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder *b)
 {
     const uint32_t size = !b->source && ctx->max_side >= 2048 ? 2048u : 1024u, channels = b->source ? 3 : 1;
@@ -224,7 +237,7 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
     return result;
 }
 
-/* The desc into the builder, with the defaults of sfield_desc. */
+/* Checks a desc and copies it into the builder, with the defaults of sfield_desc. */
 static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
@@ -237,14 +250,17 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
     if ((uint32_t)f.basis > SFIELD_BASIS_HAAR)
-        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0, SFIELD_BASIS_HAAR);
+        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
+                               SFIELD_BASIS_HAAR);
     if (f.bands > SFIELD_MAX_BANDS)
         return glbk__bad_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
     if (f.cube_side && (f.cube_side < 4 || f.cube_side > 64 || (f.cube_side & (f.cube_side - 1))))
         return glbk__bad_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
                                "0 or a power of two of 4..64");
-    if (!d->mesh && !d->draw_fn) return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
-    if (d->mesh && d->source && !d->radiance) return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
+    if (!d->mesh && !d->draw_fn)
+        return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+    if (d->mesh && d->source && !d->radiance)
+        return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frames > 1)
         return glbk__bad_value(ctx, bad, function, "desc.field->frames", f.frames,
                                "0 or 1 with a mesh: other frames are drawn by draw_fn");
@@ -258,6 +274,7 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     return GLBK_OK;
 }
 
+/* Compiles the programs of a builder. */
 static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_builder *b)
 {
     char defines[] = "SFIELD_SOURCE=0 SFIELD_BANDS=0";
@@ -265,14 +282,14 @@ static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_
 
     defines[14] = b->source ? '1' : '0';
     defines[29] = (char)('0' + b->bands);
-    result = glbk_program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+    result = glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_sfield_part(), b->compute ? "sfield_sum.comp" : "sfield_sum.frag",
-                                     defines, &b->sum);
+        result = glbk__program_create(ctx, glbk_sfield_part(),
+                                      b->compute ? "sfield_sum.comp" : "sfield_sum.frag", defines, &b->sum);
     if (result == GLBK_OK && b->bands)
-        result = glbk_program_create(ctx, glbk_sfield_part(),
-                                     b->compute ? "sfield_project.comp" : "sfield_project.frag", defines,
-                                     &b->project);
+        result = glbk__program_create(ctx, glbk_sfield_part(),
+                                      b->compute ? "sfield_project.comp" : "sfield_project.frag", defines,
+                                      &b->project);
     return result;
 }
 

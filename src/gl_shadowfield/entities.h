@@ -2,7 +2,7 @@
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
-/* The transform of an entity, zeros being the identity. */
+/* Returns the transform of an entity, where zeros are the identity. */
 static const float *glbk__sfield_transform(const sfield_entity *e)
 {
     static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
@@ -12,26 +12,29 @@ static const float *glbk__sfield_transform(const sfield_entity *e)
     return upright;
 }
 
-/* Whether the coefficients of its fields have to be turned: the first band does not turn. */
+/* Returns 1 if the coefficients of an entity's fields have to be turned: the first band does not turn. */
 static int glbk__sfield_turns(const float *m, uint32_t bands)
 {
     return bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0);
 }
 
-/* The field as it was uploaded, NULL for NULL and for others. */
+/* Returns the field as it was uploaded, or NULL for NULL and for other fields. */
 static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
 {
     glbk_sfield_field key;
     memset(&key, 0, sizeof key);
     key.field = field;
     if (!field) return NULL;
-    return (const glbk_sfield_field *)bsearch(&key, s->fields, s->field_count, sizeof key, glbk__sfield_by_pointer);
+    return (const glbk_sfield_field *)bsearch(&key, s->fields, s->field_count, sizeof key,
+                                              glbk__sfield_by_pointer);
 }
 
+/* Checks an entity. */
 static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_scene *s, const sfield_entity *e, size_t index)
 {
-    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion), *source = glbk__sfield_find(s, e->source);
+    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
+                            *source = glbk__sfield_find(s, e->source);
     const char *why = NULL;
     float scale;
     int k, wide = 0;
@@ -43,22 +46,25 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
     else if (!glbk_sfield__finite(e->time))
         why = "has a time that is not finite";
     if (why) return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "entities", index, why);
-    if (e->occlusion && (!occlusion || occlusion->source)) why = "has an occlusion that is none of the scene's";
+    if (e->occlusion && (!occlusion || occlusion->source))
+        why = "has an occlusion that is none of the scene's";
     if (e->source && (!source || !source->source)) why = "has a source that is none of the scene's";
     return why ? glbk__sfield_bad(ctx, GLBK_ERR_MISMATCH, function, "entities", index, why) : GLBK_OK;
 }
 
+/* Writes the centre and radius of a field in the world. */
 static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, float scale, float *out)
 {
     glbk_sfield__v3_store(out, glbk_sfield__m4_point(m, glbk_sfield__v3_load(f->center)));
     out[3] = scale * f->radius;
 }
 
-/* rotation: the first texel of the entity's rotation. */
+/* Writes the texels of an entity (docs/gpu-layouts.md); rotation is the first texel of its rotation. */
 static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_entity *e, uint32_t rotation,
                                       uint32_t *words)
 {
-    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion), *source = glbk__sfield_find(s, e->source);
+    const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
+                            *source = glbk__sfield_find(s, e->source);
     const float *m = glbk__sfield_transform(e);
     float f[4 * GLBK__SFIELD_ENTITY], scale = 1;
     uint32_t r, c;
@@ -82,8 +88,9 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
     words[22] = glbk__sfield_turns(m, s->bands) ? rotation : glbk__sfield_none;
 }
 
-/* A rotation, or as many texels where nothing turns. */
-static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e, glbk__sfield_stage *stage)
+/* Writes the rotation of an entity, or as many texels of zeros if nothing turns. */
+static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e,
+                                      glbk__sfield_stage *stage)
 {
     const float *m = glbk__sfield_transform(e), *block;
     uint32_t l, y, x, n, *texel = NULL;
@@ -102,31 +109,34 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
+/* Returns the block that says what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
     memset(&contents, 0, sizeof contents);
-    contents.table[0] = s->entities_at;
-    contents.table[1] = s->entity_count;
-    contents.table[2] = s->light_count;
-    contents.table[3] = sky != 0;
-    contents.parts[1] = s->terms;
+    contents.entity_texel = s->entities_at;
+    contents.entity_count = s->entity_count;
+    contents.light_count = s->light_count;
+    contents.wants_sky = sky != 0;
+    contents.term_count = s->terms;
     return contents;
 }
 
+/* Uploads that block. */
 static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);
     return glbk_buffer_update(ctx, &s->contents, 0, sizeof contents, &contents);
 }
 
-/* The entities of a frame, then their rotations. */
-static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene *s, const sfield_entity *entities,
-                                     size_t count)
+/* Uploads the entities of a frame, then their rotations. */
+static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene *s,
+                                     const sfield_entity *entities, size_t count)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint32_t step = glbk__sfield_rotation_texels(s->bands);
-    const size_t texels = count * (GLBK__SFIELD_ENTITY + step), first = s->entities_at + GLBK__SFIELD_ENTITY * count;
+    const size_t texels = count * (GLBK__SFIELD_ENTITY + step),
+                 first = s->entities_at + GLBK__SFIELD_ENTITY * count;
     uint32_t words[4 * GLBK__SFIELD_ENTITY], k;
     glbk__sfield_stage stage;
     size_t i;
@@ -148,8 +158,8 @@ static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene 
     return stage.result;
 }
 
-GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s, const sfield_entity *entities,
-                                                size_t count)
+GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s,
+                                                const sfield_entity *entities, size_t count)
 {
     glbk_result result = GLBK_OK;
     uint32_t lights = 0;
@@ -180,7 +190,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
-    result = glbk_table_update(ctx, &s->moving, 0, n, words);
+    result = glbk__table_update(ctx, &s->moving, 0, n, words);
     if (result != GLBK_OK) return result;
     s->sky = coefs != NULL;
     return glbk__sfield_tell(ctx, s);

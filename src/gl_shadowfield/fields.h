@@ -8,7 +8,7 @@ enum {
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
-/* What the log says of the member `array[index]` of a call's arguments. */
+/* Logs what is wrong with element `index` of an array of a call's arguments, and returns the result. */
 static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result, const char *function,
                                     const char *array, size_t index, const char *text)
 {
@@ -22,6 +22,7 @@ static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result,
     return glbk__bad(ctx, result, function, field.text, text);
 }
 
+/* Appends a number. */
 static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
 {
     char digits[12];
@@ -31,7 +32,7 @@ static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
     glbk__put(sink, digits + at, sizeof digits - at);
 }
 
-/* The bands that the tables are of, 0 where there are none. */
+/* Returns the bands of an algebra, or 0 without one. */
 static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
 {
     static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
@@ -39,15 +40,26 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* What a file of sfield_write says of where things are in it, and what it becomes in the table. */
+/* The header of a file of sfield_write, and where things are in it. */
 typedef struct glbk__sfield_view {
     const uint8_t *bytes;
-    uint32_t kind, bands, shells, side, spacing, frames, loop, channels, samples, stride, cells;
-    size_t   scales, first;                     /* where they begin, bytes */
-    uint64_t texels;
+    uint32_t kind;
+    uint32_t bands;
+    uint32_t shells;
+    uint32_t side;
+    uint32_t spacing;               /* sfield_spacing */
+    uint32_t frames;
+    uint32_t loop;
+    uint32_t channels;
+    uint32_t samples;               /* of all frames and shells */
+    uint32_t stride;                /* bytes of a sample */
+    uint32_t cells;                 /* texels of a sample and channel in the table */
+    size_t   scales;                /* where scales and biases begin, bytes */
+    size_t   first;                 /* where samples begin, bytes */
 } glbk__sfield_view;
 
-/* Texels of a rotation: rows of the blocks from the second band on, each filled up to a multiple of four. */
+/* Returns the texels of a rotation: rows of the blocks from the second band on, each filled up to four
+   numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
 {
     uint32_t l, n = 0;
@@ -55,6 +67,7 @@ static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
     return n;
 }
 
+/* Returns the texels of an entity and its rotation. */
 static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
@@ -65,10 +78,13 @@ typedef struct glbk__sfield_stage {
     glbk_context *ctx;
     const glbk_texture *table;
     uint32_t *words;
-    size_t    at, count, room;
-    glbk_result result;
+    size_t    at;                   /* where in the table the first of them goes */
+    size_t    count;                /* texels that wait in words */
+    size_t    room;
+    glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
+/* Returns the little-endian number at p; the next one is a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -82,14 +98,17 @@ static float glbk__sfield_float(const uint8_t *p)
     return x;
 }
 
-/* Texels of a field: its head, its shells, for each channel of a shell and frame scales and biases, then samples. */
+/* Returns the texels of a field: its head, its shells, scales and biases for each channel of a shell and
+   frame, samples. */
 static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
-    const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1, cells = (info->bands * info->bands + 15) / 16;
+    const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
+                   cells = (info->bands * info->bands + 15) / 16;
     const uint64_t groups = (uint64_t)info->frames * info->shells;
     return 3 + info->shells + (groups * 8 + info->samples) * channels * cells;
 }
 
+/* Reads the header of a file. */
 static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
 {
     size_t groups;
@@ -110,20 +129,23 @@ static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
     v->first = v->scales + 8 * groups * v->stride;
 }
 
+/* Uploads the texels that wait. */
 static void glbk__sfield_flush(glbk__sfield_stage *s)
 {
-    if (s->count && s->result == GLBK_OK) s->result = glbk_table_update(s->ctx, s->table, s->at, s->count, s->words);
+    if (s->count && s->result == GLBK_OK)
+        s->result = glbk__table_update(s->ctx, s->table, s->at, s->count, s->words);
     s->at += s->count;
     s->count = 0;
 }
 
+/* Returns the words of the next texel, zeroed. */
 static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
 {
     if (s->count == s->room) glbk__sfield_flush(s);
     return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
 }
 
-/* The numbers of one channel and group: scale, or bias. */
+/* Writes the scales, or the biases, of one channel of a shell and frame. */
 static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_view *v, const uint8_t *from)
 {
     uint32_t k, *texel = NULL;
@@ -133,7 +155,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* lib/sfield_field.glsl's sfield_measure. */
+/* Returns what sfield_measure of lib/sfield_field.glsl does. */
 static float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
@@ -141,6 +163,7 @@ static float glbk__sfield_measure(float d2, int source, int uniform)
     return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
 }
 
+/* Writes a field. */
 static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
 {
     const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
@@ -165,8 +188,8 @@ static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
     for (i = 0; i < groups; i++)
         for (c = 0; c < v->channels; c++)
             for (k = 0; k < 2; k++)
-                glbk__sfield_put_floats(s, v,
-                                        v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
+                glbk__sfield_put_floats(
+                    s, v, v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
     for (i = 0; i < v->samples; i++)
         for (c = 0; c < v->channels; c++) {
             const uint8_t *from = v->bytes + v->first + (size_t)i * v->stride + c * step;
@@ -177,7 +200,8 @@ static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
         }
 }
 
-/* Room for the terms of the product, and they in it: sfield_sh_terms. */
+/* Returns the terms of the product in memory of their own, as sfield_sh_terms writes them, or NULL without
+   memory. */
 static uint32_t *glbk__sfield_terms(const glbk_sfield__allocator *memory, const sfield_algebra *algebra,
                                     uint32_t *count)
 {
@@ -188,21 +212,24 @@ static uint32_t *glbk__sfield_terms(const glbk_sfield__allocator *memory, const 
     return out;
 }
 
+/* Writes the terms of the product, two a texel. */
 static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms, uint32_t count)
 {
     uint32_t i, *texel = NULL;
     for (i = 0; i < count; i++) {
         float c;
         memcpy(&c, terms + count + i, 4);
-        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i counts it twice */
+        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i would count it
+                                                                           twice */
         if (i % 2 == 0) texel = glbk__sfield_texel(s);
         texel[i % 2 * 2] = terms[i];
         memcpy(texel + i % 2 * 2 + 1, &c, 4);
     }
-    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* factor 0, to a multiple of 4 */
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* terms of factor 0, to a multiple of
+                                                                           4 texels */
 }
 
-/* Why the GPU cannot have a field of this kind; NULL where it can. */
+/* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
 static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 {
     if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
@@ -213,14 +240,17 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
+/* Checks what glbk_sfield_scene_create is given. */
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
     size_t i;
     if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (d->field_count && !d->fields) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+    if (d->field_count && !d->fields)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1, 65535);
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
+                               65535);
     if (!(d->reach >= 0 && d->reach <= 1e6f))
         return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
     for (i = 0; i < d->field_count; i++) {
@@ -231,12 +261,13 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function, "desc.fields",
-                                    i, why);
+            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+                                    "desc.fields", i, why);
     }
     return GLBK_OK;
 }
 
+/* Compares two fields by their pointers. */
 static int glbk__sfield_by_pointer(const void *a, const void *b)
 {
     const uintptr_t x = (uintptr_t)((const glbk_sfield_field *)a)->field;
@@ -244,9 +275,10 @@ static int glbk__sfield_by_pointer(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where each field begins, by its pointer; bytes of the longest file. Returns the texels of all. */
-static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t texels, glbk_sfield_field *fields,
-                                     size_t *most_bytes)
+/* Says of each field where it begins, and raises *most_bytes to the bytes of the longest file. Returns the
+   texels of all. */
+static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t texels,
+                                     glbk_sfield_field *fields, size_t *most_bytes)
 {
     size_t i;
     for (i = 0; i < d->field_count && texels <= (uint64_t)1 << 28; i++) {
@@ -265,7 +297,7 @@ static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t t
     return texels;
 }
 
-/* Terms and fields into the table, by way of the bytes of each field's file. */
+/* Uploads terms and fields, by way of the bytes of each field's file. */
 static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk_sfield__allocator *memory,
                                      size_t most_bytes, glbk__sfield_stage *s)
 {
@@ -291,8 +323,9 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     return s->result;
 }
 
-static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, const glbk_sfield_scene_desc *d,
-                                       glbk_sfield_scene *out)
+/* Makes the tables of a scene whose bands, entity_capacity, reach and algebra are set. */
+static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
+                                       const glbk_sfield_scene_desc *d, glbk_sfield_scene *out)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     const uint64_t most = (uint64_t)1 << 28;
@@ -303,7 +336,8 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
     out->entities_at = out->bands * out->bands;
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
-    out->fields = (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
+    out->fields =
+        (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
     if (!out->fields) return GLBK_ERR_ALLOC;
     out->field_count = d->field_count;
     texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
@@ -317,10 +351,11 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, 
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.table = &out->table;
-    s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
+    s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
     if (s.result == GLBK_OK)
-        s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
-    if (s.result == GLBK_OK) s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
+        s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
+    if (s.result == GLBK_OK)
+        s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
     if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
     return s.result == GLBK_OK ? glbk__made(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }

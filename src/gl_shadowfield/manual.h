@@ -1,17 +1,18 @@
-/* gl_shadowfield.h - v0.9.0 - shadow fields on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_shadowfield.h - v0.9.0 - shadow fields on OpenGL 3.3, ES 3.0, WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
-   Brings fields of shadowfield.h onto the GPU: sfield_shade() in shaders of your own, a complete pass that shades a
-   G-buffer, and cubes of new fields drawn and projected by the GPU.
+   It brings fields of shadowfield.h onto the GPU: shaders of your own call sfield_shade(), a complete pass
+   shades a G-buffer, and cubes of new fields are drawn and projected by the GPU.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; gl_gbuffer.h, which has what a camera sees; and
-     shadowfield.h above it, whose fields and entities it takes and whose implementation it calls. The implementations
-     of all three belong into some file of the program.
-   - Fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; gl_gbuffer.h, which has what a camera
+     sees; and shadowfield.h above it, whose fields and entities it takes and whose functions it calls. The
+     implementations of all three belong into some file of the program.
+   - It has fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
 
@@ -32,7 +33,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -48,14 +49,14 @@
            glbk_result result;
 
            memset(&desc, 0, sizeof desc);
-           desc.get_proc_fn = get_proc;                        // a context is current
+           desc.get_proc_fn = get_proc;                     // a context is current
            result = glbk_init(&gl, &desc);
            if (result != GLBK_OK) {
                printf("no GL: %s\n", glbk_result_text(result));
                return result != GLBK_ERR_FUNCTION;
            }
            memset(&source, 0, sizeof source);
-           source.parts[0] = glbk_sfield_part();               // the GLSL of this header
+           source.parts[0] = glbk_sfield_part();            // the GLSL of this header
            source.uses = "sfield_shade";
            source.defines = "SFIELD_BANDS=4";
            source.fragment = fragment;
@@ -66,16 +67,18 @@
            return result != GLBK_OK;
        }
 
-   The whole frame, with a window: examples/09_shadowfield_gl_minimal.c.
+   The whole frame, with a window: examples/09_shadowfield_gl_minimal.c; as complete passes, with own
+   visibility: examples/09b_shadowfield_gl_passes.c.
 
    Configuration
 
      GL_SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code; other files may have that of
                                      gl_backend.h, gl_gbuffer.h and shadowfield.h
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/shadowfield.md.   State: docs/gl-state.md.
+   Layouts: docs/gpu-layouts.md. The technique: docs/shadowfield.md. State: docs/gl-state.md.
    Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. shadowfield.h lies above. */
+/* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
+   shadowfield.h lies above this folder. */
 #include "gl_gbuffer.h"
 #include "../shadowfield.h"
 

@@ -1,6 +1,6 @@
 /* ---- sfield: own visibility ---- */
 
-/* All rows without any. */
+/* Makes the texture of own visibility, in which nothing is recorded. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -16,7 +16,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.width = r->width;
     texture.height = r->height;
     texture.layers = (r->bands * r->bands + 7) / 8;
-    if (texture.layers < 2) texture.layers = 2;         /* what drawing writes */
+    if (texture.layers < 2) texture.layers = 2;         /* drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
     for (y = 0; y < r->height && result == GLBK_OK; y++)
         result = glbk_texture_update(ctx, &r->self, 0, 0, y, 0, r->width, 1, 1, zeros);
@@ -24,7 +24,8 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     return result;
 }
 
-/* Signed 16 bits, 32767 for 1.5: the norm of what is at most a cosine is 1.45. */
+/* Returns a coefficient in signed 16 bits, with 32767 for 1.5: the norm of what is at most a cosine is
+   1.45. */
 static uint32_t glbk__sfield_short(float x)
 {
     x = x * (1 / 1.5f);
@@ -32,21 +33,29 @@ static uint32_t glbk__sfield_short(float x)
     return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
 }
 
-static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function, const glbk_sfield_renderer *r)
+/* Checks that a renderer has own visibility. */
+static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function,
+                                           const glbk_sfield_renderer *r)
 {
-    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
-    if (!r->self.name) return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
+    if (!r || !r->shade.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+    if (!r->self.name)
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
 }
 
+/* Checks that a G-buffer has the size of the renderer. */
 static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
-    if (!g || !g->words[0].name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+    if (!g || !g->words[0].name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
     if (g->width != r->width)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                               "that of the renderer");
     if (g->height != r->height)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                               "that of the renderer");
     return GLBK_OK;
 }
 
@@ -76,7 +85,8 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
         for (i = 0; i < count; i++) {
             for (k = 0; k < 8 && 8 * layer + k < n && self[i]; k++)
                 words[4 * i + k / 2] |= glbk__sfield_short(self[i][8 * layer + k]) << k % 2 * 16;
-            if (!layer && self[i] && !(words[4 * i] & 0xffffu)) words[4 * i] |= 1;      /* 0 would be: not given */
+            if (!layer && self[i] && !(words[4 * i] & 0xffffu))
+                words[4 * i] |= 1; /* 0 would say: not recorded */
         }
         result = glbk_texture_update(ctx, &r->self, 0, 0, row, layer, r->width, row_count, 1, words);
     }
@@ -84,10 +94,11 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     return result;
 }
 
-/* The program for a mesh whose position is at that location. */
+/* Compiles the program for a mesh with its position at that location, unless there is one. */
 static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, int32_t position)
 {
-    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=", " SFIELD_SELF3=" };
+    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+                                          " SFIELD_SELF3=" };
     char defines[100];
     glbk__sink sink;
     uint32_t i;
@@ -105,7 +116,7 @@ static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
-    return glbk_program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
+    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g)
@@ -121,28 +132,34 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!g->has_depth || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not drawn: its depth or matrix is not known");
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
+                         "was not drawn: its depth or matrix is not known");
     if (r->bands > 4)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands, "1..4 to be drawn");
-    if (g->attributes.position >= (int32_t)r->self_attribute && g->attributes.position < (int32_t)r->self_attribute + 4)
+        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
+                               "1..4 to be drawn");
+    if (g->attributes.position >= (int32_t)r->self_attribute &&
+        g->attributes.position < (int32_t)r->self_attribute + 4)
         return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", "is where the position is");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
     target.layer[1] = 1;
     target.depth = &g->depth;
-    if (result == GLBK_OK && !r->self_target.name) result = glbk__target_create(ctx, &target, &r->self_target);
+    if (result == GLBK_OK && !r->self_target.name)
+        result = glbk__target_create(ctx, &target, &r->self_target);
     memset(&pass, 0, sizeof pass);
     pass.target = &r->self_target;
     pass.depth = GLBK_DEPTH_EQUAL;
     if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->record);
-    if (result == GLBK_OK) glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0);      /* may be another */
+    if (result == GLBK_OK)
+        glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
     memcpy(r->clip, g->clip, sizeof r->clip);
     return result;
 }
 
-GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r, const float world[16])
+GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r,
+                                             const float world[16])
 {
     glbk_sfield_object object;
     glbk_result result;

@@ -2,6 +2,7 @@
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* room for the 163 of 4 bands */
 
+/* Makes the textures of light and gloss, and their target. */
 static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
 {
     glbk_texture_desc texture;
@@ -22,6 +23,7 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
     return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
 }
 
+/* Appends "ARRAY[N]". */
 static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
 {
     glbk__put_text(sink, array);
@@ -30,6 +32,7 @@ static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
     glbk__put_text(sink, "]");
 }
 
+/* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
 static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 {
     glbk__sfield_index(sink, "(a", i);
@@ -43,8 +46,9 @@ static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes)
 {
-    static const char head[] = "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
-                               "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
+    static const char head[] =
+        "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
+        "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
     const uint32_t bands = algebra ? glbk__sfield_bands(algebra) : 0;
     uint32_t terms[GLBK__SFIELD_TERMS], k, e, count;
     float factors[GLBK__SFIELD_TERMS];
@@ -67,7 +71,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
         for (e = 0; e < count; e++) {
             uint32_t bits;
             if (terms[e] >> 16 != k) continue;
-            memcpy(&bits, &factors[e], 4);      /* the float itself, whatever the locale */
+            memcpy(&bits, &factors[e], 4);      /* its bits are the same in every locale */
             glbk__put_text(&sink, "\n+uintBitsToFloat(");
             glbk__sfield_number(&sink, bits);
             glbk__put_text(&sink, "u)*");
@@ -80,7 +84,8 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     return sink.used + 1;
 }
 
-/* The pass's program with the product written out: it goes behind sfield_field and before what calls it. */
+/* Compiles the pass's program with the product written out, which stands behind sfield_field and before what
+   calls it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
                                         int compute, glbk_program *out)
 {
@@ -113,6 +118,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     return result;
 }
 
+/* Checks what glbk_sfield_renderer_create is given. */
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
@@ -151,8 +157,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     if (result == GLBK_OK)
         result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
                           : glbk__gbuffer_program(ctx, glbk_sfield_part(),
-                                                  out->compute ? "sfield_shade.comp" : "sfield_shade.frag", defines,
-                                                  &out->shade);
+                                                  out->compute ? "sfield_shade.comp" : "sfield_shade.frag",
+                                                  defines, &out->shade);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_sfield_renderer_free(ctx, out);
@@ -183,15 +189,18 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!r || !r->shade.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye", "is NULL: lobes need it, and the G-buffer has none");
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                         "is NULL: lobes need it, and the G-buffer has none");
     if (s->bands != r->bands)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands, "that of the renderer");
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
+                               "that of the renderer");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -219,10 +228,13 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 {
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!r || !r->target.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!r || !r->target.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (gloss && !r->gloss.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss", "is asked of a renderer without desc.gloss");
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
+                         "is asked of a renderer without desc.gloss");
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
-    if (gloss && result == GLBK_OK) result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
+    if (gloss && result == GLBK_OK)
+        result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
     return result;
 }

@@ -1,6 +1,6 @@
 /* ---- sfield: building: what is seen from sample points ---- */
 
-/* Samples a side of a face from an eye at distance d: what sfield_build takes. */
+/* Returns the samples a side of a face for an eye, which lie as close as those of sfield_build. */
 static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *eye)
 {
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
@@ -10,7 +10,8 @@ static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *ey
     return width;
 }
 
-/* Does the sphere (center in radii from the eye) reach into the pyramid of a face? Rather yes. */
+/* Returns 1 if a sphere, whose centre is given in radii from the eye, may reach into the pyramid of a face.
+   In doubt it does: a face that is drawn in vain costs time only. */
 static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
 {
     uint32_t axis = face / 2, k;
@@ -21,11 +22,11 @@ static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
     return 1;
 }
 
-/* One atlas: its tiles are drawn column by column, and counted into the cubes. */
+/* Draws the tiles of one atlas, column by column, and counts their samples into the cubes. */
 static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builder *b, uint32_t tiles)
 {
     static const float none[4] = { 0, 0, 0, 0 };
-    const uint32_t width = b->views->how[2], rows = b->views->how[1];
+    const uint32_t width = b->views->width, rows = b->views->rows;
     glbk_pass pass;
     glbk_result result;
     uint32_t first;
@@ -37,7 +38,7 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     pass.viewport[3] = (int32_t)(rows * width);
     for (first = 0; first < tiles; first += rows) {
         const int32_t count = (int32_t)(tiles - first < rows ? tiles - first : rows);
-        b->views->how[0] = first;
+        b->views->first_tile = first;
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block, b->views);
         pass.viewport[0] = (int32_t)(first / rows * width);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &b->see);
@@ -49,8 +50,8 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
         if (b->draw_fn) b->draw_fn(b->user, ctx, count);
         else {
             ctx->gl.BindVertexArray(b->vertex_array);
-            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT, NULL,
-                                          count);
+            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT,
+                                          NULL, count);
         }
     }
     memset(&pass, 0, sizeof pass);
@@ -67,12 +68,13 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     return GLBK_OK;
 }
 
-/* The cubes of a batch of eyes that take tiles of one width; faces that see nothing are not drawn. */
-static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, const float *eyes)
+/* Draws the cubes of a batch of eyes that take tiles of one width. Faces that see nothing are not drawn. */
+static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                           const float *eyes)
 {
     static const float none[4] = { 0, 0, 0, 0 };
     glbk_sfield_views *v = b->views;
-    const uint32_t width = v->how[2], rows = b->height / width;
+    const uint32_t width = v->width, rows = b->height / width;
     uint32_t most = rows * rows < GLBK__SFIELD_TILES ? rows * rows : (uint32_t)GLBK__SFIELD_TILES;
     uint32_t tiles = 0, i, face, k;
     glbk_pass pass;
@@ -83,7 +85,7 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
     result = glbk_begin(ctx, &pass, &b->see);
     if (result != GLBK_OK) return result;
     glbk_clear(ctx, &b->cube_target, 0, none);
-    v->how[1] = rows;
+    v->rows = rows;
     for (i = 0; i < count && result == GLBK_OK; i++) {
         const float *eye = eyes + 3 * (size_t)i;
         float center[3] = { 0, 0, 0 }, radius = 1, far_depth = 0;
@@ -112,7 +114,9 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
     return result == GLBK_OK && tiles ? glbk__sfield_draw_tiles(ctx, b, tiles) : result;
 }
 
-static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+/* Projects the cubes of a batch and reads the coefficients back. */
+static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                           float *values)
 {
     const uint32_t n = b->bands * b->bands, channels = b->source ? 3 : 1, width = b->groups * channels;
     uint32_t i, c;
@@ -139,23 +143,28 @@ static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builde
     return result;
 }
 
-static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+/* Reads the texels of the cubes of a batch back. */
+static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
+                                            float *values)
 {
     const uint32_t side = b->side, channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
     const size_t cells = (size_t)6 * side * side;
     uint32_t i, face, x, y, c;
     const uint32_t *from = b->words;
-    glbk_result result = glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
+    glbk_result result =
+        glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
 
     for (i = 0; i < count && result == GLBK_OK; i++, values += channels * cells)
         for (y = 0; y < side; y++)
             for (face = 0; face < 6; face++)
                 for (x = 0; x < side; x++, from += words)
                     for (c = 0; c < channels; c++)
-                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c, sizeof *values);
+                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c,
+                               sizeof *values);
     return result;
 }
 
+/* Checks what glbk_sfield_builder_see is given. */
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
@@ -166,7 +175,8 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                          !v ? "views" : !v->eyes ? "views.eyes" : "views.values", "is NULL");
     if (!v->count) return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
     if (!(v->radius > 0) || !glbk_sfield__finite(v->radius))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius, "> 0 and finite");
+        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
+                               "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");
@@ -189,14 +199,15 @@ GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_buil
     memset(b->views, 0, sizeof *b->views);
     memcpy(b->views->sphere, v->center, sizeof v->center);
     b->views->sphere[3] = v->radius;
-    b->views->how[3] = b->side;
-    b->views->size[0] = b->batch;
-    b->views->size[1] = b->groups;
+    b->views->side = b->side;
+    b->views->batch = b->batch;
+    b->views->groups = b->groups;
     for (from = 0; from < v->count && result == GLBK_OK;) {
         const float *eyes = v->eyes + 3 * from;
         uint32_t width = glbk__sfield_width(b, eyes), n = 1;
-        while (n < b->batch && from + n < v->count && glbk__sfield_width(b, eyes + 3 * (size_t)n) == width) n++;
-        b->views->how[2] = width;
+        while (n < b->batch && from + n < v->count && glbk__sfield_width(b, eyes + 3 * (size_t)n) == width)
+            n++;
+        b->views->width = width;
         result = glbk__sfield_draw_cubes(ctx, b, n, eyes);
         if (result == GLBK_OK)
             result = b->bands ? glbk__sfield_read_coefs(ctx, b, n, values)

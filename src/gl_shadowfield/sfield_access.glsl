@@ -1,4 +1,4 @@
-// sfield_access - what sfield_field asks of a program, from the textures that glbk_sfield_bind binds.
+// sfield_access - defines what sfield_field asks of a program, by the textures that glbk_sfield_bind binds.
 // uses: table sfield_bindings
 #define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)
 #define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)

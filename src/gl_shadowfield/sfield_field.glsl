@@ -1,8 +1,9 @@
-// sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.
+// sfield_field - reads shadow fields at a point, and has the algebra of their coefficients. C twins:
+// shadowfield.h.
 //
-// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z,
-// x). Fields and tripling coefficients lie in one table, rotations in that of what moves or, without SFIELD_MOVING, the
-// same (docs/gpu-layouts.md); they are named by their first texel.
+// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, with number l^2 + l + m and Y1
+// = 0.4886 (y, z, x). Fields and tripling coefficients lie in one table, rotations in the table of what moves
+// or, without SFIELD_MOVING, in the same one (docs/gpu-layouts.md); they are named by their first texel.
 #ifndef SFIELD_TEXEL
 #error "SFIELD_TEXEL(i): texel i of the table as uvec4"
 #endif
@@ -21,22 +22,25 @@
 #define SFIELD_PI 3.14159265
 #define SFIELD_Y00 0.282094792
 
-// Eight samples round a point: the inner shell's are first, + 1, + side, + side + 1; the outer's 6 side^2 later.
+// The eight samples round a point: those of the inner shell are first, + 1, + side, + side + 1, and those of
+// the outer shell come 6 side^2 later.
 struct sfield_place {
-    uint first, shell;
-    vec4 corner;            // weights of the four on a shell
-    vec2 weight;            // of the inner and of the outer shell; falls beyond the last one
+    uint first;             // number of the first sample
+    uint shell;             // the inner one
+    vec4 corner;            // weights of the four samples on a shell
+    vec2 weight;            // of the inner and of the outer shell; it falls beyond the last one
 };
 
-// 4/pi atan u for |u| <= 1, 6e-6: equal angles between the nodes of the grid of positions.
+// Returns 4/pi atan u for |u| <= 1, off by 6e-6: nodes of the grid of positions lie at equal angles.
 float sfield_warp(float u)
 {
     float z = u * u;
-    return u + u * (1.0 - z) * (0.273219633 + z * (-0.150161507 + z * (0.0946681494 + z * (-0.0487783181 +
-                                                                                           z * 0.0127531015))));
+    float p = 0.0946681494 + z * (-0.0487783181 + z * 0.0127531015);
+    return u + u * (1.0 - z) * (0.273219633 + z * (-0.150161507 + z * p));
 }
 
-// What weights are linear in. Bits of how: 1 a source, 2 uniform shells.
+// Returns the measure of a distance, squared, in which weights between shells are linear. Bits of how: 1 a
+// source, 2 uniform shells.
 float sfield_measure(float d2, uint how)
 {
     float inverse = 1.0 / d2, u = min(inverse, 1.0);
@@ -44,7 +48,7 @@ float sfield_measure(float d2, uint how)
     return (how & 1u) != 0u || d2 < 1.0 ? inverse : u / (1.0 + sqrt(1.0 - u));
 }
 
-// p: in the field's space, about its center, in r.
+// Finds the samples round p, which is in the field's space, about its centre, in radii.
 sfield_place sfield_locate(uint field, vec3 p)
 {
     uvec4 head = SFIELD_TEXEL(field);                   // how, frames, shells, side
@@ -75,12 +79,13 @@ sfield_place sfield_locate(uint field, vec3 p)
     return place;
 }
 
+// Returns the four bytes of a word.
 vec4 sfield_bytes(uint word)
 {
     return vec4(float(word & 255u), float((word >> 8) & 255u), float((word >> 16) & 255u), float(word >> 24));
 }
 
-// v += weight x the four samples from `first` on, which belong to `group`.
+// Adds weight x the four samples from `first` on to v; `group` has their scales.
 void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight,
                 inout float v[SFIELD_COEFS])
 {
@@ -95,16 +100,20 @@ void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, f
             uint at = scale + uint(4 * cell + word);
             vec4 q = corner.x * sfield_bytes(a[word]) + corner.y * sfield_bytes(b[word]) +
                      corner.z * sfield_bytes(c[word]) + corner.w * sfield_bytes(d[word]);
-            q = weight * (q * uintBitsToFloat(SFIELD_TEXEL(at)) + uintBitsToFloat(SFIELD_TEXEL(at + 4u * cells)));
+            vec4 scales = uintBitsToFloat(SFIELD_TEXEL(at));
+            vec4 biases = uintBitsToFloat(SFIELD_TEXEL(at + 4u * cells));
+            q = weight * (q * scales + biases);
             for (int i = 0; i < 4; i++)
                 if (16 * cell + 4 * word + i < SFIELD_COEFS) v[16 * cell + 4 * word + i] += q[i];
         }
     }
 }
 
-// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over
-// large bodies end at numbers that compilers do not know, which would unroll them and take seconds.
-void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])
+// Returns one channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as
+// below, loops over large bodies end at numbers that compilers do not know: else they would unroll them and
+// take seconds.
+void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight,
+                  out float v[SFIELD_COEFS])
 {
     uvec4 head = SFIELD_TEXEL(field);
     uint before = 0u, after = 0u, shell = 6u * head.w * head.w;
@@ -121,17 +130,19 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
         after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
         t = t - float(before) < 1.0 ? t - float(before) : 0.0;
     }
-    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {           /* inner, outer shell; before, after */
+    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {           // inner, outer shell; frame before, after
         uint frame = (i < 2u ? before : after) * head.z, outer = i & 1u;
         float w = weight * (i < 2u ? 1.0 - t : t) * (outer == 0u ? at.weight.x : at.weight.y);
         if (w != 0.0)
-            sfield_mix(field, (frame + outer) * shell + at.first, frame + at.shell + outer, channel, at.corner, w, v);
+            sfield_mix(field, (frame + outer) * shell + at.first, frame + at.shell + outer, channel,
+                       at.corner, w, v);
     }
 }
 
 // ---- algebra ----
 
-// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers, from band 1.
+// Turns a function of direction by a rotation of the table, or back. The rotation has rows of 4
+// ceil((2l+1)/4) numbers, from band 1 on.
 void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
 {
     uint row = rotation;
@@ -152,9 +163,10 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
     }
 }
 
-// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each, in
-// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has
-// this function with its numbers in it (glbk_sfield_write_product).
+// Returns the product a b, projected on the basis, by terms.y pairs of tripling coefficients from texel
+// terms.x on; each coefficient is i | j << 8 | k << 16, and c. They are taken in fours, since software
+// drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this
+// function with its numbers in it (glbk_sfield_write_product).
 #ifndef SFIELD_UNROLLED
 void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])
 {
@@ -175,7 +187,7 @@ void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], o
 }
 #endif
 
-// The basis at a unit direction.
+// Returns the basis at a unit direction.
 void sfield_basis(vec3 d, out float y[SFIELD_COEFS])
 {
     float c = 1.0, s = 0.0, diagonal = SFIELD_Y00;
@@ -197,16 +209,17 @@ void sfield_basis(vec3 d, out float y[SFIELD_COEFS])
     }
 }
 
-// max(0, cosine) about a unit normal: T of a point that nothing of its own hides.
+// Returns max(0, cosine) about a unit normal: T of a point that nothing of its own object hides.
 void sfield_cosine(vec3 n, out float t[SFIELD_COEFS])
 {
-    const float a[8] = float[8](3.14159265, 2.09439510, 0.785398163, 0.0, -0.130899694, 0.0, 0.0490873852, 0.0);
+    const float a[8] =
+        float[8](3.14159265, 2.09439510, 0.785398163, 0.0, -0.130899694, 0.0, 0.0490873852, 0.0);
     sfield_basis(n, t);
     for (int l = 0; l < SFIELD_BANDS; l++)
         for (int k = l * l; k < (l + 1) * (l + 1); k++) t[k] *= a[l];
 }
 
-// Phong's (n + 2) / 2 pi cos^n about the mirrored view, n in 1..1000.
+// Returns Phong's lobe, (n + 2) / 2 pi cos^n about the mirrored view, with n in 1..1000.
 void sfield_lobe(vec3 mirrored, float n, out float t[SFIELD_COEFS])
 {
     float before = (n + 2.0) / (n + 1.0), now = 1.0;
@@ -220,6 +233,7 @@ void sfield_lobe(vec3 mirrored, float n, out float t[SFIELD_COEFS])
     }
 }
 
+// Returns the integral of a b over all directions.
 float sfield_dot(float a[SFIELD_COEFS], float b[SFIELD_COEFS])
 {
     float sum = 0.0;

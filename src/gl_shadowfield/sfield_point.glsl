@@ -1,11 +1,11 @@
-// sfield_point - light at a pixel of the G-buffer (docs/gpu-layouts.md).
+// sfield_point - returns the light at a pixel of the G-buffer (docs/gpu-layouts.md).
 // uses: gbuffer sfield_shade
 #ifndef SFIELD_SELF
 #define SFIELD_SELF 0
 #endif
 
-// Own visibility x cosine, in the world: what was recorded, two numbers a word in 1/32767 of 1.5; else the cosine. The
-// first coefficient is 0 where nothing was.
+// Writes own visibility x cosine of a pixel, in the world: what was recorded, two numbers a word in 1/32767
+// of 1.5, else the cosine. The first coefficient is 0 where nothing was recorded.
 void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
 {
     sfield_cosine(p.normal, t);
@@ -18,14 +18,14 @@ void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
             if (8 * layer + k < SFIELD_COEFS) t[8 * layer + k] = float(bits) * (1.5 / 32767.0);
         }
     }
-    if (p.entity - 1u < glbk_sfield_contents.table.y) {     // entities count from 1; 0 - 1 is none
+    if (p.entity - 1u < glbk_sfield_contents.entity_count) {        // not of entity 0, which is none
         uint rotation = SFIELD_MOVING(sfield_at(p.entity - 1u) + 5u).z;
         if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
     }
 #endif
 }
 
-// Light, gloss and what is open, as the textures of the renderer hold them.
+// Returns light, gloss and what is open, as the textures of the renderer hold them.
 sfield_sums sfield_shade_point(ivec2 at, glbk_point p)
 {
     float t[SFIELD_COEFS], g[SFIELD_COEFS];
@@ -36,7 +36,7 @@ sfield_sums sfield_shade_point(ivec2 at, glbk_point p)
     float r[SFIELD_COEFS];
     if (p.exponent > 0.0 && dot(view, view) > 0.0) {
         sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);
-        sfield_product(glbk_sfield_contents.parts.xy, t, r, g);
+        sfield_product(SFIELD_TERMS, t, r, g);
     }
 #endif
     sfield_sums sums = sfield_shade(p.position, p.normal, p.entity, t, g);

@@ -1,5 +1,5 @@
-// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of
-// the texels on all harmonics, in registers; then the shares are added.
+// Does what sfield_project.frag does, as a compute shader: a work group is an eye and a channel. Each
+// invocation projects its share of the texels on all harmonics, in registers; then the shares are added.
 // uses: table sfield_bindings
 // sets: SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8
 #ifndef SFIELD_BANDS
@@ -9,11 +9,13 @@
 layout(local_size_x = 64) in;
 shared vec4 sfield_shares[64 * SFIELD_GROUPS];
 
+// Returns what four functions of the basis integrate to over a texel.
 vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }
 
 void main()
 {
-    uint eye = gl_WorkGroupID.x, channel = gl_WorkGroupID.y, side = glbk_sfield_views.how.w, cells = 6u * side * side;
+    uint eye = gl_WorkGroupID.x, channel = gl_WorkGroupID.y;
+    uint side = glbk_sfield_views.side, cells = 6u * side * side;
     uint me = gl_LocalInvocationID.x;
     vec4 sum[SFIELD_GROUPS];
     for (int g = 0; g < SFIELD_GROUPS; g++) sum[g] = vec4(0.0);

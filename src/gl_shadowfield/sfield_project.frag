@@ -1,17 +1,19 @@
-// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four,
-// after all groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.
+// Projects a cube on four functions of the basis: its texels times what these integrate to over each. A
+// column is a group of four, with all groups of one channel before those of the next; a row is an eye. Twin:
+// sfield_sh_project.
 // uses: table sfield_bindings
 // with: screen.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(location = 0) out uvec4 coefs;
 
+// Returns what four functions of the basis integrate to over a texel.
 vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }
 
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    int side = int(glbk_sfield_views.how.w);
-    uint group = uint(at.x) % glbk_sfield_views.size.y, channel = uint(at.x) / glbk_sfield_views.size.y;
+    int side = int(glbk_sfield_views.side);
+    uint group = uint(at.x) % glbk_sfield_views.groups, channel = uint(at.x) / glbk_sfield_views.groups;
     uint cell = group * uint(6 * side * side);
     vec4 sum = vec4(0.0);
 #if SFIELD_SOURCE

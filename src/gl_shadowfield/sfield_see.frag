@@ -1,4 +1,5 @@
-// What is seen: 1 where anything hides, or the radiance of the nearest triangle, which it emits on one side.
+// Writes what is seen: 1 where anything hides, or the radiance of the nearest triangle, which it emits on one
+// side.
 // uses: sfield_bindings
 // with: sfield_see.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
@@ -12,7 +13,8 @@ void main()
 {
 #if SFIELD_SOURCE
     seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);
-    gl_FragDepth = clamp(gl_FrontFacing ? sfield_depth : 1.0001 * sfield_depth, 0.0, 1.0);   // for sheets that shine twice
+    // A back lies a little behind a front in the same place, so that sheets may shine on both sides.
+    gl_FragDepth = clamp(gl_FrontFacing ? sfield_depth : 1.0001 * sfield_depth, 0.0, 1.0);
 #else
     seen = uvec4(1u);
 #endif

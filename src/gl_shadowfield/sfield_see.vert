@@ -1,6 +1,6 @@
-// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along
-// x; the near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the
-// radiance.
+// Draws a mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column
+// and clips along x; the near and far planes do so along y, so that no triangle leaves its tile. Attribute 0
+// is the position, 1 the radiance.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(location = 0) in vec3 position;
@@ -10,7 +10,7 @@ flat out vec3 sfield_radiance;
 out float sfield_depth;
 #endif
 
-// Along s, t and the axis of a face, as sfield_cube_texel has them.
+// Returns p along s, t and the axis of a face, as sfield_cube_texel has them.
 vec3 sfield_to_face(uint face, vec3 p)
 {
     if (face == 0u) return vec3(-p.z, -p.y, p.x);
@@ -22,12 +22,12 @@ vec3 sfield_to_face(uint face, vec3 p)
 
 void main()
 {
-    uint tile = glbk_sfield_views.how.x + uint(gl_InstanceID);
+    uint tile = glbk_sfield_views.first_tile + uint(gl_InstanceID);
     vec4 eye = glbk_sfield_views.eyes[tile];
     uvec4 place = glbk_sfield_views.places[tile];
     vec4 sphere = glbk_sfield_views.sphere;
     vec3 q = sfield_to_face(place.x, (position - sphere.xyz) / sphere.w - eye.xyz);
-    float rows = float(glbk_sfield_views.how.y);
+    float rows = float(glbk_sfield_views.rows);
     gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);
 #if SFIELD_SOURCE
     sfield_radiance = radiance;

@@ -1,5 +1,5 @@
-// Own visibility x cosine at the vertices of what was drawn into the G-buffer, at the same places: four coefficients in
-// each of four attributes.
+// Draws own visibility x cosine of what was drawn into the G-buffer, at the same places: four attributes have
+// four coefficients each.
 // uses: sfield_bindings
 #ifndef SFIELD_POSITION
 #define SFIELD_POSITION 0

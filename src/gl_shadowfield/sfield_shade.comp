@@ -1,6 +1,8 @@
-// sfield_shade.frag as a compute shader: the entities near its 8 x 8 pixels are found by a work group together.
+// Does what sfield_shade.frag does, as a compute shader: a work group finds the entities near its 8 x 8
+// pixels together.
 // uses: sfield_list sfield_point
-// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0
+// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1
+// sets: SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main()

@@ -1,7 +1,9 @@
-// Light at each pixel of the G-buffer: rgb without albedo, and the share of the cosine-weighted sky that is open.
+// Writes the light at each pixel of the G-buffer, without albedo, and the share of the cosine-weighted sky
+// that is open.
 // uses: sfield_point
 // with: screen.vert
-// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0
+// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1
+// sets: SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0
 layout(location = 0) out glbk_color light;
 #if SFIELD_GLOSS
 layout(location = 1) out glbk_color gloss;

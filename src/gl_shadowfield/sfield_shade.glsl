@@ -1,24 +1,33 @@
-// sfield_shade - light at a point in the scene that glbk_sfield_bind bound, near to far (paper, figure 5).
+// sfield_shade - returns the light at a point in the scene that glbk_sfield_bind bound, near to far (paper,
+// figure 5).
 // uses: sfield_access sfield_field
 
-// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),
-// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius
-// of the occluder, time), (occluder, source, rotation, 0), tint. World units.
+// An entity has SFIELD_ENTITY texels in the table: the occluder's centre and the square of its reach (0 hides
+// nothing), the source's centre and radius (0 does not shine), three rows of the turn into field space (with
+// the inscribed radius, the radius of the occluder and the time in w), (occluder, source, rotation, 0), the
+// tint. Lengths are in world units.
 #ifndef SFIELD_ENTITY
 #define SFIELD_ENTITY 7u
 #endif
+#define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)
 #define SFIELD_BATCH 8              // entities found at a time
 #define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
 
-struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T(0) after all
+struct sfield_sums {
+    vec3 light;                     // irradiance, W/m^2; times albedo / pi it is radiance
+    vec3 gloss;                     // of Phong's lobe, times the specular colour it is radiance
+    float open;                     // the first coefficient of what stays visible
+};
 
-// The first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0 = none.
-uint sfield_at(uint i) { return glbk_sfield_contents.table.x + i * SFIELD_ENTITY; }
+// Returns the first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0
+// being none.
+uint sfield_at(uint i) { return glbk_sfield_contents.entity_texel + i * SFIELD_ENTITY; }
 
-// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises
-// with its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.
+// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which
+// rises with its number in the table and leads to its texels; NEAR and FAR bound its distances from the
+// points, squared.
 #ifndef SFIELD_NAME
-#define SFIELD_COUNT glbk_sfield_contents.table.y
+#define SFIELD_COUNT glbk_sfield_contents.entity_count
 #define SFIELD_NAME(i) i
 #define SFIELD_NUMBER(name) name
 #define SFIELD_RECORD(name, k) SFIELD_MOVING(sfield_at(name) + k)
@@ -27,6 +36,7 @@ uint sfield_at(uint i) { return glbk_sfield_contents.table.x + i * SFIELD_ENTITY
 #endif
 #define SFIELD_HIDES 0x80000000u
 
+// Returns v, a vector in the world, in the space of an entity's fields.
 vec3 sfield_turn(uint entity, vec3 v)
 {
     return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v),
@@ -34,9 +44,10 @@ vec3 sfield_turn(uint entity, vec3 v)
                 dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));
 }
 
-// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;
-// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it
-// neither hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
+// Finds the next SFIELD_BATCH lights and occluders in distance after (d2, id); SFIELD_NONE ends them. The id
+// of a light is its entity's name, that of an occluder SFIELD_HIDES more, so that of the same distance lights
+// come first. An entity does not hide itself from its own light, since it follows then, and it neither hides
+// nor lights its own points. Entities before `first` have been gone through.
 void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
                  out uint name[SFIELD_BATCH])
 {
@@ -70,29 +81,36 @@ void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, o
     }
 }
 
-// Inscribed spheres of what was met, as cones: axis, cosine of the half angle.
-struct sfield_blockers { vec4 cone[SFIELD_BLOCKERS]; int count; };
+// Inscribed spheres of the occluders that were met, as cones: axis, cosine of the half angle.
+struct sfield_blockers {
+    vec4 cone[SFIELD_BLOCKERS];
+    int count;
+};
 
-// Is a bounding sphere, in direction v at distance d with that sine, inside one of them?
+// Returns whether a bounding sphere, in direction v and with a half angle of that sine, is inside one of
+// them.
 bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
 {
     float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
     bool hidden = false;
     for (int i = 0; i < SFIELD_BLOCKERS; i++) {
         float cos_b = b.cone[i].w, sin_b = sqrt(max(1.0 - cos_b * cos_b, 0.0));
-        hidden = hidden || (i < b.count && sin_a < sin_b && dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b);
+        bool within = dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b;
+        hidden = hidden || (i < b.count && sin_a < sin_b && within);
     }
     return hidden;
 }
 
+// Returns a point in the space of an entity's field, in radii about its centre.
 vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
 {
     return sfield_turn(entity, position - sphere.xyz) / sphere.w;
 }
 
-// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and
-// hides nothing below the horizon or behind an inscribed sphere.
-bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])
+// Writes alpha of an occluder, in the world, and returns whether anything of it counts. It fades over the
+// last quarter of its reach, and hides nothing below the horizon or behind an inscribed sphere.
+bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met,
+                      out float o[SFIELD_COEFS])
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
     vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));
@@ -108,20 +126,21 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
         met.count++;
     }
     for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;
-    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0,
-                 factor, o);
+    vec3 local = sfield_local(entity, vec4(place.xyz, radius), position);
+    sfield_fetch(what.x, sfield_locate(what.x, local), 0u, 0.0, factor, o);
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);
     return true;
 }
 
-// A sum into channel c; a source of one channel has three equal ones.
+// Returns rgb with a sum in channel c and those after it: a source of one channel has three equal ones.
 vec3 sfield_channel(vec3 rgb, uint c, float sum)
 {
     return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
 }
 
-// T . radiance of a light, and the same of g; both are turned into its space.
-void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS], inout sfield_sums sums)
+// Adds t . radiance of a light, and g . radiance to the gloss; both are turned into the light's space.
+void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS],
+                  inout sfield_sums sums)
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
     vec4 sphere = uintBitsToFloat(SFIELD_RECORD(entity, 1u));
@@ -145,32 +164,35 @@ void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFI
     sums.gloss += gloss * tint;
 }
 
+// Returns t . radiance of the sky.
 vec3 sfield_sky(float t[SFIELD_COEFS])
 {
-    uint at = glbk_sfield_contents.parts.z;
+    uint at = glbk_sfield_contents.sky_texel;
     vec3 rgb = vec3(0.0);
     for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_MOVING(at + uint(k)).xyz);
     return rgb;
 }
 
+// Takes what an occluder hides from t.
 void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 {
     float r[SFIELD_COEFS];
-    sfield_product(glbk_sfield_contents.parts.xy, t, o, r);
+    sfield_product(SFIELD_TERMS, t, o, r);
     for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];
 }
 
-// own: the entity that the point lies on, counted from 1, which neither hides it (its start does) nor lights it; 0 =
-// none.
-// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe,
-// used where SFIELD_GLOSS is 1.
+// Returns the light at a point of the world with a unit normal. own is the entity that the point lies on,
+// counted from 1, which neither hides it, since t does, nor lights it; 0 is none. t is own visibility x
+// cosine, in the world: that of sfield_cosine, or what was recorded, turned. g is t x Phong's lobe, used
+// where SFIELD_GLOSS is 1.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
-    uint count = glbk_sfield_contents.table.y, left = glbk_sfield_contents.table.z, id = SFIELD_NONE, first = 0u;
+    uint count = glbk_sfield_contents.entity_count, left = glbk_sfield_contents.light_count;
+    uint id = SFIELD_NONE, first = 0u;
     uint name[SFIELD_BATCH];
     if (own - 1u < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own - 1u) + 1u).w) > 0.0) left--;
-    bool sky = glbk_sfield_contents.table.w != 0u, more = left > 0u || sky;
+    bool sky = glbk_sfield_contents.wants_sky != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
     sfield_blockers met;
     met.count = 0;

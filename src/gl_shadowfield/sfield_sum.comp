@@ -1,5 +1,6 @@
-// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation
-// adds up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.
+// Does what sfield_sum.frag does, as a compute shader: a work group counts the samples of a row of texels of
+// a tile. Each invocation adds up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2),
+// then texels are made of columns.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(local_size_x = 32) in;
@@ -12,7 +13,7 @@ shared uint sfield_columns[256];
 void main()
 {
     uvec4 place = glbk_sfield_views.places[gl_WorkGroupID.y];
-    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side;
+    uint width = glbk_sfield_views.width, side = glbk_sfield_views.side, scale = width / side;
     uint me = gl_LocalInvocationID.x;
     ivec2 from = ivec2(place.zw * width + uvec2(0u, gl_WorkGroupID.x * scale));
     ivec2 to = ivec2(place.x * side, place.y * side + gl_WorkGroupID.x);
@@ -45,7 +46,8 @@ void main()
         uvec4 sum = uvec4(0u);
         for (uint k = 0u; k < scale / 2u; k++)
             for (uint i = 0u; i < 4u; i++) sum[i] += sfield_columns[(4u * x + i) * (scale / 2u) + k];
-        imageStore(glbk_sfield_cube_image, ivec2(place.x * side / 4u + x, to.y), floatBitsToUint(vec4(sum) * share));
+        ivec2 at = ivec2(place.x * side / 4u + x, to.y);
+        imageStore(glbk_sfield_cube_image, at, floatBitsToUint(vec4(sum) * share));
     }
 #endif
 }

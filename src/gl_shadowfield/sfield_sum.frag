@@ -1,4 +1,4 @@
-// Samples counted into texels: four neighbours' alpha, or a texel's radiance.
+// Counts samples into texels: four neighbours' alpha, or a texel's radiance.
 // uses: sfield_bindings
 // with: sfield_sum.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
@@ -8,7 +8,7 @@ layout(location = 0) out uvec4 texels;
 void main()
 {
     uvec4 place = glbk_sfield_views.places[sfield_tile];
-    int width = int(glbk_sfield_views.how.z), side = int(glbk_sfield_views.how.w), scale = width / side;
+    int width = int(glbk_sfield_views.width), side = int(glbk_sfield_views.side), scale = width / side;
     ivec2 at = ivec2(gl_FragCoord.xy), tile = ivec2(place.zw) * width;
     float share = 1.0 / float(scale * scale);
 #if SFIELD_SOURCE

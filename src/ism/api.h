@@ -21,17 +21,17 @@ typedef enum ism_result {
     ISM_RESULT_COUNT
 } ism_result;
 
-typedef struct ism_maps ism_maps;       /* VPLs, surfels and atlas, kept from frame to frame */
+typedef struct ism_maps ism_maps;       /* VPLs with their surfels and depth maps, kept from frame to frame */
 typedef struct ism_desc ism_desc;       /* how many VPLs, how large their maps: ---- settings ---- */
 typedef struct ism_shading ism_shading; /* how receivers are shaded: ---- settings ---- */
 typedef struct ism_stats ism_stats;     /* what a call counted: ---- settings ---- */
-typedef struct ism_frame ism_frame;     /* what a frame is made of: below */
+typedef struct ism_frame ism_frame;     /* mesh, sources and receivers of one frame: below */
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
-/* Makes maps, which ism_free takes back.
+/* Makes maps, which ism_free takes back. One ism_maps serves all frames.
    desc     NULL = all defaults
    out      written on ISM_OK only
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
+   Errors   ISM_ERR_ARGUMENT (NULL), ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
 
 ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats);
@@ -40,7 +40,7 @@ ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_
    out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
             albedos; untouched on failure
    stats    may be NULL
-   Errors   those of the three */
+   Errors   those of the three calls */
 
 ISM_DEF void ism_free(ism_maps *maps);
 /* Takes back maps and their memory; NULL is allowed. */
@@ -56,34 +56,37 @@ typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
-    const float    *opacities;      /* 0..1 of each triangle, which is drawn for that share of the VPLs; NULL
+    const float    *opacities;      /* of each triangle 0..1, which is drawn for that share of the VPLs; NULL
                                        = opaque */
     const float    *albedos;        /* r, g, b of each triangle, for ism_bounce alone; NULL = 0.5 */
 } ism_mesh;
 
-typedef enum ism_source_kind {
+typedef enum ism_source_kind {      /* what sends the light on */
     ISM_SOURCE_DEFAULT,             /* = ISM_SOURCE_SURFACE */
     ISM_SOURCE_SURFACE,             /* texels of a reflective shadow map, points on lamps */
-    ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to it, fluxes radiance x solid
-                                       angle, W/m^2. Its VPLs' maps are orthographic maps of the mesh's
-                                       bounding sphere */
+    ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to the sky, fluxes are radiance x
+                                       solid angle, W/m^2. The maps of its VPLs are orthographic, of the
+                                       mesh's bounding sphere */
     ISM_SOURCE_COUNT
 } ism_source_kind;
 
 typedef struct ism_source {         /* a grid of points that send light on (pVPLs): a lit surface, a lamp or a
                                        sky */
     ism_source_kind kind;
-    uint32_t     width, height;     /* of the grid; a plain list has height 1 and is scattered */
-    int          scattered;         /* not 0: grid neighbours are no neighbours in space, and are not mixed */
+    uint32_t     width, height;     /* of the grid, 2^26 points at most in all sources; a plain list has
+                                       height 1 and is scattered */
+    int          scattered;         /* not 0: neighbours in the grid are no neighbours in space, and are not
+                                       mixed */
     const float *positions;         /* x, y, z of each */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *normals;           /* unit; not asked of directions */
+    const float *normals;           /* unit; not read of directions */
     size_t       normal_stride;     /* as position_stride */
-    const float *fluxes;            /* r, g, b: what leaves the surface behind each texel; 0 where there is
-                                       none */
+    const float *fluxes;            /* r, g, b, 0..1e30 W: what leaves the surface behind each texel; 0 if
+                                       there is no surface. Texels out of this range are never chosen
+                                       (ism_stats.bad_pvpls) */
     size_t       flux_stride;       /* as position_stride */
-    const float *areas;             /* m^2 of surface behind each texel; NULL = estimated from the VPLs'
-                                       distances */
+    const float *areas;             /* m^2 of surface behind each texel; NULL, and areas that are negative or
+                                       not finite = estimated from the distances between VPLs */
     size_t       area_stride;       /* bytes, a multiple of 4; 0 = 4 */
     const float *lobes;             /* axis x, y, z (unit) and exponent 0..1e5 of each: its intensity goes as
                                        cos^exponent about the axis. NULL = diffuse, which is exponent 1 about
@@ -110,17 +113,17 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
     uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
-    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. Finds which
-                                       pixels lie near a texel of a source. Clip z is not asked */
-    ism_rows     rows;
+    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. It tells
+                                       which pixels lie near a texel of a source. Clip z plays no part */
+    ism_rows     rows;              /* of the picture */
 } ism_points;
 
 struct ism_frame {
     const ism_mesh   *mesh;         /* NULL: nothing casts shadows */
     const ism_source *sources;      /* faces of a cube map, several lights; NULL where source_count is 0 */
     size_t            source_count;
-    const ism_points *points;       /* what is seen. VPLs are chosen for all of it: of few receivers, one very
-                                       near a light draws most VPLs to itself, and the others are noisy (right
-                                       on the mean) */
-    uint32_t          index;        /* counts frames: says which surfels are renewed */
+    const ism_points *points;       /* the receivers. VPLs are chosen for all of them together: if receivers
+                                       are few, one very near a light draws most VPLs to itself, and the
+                                       others are noisy (though right on the mean) */
+    uint32_t          index;        /* number of the frame, which decides which surfels are renewed */
 };

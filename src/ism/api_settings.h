@@ -23,22 +23,25 @@ typedef struct ism_system {         /* all zero: malloc and free, this thread al
 
 typedef enum ism_importance {       /* by what VPLs are chosen among the texels of sources */
     ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
-    ISM_IMPORTANCE_FLUX,            /* the power that leaves the texel (paper, section 3.2) */
-    ISM_IMPORTANCE_BRSM,            /* times its mean effect on receivers drawn from a jittered grid (section
-                                       4.1) */
-    ISM_IMPORTANCE_GUIDED,          /* half of these drawn near the texel's place in the picture (section
-                                       4.2) */
+    ISM_IMPORTANCE_FLUX,            /* by the flux that leaves the texel (paper, section 3.2) */
+    ISM_IMPORTANCE_BRSM,            /* by flux x effect: the root mean square of what a unit of the flux adds,
+                                       unshadowed, to view_grid_side^2 receivers from a jittered grid (section
+                                       4.1, which takes the mean: the root mean square gives the picture the
+                                       least variance) */
+    ISM_IMPORTANCE_GUIDED,          /* as BRSM, with half of the receivers near the texel's own place in the
+                                       picture (section 4.2) */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 
 typedef enum ism_spread {           /* how surfels are spread over triangles */
     ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
-    ISM_SPREAD_AREA,                /* evenly, as in imperfect shadow maps of 2008 */
-    ISM_SPREAD_VIEW_1,              /* by solid angle, seen from one receiver for all triangles (section
-                                       5.1) */
-    ISM_SPREAD_VIEW_8,              /* by solid angle, seen from 8 receivers for each triangle (section
-                                       5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of that and of what the VPL sees */
+    ISM_SPREAD_AREA,                /* by area, as in the imperfect shadow maps of 2008 */
+    ISM_SPREAD_VIEW_1,              /* by the solid angle that one receiver, the same for all, sees of each
+                                       triangle (section 5.1) */
+    ISM_SPREAD_VIEW_8,              /* by the solid angle that 8 receivers, drawn for each triangle, see of it
+                                       on the mean (section 5.2) */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of what the VPL itself sees of the
+                                       triangle */
     ISM_SPREAD_COUNT
 } ism_spread;
 
@@ -46,7 +49,8 @@ typedef enum ism_projection {       /* which direction a texel of a VPL's map sh
     ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
     ISM_PROJECTION_COSINE,          /* every texel has an equal share of a diffuse VPL's flux (section 6.1) */
     ISM_PROJECTION_PARABOLOID,      /* a disc in the square, whose corners are never used */
-    ISM_PROJECTION_OCTAHEDRAL,      /* no trigonometry; texels of 0.6 to 1.7 times the mean solid angle */
+    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, without trigonometry; texels have 0.6 to
+                                       1.7 times the mean solid angle */
     ISM_PROJECTION_LOBE,            /* every texel has an equal share of the flux of the VPL's own lobe */
     ISM_PROJECTION_COUNT
 } ism_projection;
@@ -59,31 +63,34 @@ struct ism_desc {                   /* zero it, then set what you care about */
     ism_importance importance;
     ism_spread     spread;
     ism_projection projection;
-    uint32_t       view_grid_side;  /* receivers that a texel's effect is estimated from: the grid's side,
+    uint32_t       view_grid_side;  /* a texel's effect is estimated from a grid of receivers with this side,
                                        1..16; 0 = 4 */
-    int32_t        blur_radius;     /* texels that effects are blurred over, at most 16; 0 = 5 % of the
-                                       source's shorter side, at most 6; negative = no blur */
+    int32_t        blur_radius;     /* effects are blurred over this many texels along surfaces, at most 16;
+                                       0 = 5 % of the source's shorter side, at most 6; negative = no blur */
     uint32_t       lazy_frames;     /* frames until all surfels are renewed, 1..64; 0 = 8 */
-    float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no texel is
-                                       forgotten */
-    float          area_share;      /* of the surfels spread evenly, above 0, <= 1; 0 = 0.2: no triangle is
-                                       forgotten */
-    float          splat_scale;     /* area of discs over that of their surfels, above 0, <= 16; 0 = 1. Discs
-                                       that are cut off at their triangle's edges have 6 times that, which
+    float          flux_share;      /* share of the choice that is made by flux alone, so that no texel is
+                                       forgotten, up to 1; 0 = 0.1 */
+    float          area_share;      /* share of the surfels that is spread by area, so that no triangle is
+                                       forgotten, up to 1; 0 = 0.2 */
+    float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 1. Discs that
+                                       are cut off at their triangle's edges have 6 times the area, which
                                        closes gaps between them */
-    int32_t        near_point_count;    /* of each VPL, which light in its place what is near, at most 64;
-                                       0 = 16; negative = none: ISM_NEAR_GATHER is ISM_NEAR_PATCH then */
-    int32_t        window_rim;      /* texels a side of a tile for what lies outside of its window (ism_zoom),
-                                       2..tile_side / 2; 0 = tile_side / 8, at least 2; negative = tiles have
-                                       no windows and show hemispheres evenly */
+    int32_t        near_point_count;    /* near points of each VPL, which take its place for receivers close
+                                           by,
+                                       at most 64; 0 = 16; negative = none, and ISM_NEAR_GATHER is
+                                       ISM_NEAR_PATCH then */
+    int32_t        window_rim;      /* texels a side of a tile that show what lies outside its window
+                                       (ism_zoom), 2..tile_side / 2; 0 = tile_side / 8, at least 2; negative =
+                                       tiles have no windows and show hemispheres evenly */
     int            no_inter_texel;  /* not 0: VPLs lie at texel centres of their source, not between them
                                        (section 6.5) */
     int            no_fill;         /* not 0: holes of maps stay open, without pull and push (section 3.3) */
-    int            unstable;        /* not 0: new random numbers every frame: means of frames converge;
-                                       flickers */
+    int            unstable;        /* not 0: every frame has new random numbers, so that the mean of many
+                                       frames converges and single frames flicker; 0: frames stay alike */
     int            vary_surfels;    /* not 0: weak VPLs take a half or a quarter of the surfels */
-    int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce */
-    uint32_t       seed;
+    int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce, and
+                                       tiles have no windows */
+    uint32_t       seed;            /* chooses between equally good sets of random numbers */
 };
 
 typedef enum ism_near {             /* what is done about receivers close to a VPL */
@@ -103,19 +110,22 @@ typedef enum ism_near {             /* what is done about receivers close to a V
 
 typedef void (*ism_visible_fn)(void *user, const float position[3], const float geometric_normal[3],
                                const uint32_t *numbers, size_t count, float *visible);
-/* Writes 0..1, how much of each of count lights is seen from a receiver. numbers: of VPLs (ism_vpls) or of
-   near points (ism_near_points). Called from several threads at once where parallel_for uses them. */
+/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees.
+   parallel_for's threads may call the function at once.
+   numbers   of count lights: VPLs (of ism_vpls) or near points (of ism_near_points)
+   visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
     uint32_t       pattern;         /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and a blur
-                                       mixes the neighbours (section 6.2); 0 = 1. Not for lists */
+                                       along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
+                                       neighbours: 1 */
     ism_near       near_mode;
     float          clamp;           /* of ISM_NEAR_CLAMP in 1/m^2, of ISM_NEAR_CLAMP_MEAN a factor; 0 = 1 */
-    float          bias;            /* share of their distance by which receivers count as nearer, below 1; 0
-                                       = 0.02; negative = none */
+    float          bias;            /* receivers count as nearer to the VPL by this share of their distance,
+                                       below 1; 0 = 0.02; negative = none */
     int            no_maps;         /* not 0: nothing casts shadows */
-    int            cull;            /* not 0: skips VPLs that face away from blocks of 16 x 16 pixels; same
-                                       picture */
+    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped.
+                                       The picture is the same */
     ism_visible_fn visible_fn;      /* exact visibility of VPLs in place of the maps; NULL = the maps */
     void          *visible_user;
     ism_visible_fn near_visible_fn; /* the same of near points; NULL: each is seen as its VPL is, by
@@ -124,21 +134,23 @@ struct ism_shading {                /* zero it, then set what you care about */
 };
 
 struct ism_stats {                  /* of the last run of each stage */
-    uint32_t vpls;                  /* fewer than N only where the sources are black */
+    uint32_t vpls;                  /* VPLs that were chosen: N, but fewer if the sources are black */
     uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
-    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative, above 1e30, or whose
-                                       unit vectors are 0 0 0: never chosen */
-    uint64_t skipped_triangles;     /* a vertex is not finite, or the area is 0 */
-    uint64_t surfels, renewed;      /* all, and those of this frame */
+    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative or above 1e30, or whose
+                                       unit vectors are 0 0 0. They are never chosen */
+    uint64_t skipped_triangles;     /* triangles with a vertex that is not finite, or without area */
+    uint64_t surfels, renewed;      /* all surfels, and those that this frame made anew */
     uint64_t splats;                /* surfels that were drawn into tiles */
-    uint64_t wide_splats;           /* of them, discs that would be wider than they are far, and were cut */
+    uint64_t wide_splats;           /* those of `splats` whose disc was cut, since it would have been wider
+                                       than its distance */
     uint64_t filled;                /* texels that pull and push wrote */
     double   surface_area;          /* of the mesh, m^2 */
     double   flux[3];               /* of all sources, W (surfaces alone) */
-    double   lost_energy;           /* share of the light that the rule for near VPLs took off, mean of all
-                                       channels; by PATCH also what would have leaked through bent sheets */
-    double   culled;                /* share of pairs of VPL and block that culling skipped */
-    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its
-                                       own) */
-    uint32_t near_points;           /* of the last ism_choose; 0 after ism_set_vpls */
+    double   lost_energy;           /* share of the light that the rule for near VPLs took off, as the mean of
+                                       all channels; PATCH counts what would have leaked through bent sheets,
+                                       too */
+    double   culled;                /* share of the pairs of a VPL and a block that culling skipped */
+    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once (from
+                                       ism_shade with its own) */
+    uint32_t near_points;           /* near points of the last ism_choose; 0 after ism_set_vpls */
 };

@@ -6,7 +6,11 @@ static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t do
     return ism__grow(m, &m->sources, sources, sizeof(ism__source_of)) &&
            ism__grow(m, &m->importance, cells, sizeof(float)) &&
            ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) &&
+#ifndef ISM_WITHOUT_NEAR_POINTS
            ism__grow(m, &m->cdf, doubles, sizeof(double)) && ism__grow_near(m);
+#else
+           ism__grow(m, &m->cdf, doubles, sizeof(double));
+#endif
 }
 
 /* Importances of all sources; their progress ends at 0.7 of the call's. */
@@ -84,7 +88,10 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     ism__flag_jumps(m);
     m->built = 0;
     result = ism__finish_vpls(m, &job->part, 0.7f, 0.8f);
-    return result == ISM_OK ? ism__draw_near(m, job, total, 0.8f, 1.0f) : result;
+#ifndef ISM_WITHOUT_NEAR_POINTS
+    if (result == ISM_OK) return ism__draw_near(m, job, total, 0.8f, 1.0f);
+#endif
+    return result;
 }
 
 /* What a call with a frame begins with: job, and the frame's receivers. */

@@ -36,7 +36,8 @@ static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
    UINT32_MAX first, so that no hole depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
-    int size = (int)tile->size, x, y, dx, dy;
+    int size = (int)tile->size, x, y;
+    int dx, dy;
     size_t i, count = (size_t)tile->size * tile->size;
     for (y = 0; y < size; y++)
         for (x = 0; x < size; x++) {
@@ -66,7 +67,8 @@ static void ism__open_holes(ism__tile *tile)
    middle. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
-    uint32_t size = tile->size, level, x, y, k;
+    uint32_t size = tile->size, level, x;
+    uint32_t y, k;
     size_t offset = 0, below = 0;
     for (level = 1; level <= levels; level++) {
         uint32_t half = size >> level;
@@ -75,7 +77,8 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
                 uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level,
                          my = (2u * y + 1u) << level;
                 for (k = 0; k < 4u; k++) {
-                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at, px, py, d;
+                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at;
+                    uint32_t px, py, d;
                     if (level == 1)
                         at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
                     else at = pyramid[below + (size_t)cy * 2u * half + cx];
@@ -133,7 +136,8 @@ static void ism__keep_nearest(ism__search *s, ism__texel *texel, int d)
 static void ism__search_level(const ism__tile *tile, const uint32_t *cells, uint32_t level, int tx, int ty,
                               ism__search *s)
 {
-    int half = (int)(tile->size >> level), cx = tx >> level, cy = ty >> level, x, y;
+    int half = (int)(tile->size >> level), cx = tx >> level, cy = ty >> level;
+    int x, y;
     for (y = cy - 1; y <= cy + 1; y++)
         for (x = cx - 1; x <= cx + 1; x++) {
             uint32_t at;

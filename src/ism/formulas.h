@@ -1,8 +1,9 @@
 /* ---- formulas: solid angle, form factor, dithering ---- */
 
-/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of
-   any size. */
-ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
+/* Returns the solid angle of a triangle seen from the origin, in sr, exact for any size (Van Oosterom and
+   Strackee 1983), and 0 for a triangle without area:
+   tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a). */
+static float ism__solid_angle(const float pa[3], const float pb[3], const float pc[3])
 {
     ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
     float la = ism__v3_length(a), lb = ism__v3_length(b), lc = ism__v3_length(c);
@@ -13,8 +14,10 @@ ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float 
     return omega > 0.0f ? omega : 0.0f;
 }
 
-/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x
-   a|; *share is the part of the area that is left. */
+/* Returns the form factor from a point at the origin with the normal n to a flat polygon, whose corners go
+   counter-clockwise as seen from the point, by Lambert's sum over the edges of the part above the horizon:
+   F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x a|. *share is the part of the area that is left; share may
+   be NULL. */
 static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
 {
     ism__v3 p[8];
@@ -45,17 +48,9 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
     return sum * 0.159154943f;
 }
 
-ISM_DEF float ism_form_factor(const float normal[3], const float corners[12])
-{
-    ism__v3 c[4];
-    float f;
-    int k;
-    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
-    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
-    return f > 0.0f ? f : 0.0f;
-}
-
-ISM_DEF int ism_dither(uint32_t x, uint32_t y, float opacity)
+/* Is a pixel of this opacity drawn? Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4
+   (paper 6.4). */
+static int ism__dither(uint32_t x, uint32_t y, float opacity)
 {
     static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
     return opacity > threshold[(y & 1u) * 2u + (x & 1u)];

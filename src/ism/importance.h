@@ -13,8 +13,9 @@ typedef struct ism__choice {
     float             from, to;     /* of the call's progress: this source's */
 } ism__choice;
 
-/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes
-   count as diffuse here: an importance need only be near. */
+/* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
+   hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
+   not be exact. */
 static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
 {
     ism__v3 d;
@@ -30,8 +31,8 @@ static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, i
     return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
 }
 
-/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as
-   paper 4.2 has it: the mirrored place. */
+/* Writes the place of a world position in pixels, and returns 0 if that is at infinity or unknown. A position
+   behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
     const float *m = view->points->matrix;
@@ -49,17 +50,19 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is
-   guided: it has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the
-   grid by the balance heuristic, so that no place is forgotten. Rows and columns of an even grid have as many
-   of either kind, so that guided ones take their numbers from their cells; of an odd one they have their own,
-   in steps of radius and of the golden ratio. */
+/* Estimates the mean square effect of one pVPL on the picture, from a jittered grid of receivers. Every other
+   sample, as on a chessboard, is guided: its density falls as min(1, (r0 / r)^2) about the pVPL's own place.
+   Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
+   grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
+   in an odd grid they have numbers of their own, in steps of radius and of the golden ratio. */
 static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism__view *view = &c->job->view;
-    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid, w = view->width, h = view->height;
+    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid;
+    uint32_t w = view->width, h = view->height;
     ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n = q, p, pn;
-    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
+    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h);
+    float reach = (float)w + (float)h, sum = 0.0f;
     uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
     float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
     int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u;
@@ -110,18 +113,21 @@ static void ism__estimate_task(void *context, size_t row)
     }
 }
 
-/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
+/* Blurs the effects of a row of texels over neighbours on the same surface (paper 6.5), and takes their
+   roots. Fluxes are not blurred. */
 static void ism__blur_task(void *context, size_t row)
 {
     ism__choice *c = (ism__choice *)context;
     const ism_source *s = &c->job->frame->sources[c->source];
-    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
+    int radius = (int)c->blur_radius, x, y;
+    int w = (int)s->width, h = (int)s->height;
     for (x = 0; x < w; x++) {
         size_t i = row * s->width + (size_t)x;
         ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
         ism__v3 n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
         float sum = 0.0f, weights = 0.0f;
-        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
+        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius;
+        int x1 = x + radius, k;
         c->out[i] = 0.0f;
         if (!(c->lum[i] > 0.0f)) continue;
         for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
@@ -140,7 +146,7 @@ static void ism__blur_task(void *context, size_t row)
     }
 }
 
-/* Box of the receivers; its diagonal. */
+/* Returns the diagonal of the receivers' box. */
 static float ism__extent(const ism__view *view)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
@@ -153,7 +159,8 @@ static float ism__extent(const ism__view *view)
     return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
 }
 
-/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
+/* Writes the fluxes of one source into c->lum, and the effect of a unit of each on the picture into
+   c->out. */
 static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
 {
     ism_maps *m = c->m;
@@ -191,13 +198,15 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double 
     return ISM_OK;
 }
 
-/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of
-   all sources together: of each by itself it would leave nothing to those that one with a few great effects
-   stands beside. Fluxes of directions are irradiances and have a share of their own. */
+/* Writes the importances into c->out: flux x (effect + a constant, so that no texel is forgotten). The
+   constant makes choice by flux alone a given share of all sources together: if it were a share of each
+   source, one with a few great effects would leave the others nothing. Fluxes of directions are irradiances,
+   and have a constant of their own. */
 static void ism__add_shares(ism__choice *c, const ism__source_of *of)
 {
     const ism_frame *f = c->job->frame;
-    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
+    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0;
+    double kinds, least[2];
     size_t s, i = 0, end;
     for (s = 0; s < f->source_count; s++) {
         flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;

@@ -5,7 +5,7 @@ static const float *ism__at(const float *array, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
 }
 
-/* Axis and exponent. */
+/* Returns the axis and the exponent of a texel's lobe, four floats. */
 static const float *ism__lobe(const ism_source *s, size_t i)
 {
     return ism__at(s->lobes, s->lobe_stride ? s->lobe_stride : 16u, i);
@@ -25,7 +25,7 @@ static void ism__begin_job(const ism_system *system, const char *function, const
     job->log.function = function;
 }
 
-/* ARGUMENT, and says which pointer it is. */
+/* Returns ISM_ERR_ARGUMENT, and says which pointer is NULL. */
 static ism_result ism__is_null(const ism__logger *log, const char *name)
 {
     ism__log_text(log, name, "is NULL");
@@ -38,7 +38,7 @@ static ism_result ism__no_memory(const ism__logger *log)
     return ISM_ERR_ALLOC;
 }
 
-/* Where lists of surfels go. */
+/* Checks the arrays that lists of surfels are written to. */
 static ism_result ism__check_list(const ism__logger *log, const ism_surfel *out, size_t capacity,
                                   const size_t *count)
 {
@@ -55,8 +55,8 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
     return ISM_ERR_ARGUMENT;
 }
 
-/* A vector that is said to be unit: 1 if it is (0.97 to 1.03 long), 0 if it is 0 0 0 or not finite, and -1
-   else. */
+/* Returns what a vector is that is said to be unit: 1 if it is so (0.97 to 1.03 long), 0 if it is 0 0 0 or
+   not finite, and -1 otherwise. */
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
@@ -69,7 +69,7 @@ static size_t ism__mesh_triangles(const ism_mesh *mesh)
     return !mesh ? 0 : (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3u;
 }
 
-/* The mesh without what its indices say, which is seen while they are read. */
+/* Checks a mesh, but for the values of its indices, which are checked while they are read. */
 static ism_result ism__check_mesh(const ism__logger *log, const ism_mesh *mesh)
 {
     int indexed = mesh->indices || mesh->indices16;
@@ -91,7 +91,7 @@ static ism_result ism__check_mesh(const ism__logger *log, const ism_mesh *mesh)
     return ism__check_stride(log, "mesh.vertex_stride", mesh->vertex_stride, 12);
 }
 
-/* Index i of a mesh; of one without indices i itself. */
+/* Returns index i of a mesh; if the mesh has no indices, i itself. */
 static size_t ism__index(const ism_mesh *mesh, size_t i)
 {
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
@@ -108,7 +108,19 @@ static ism_result ism__check_indices(const ism__logger *log, const ism_mesh *mes
     return ISM_OK;
 }
 
-/* Corners of a triangle whose indices are known to be in range. */
+/* Opacities are 0..1: what is no number would not be drawn, and nobody would know why. */
+static ism_result ism__check_opacities(const ism__logger *log, const ism_mesh *mesh)
+{
+    size_t i, count = mesh->opacities ? ism__mesh_triangles(mesh) : 0;
+    for (i = 0; i < count; i++)
+        if (!(mesh->opacities[i] >= 0.0f && mesh->opacities[i] <= 1.0f)) {
+            ism__log_element(log, "mesh.opacities", i, "is", (double)mesh->opacities[i], "0..1");
+            return ISM_ERR_INPUT;
+        }
+    return ISM_OK;
+}
+
+/* Loads the corners of a triangle whose indices are known to be in range. */
 static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
 {
     size_t k;
@@ -129,7 +141,7 @@ static ism_result ism__check_units(const ism__logger *log, const char *name, con
     return ISM_OK;
 }
 
-/* Receivers, and their width and height where they are a picture. */
+/* Checks receivers, and finds the width and height of their picture; a list is one row. */
 static ism_result ism__open_view(const ism__logger *log, const ism_points *p, ism__view *out)
 {
     ism_result result;
@@ -164,7 +176,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
                             p->count);
 }
 
-/* A receiver's position and normal, or 0 for what is none. */
+/* Loads a receiver's position and normal. Returns 0 if there is no receiver. */
 static int ism__receiver(const ism__view *view, size_t i, ism__v3 *p, ism__v3 *n)
 {
     *p = ism__v3_load(ism__at(view->points->positions, view->points->position_stride, i));
@@ -172,7 +184,7 @@ static int ism__receiver(const ism__view *view, size_t i, ism__v3 *p, ism__v3 *n
     return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f;
 }
 
-/* Its geometric normal: n, its normal, if it has none. */
+/* Returns a receiver's geometric normal; if it has none, n, its normal. */
 static ism__v3 ism__geometric_normal(const ism__view *view, size_t i, ism__v3 n)
 {
     const ism_points *p = view->points;
@@ -264,7 +276,7 @@ static ism_result ism__check_source(const ism__logger *log, const ism_source *s,
     return ism__check_stride(log, name.text, s->area_stride, 4);
 }
 
-/* Texels of all sources, and the doubles that their prefix sums take. */
+/* Checks all sources, and counts their texels and the doubles that their prefix sums take. */
 static ism_result ism__check_sources(const ism__logger *log, const ism_frame *f, size_t *total,
                                      size_t *doubles)
 {

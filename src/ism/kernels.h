@@ -110,8 +110,10 @@ static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_
                          float *out)
 {
     size_t n = w->m->vpl_count;
-    const float *x = w->fields + first, *y = x + n, *z = y + n, *nx = z + n, *ny = nx + n, *nz = ny + n;
-    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z, ax = px->n.x, ay = px->n.y, az = px->n.z;
+    const float *x = w->fields + first, *y = x + n, *z = y + n;
+    const float *nx = z + n, *ny = nx + n, *nz = ny + n;
+    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z;
+    float ax = px->n.x, ay = px->n.y, az = px->n.z;
     uint32_t i;
     for (i = 0; i < count; i++) {
         float dx = x[i] - px0, dy = y[i] - py0, dz = z[i] - pz0, d2 = dx * dx + dy * dy + dz * dz;
@@ -143,7 +145,8 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
 static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
-    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a, b, k;
+    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a;
+    float b, k;
     if (!(h > 0.0f)) return 0.0f;
     a = ism__v3_dot(px->n, d);
     b = -ism__v3_dot(normal, d);

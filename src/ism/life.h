@@ -34,7 +34,12 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
         { "desc.flux_share", (double)d->flux_share, 0, 1, "0..1" },
         { "desc.area_share", (double)d->area_share, 0, 1, "0..1" },
         { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
+#ifdef ISM_WITHOUT_NEAR_POINTS
+        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 0,
+          "0 or less in a header that was joined without near points" },
+#else
         { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
+#endif
         { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2, 0.5 * side,
           "negative, 0 or 2..tile_side / 2" }
     };
@@ -61,7 +66,9 @@ static void ism__resolve(ism_desc *d)
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid_side) d->view_grid_side = 4u;
     if (!d->lazy_frames) d->lazy_frames = 8u;
+#ifndef ISM_WITHOUT_NEAR_POINTS
     if (!d->near_point_count) d->near_point_count = 16;
+#endif
     if (!d->window_rim) d->window_rim = d->tile_side >= 16u ? (int32_t)(d->tile_side / 8u) : 2;
     if (d->near_point_count < 0) d->near_point_count = 0;
     if (d->window_rim < 0) d->window_rim = 0;

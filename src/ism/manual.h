@@ -2,21 +2,22 @@
 
    What it does
 
-   Turns lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky) into
-   a thousand virtual point lights (VPLs), gives each a small hemispherical depth map made of a few thousand
-   surfels scattered over all triangles, and shades pixels or any list of points with them. After Ritschel,
-   Eisemann, Ha, Kim and Seidel, "Making Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8),
-   2011: VPLs are chosen by what they do to the picture, surfels are dense where they shadow what the picture
-   shows. Scene, light and camera may all change from frame to frame.
+   This header computes bounced light with its shadows. It chooses a thousand virtual point lights (VPLs)
+   among lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky),
+   gives each a small hemispherical depth map, drawn from a few thousand surfels scattered over all triangles,
+   and lights pixels or any list of points by them. After Ritschel, Eisemann, Ha, Kim and Seidel, "Making
+   Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8), 2011: VPLs are chosen by what they do
+   to the picture, and surfels are dense where they shadow what the picture shows. Scene, light and camera may
+   all change from frame to frame.
 
    What it does not do
 
-   - No direct light and no reflective shadow maps: you render those, and hand over plain arrays.
+   - You render direct light and reflective shadow maps, and hand over plain arrays.
    - Each VPL's depth map is coarse (64 x 64 texels from 8,192 surfels): single indirect shadows are blurred
      and leak; the sum over a thousand VPLs is what counts. docs/ism.md has pictures, docs/measured/ism.md
      figures.
    - Surfaces that receive light are diffuse; VPLs are diffuse or cosine-power lobes.
-   - No file access, no threads of its own.
+   - The header opens no files and starts no threads.
 
    Quick start
 
@@ -73,12 +74,13 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions point from the surface to the light; vectors
-   called unit may be 0.97 to 1.03 long and are used as they are; distances in your units (m below), angles in
-   radians; radiance W/(sr m^2), irradiance W/m^2, flux W.
+   Space is right-handed. Matrices are column-major float[16]. Directions point from the surface to the light.
+   Vectors called unit may be 0.97 to 1.03 long and are used as they are. Distances are in your units (m
+   below), angles in radians, radiance in W/(sr m^2), irradiance in W/m^2, flux in W.
 
      pVPL       a texel of a source, which might become a light: position, normal, reflected flux
-     BRSM       bidirectional reflective shadow map: a source's importances, flux times effect on the picture
+     BRSM       bidirectional reflective shadow map: the importances of a source's texels, flux times effect
+                on the picture
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
      tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
                 all of them
@@ -100,8 +102,8 @@
        | v4 | v5 | ...                         |  `---'  |  same share of the light that leaves a diffuse VPL
        +----+----                              +---------+
 
-   Texels are dealt out anew then: all but a rim of 8 of 64 a side go to the window, that part of the square
-   in which the picture lies (ism_zoom). Each surfel lies in exactly one VPL's list.
+   A tile shows the square unevenly: all its texels but a rim of 8 of 64 a side show the window, that part of
+   the square in which the picture lies (ism_zoom). Each surfel belongs to one VPL.
 
    From the paper to the code
 
@@ -113,16 +115,17 @@
      section 4.1          prefix sums, VPL i at i / N                   ism__draw             T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
                                                                         ism__estimate         T41
-     section 5.1, fig. 6  solid angle of triangles, prefix sums         ism_solid_angle,
+     section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
      section 5.2          eight receivers for each triangle             ism__triangle_effect  T53
-     section 5.3          an eighth of the surfels a frame              ism__points_of        T54, T57
+     section 5.3          an eighth of the surfels a frame              ism__points_of,
+                                                                        ism_desc              T54, T57
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
                                                                         ism__smooth_pixel     T56
-     section 6.4          dithered opacity                              ism_dither            T58
+     section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
      [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
@@ -164,11 +167,11 @@
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N
    more.
 
-   Every function that can fail returns an ism_result; if it is not ISM_OK, outputs are untouched and nothing
-   leaks, and desc.system.log gets a line that says which field or element is wrong. There are no globals; one
-   ism_maps belongs to one thread at a time, but const calls may run together. Results are equal to the bit
-   for the same input, seed and frame index, on every compiler, processor and thread count (not with x87
-   arithmetic, nor with clang's -ffast-math).
+   Every function that can fail returns an ism_result. If the result is not ISM_OK, outputs are untouched,
+   nothing leaks, and desc.system.log gets a line that says which field or element is wrong. There are no
+   globals. An ism_maps belongs to one thread at a time, but calls that take it as const may run together.
+   Results are equal to the bit for the same input, seed and frame index, on every compiler, processor and
+   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/performance.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef ISM_H

@@ -27,7 +27,8 @@ static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
 static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
 {
     float near2[ISM__NEAR_RANK], best = 1e30f;
-    uint32_t lo = 0, hi = w->sorted_count, left, right, k;
+    uint32_t lo = 0, hi = w->sorted_count, left;
+    uint32_t right, k;
     float x = w->axis == 0 ? p.x : w->axis == 1u ? p.y : p.z;
     for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
     while (lo < hi) {

@@ -56,7 +56,8 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
     ism_maps *m = w->m;
     const uint32_t *counts = (const uint32_t *)m->counts.data;
     ism__surfel *points = (ism__surfel *)m->surfels.data + v * m->desc.surfel_count;
-    uint32_t n = counts[2u * v], j, key = m->desc.seed, used, k, step, clusters[ISM__AHEAD];
+    uint32_t n = counts[2u * v], j, key = m->desc.seed, used;
+    uint32_t k, step, clusters[ISM__AHEAD];
     int fresh = w->fresh || n != counts[2u * v + 1u];
     double x[ISM__AHEAD];
     size_t c = 0, i;
@@ -138,12 +139,46 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
     m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
 }
 
+/* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
+static int ism__hold_points(ism_maps *m, ism__spread_work *w)
+{
+    const size_t vpls = m->desc.vpl_count;
+    if (!ism__grow(m, &m->weights, w->triangles, 2u * sizeof(float)) ||
+        !ism__grow(m, &m->clusters, w->cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
+        !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(w), sizeof(double)) ||
+        !ism__grow(m, &m->sums, w->triangles + 1u, sizeof(double)) ||
+        !ism__grow(m, &m->surfels, vpls * m->desc.surfel_count, sizeof(ism__surfel)) ||
+        !ism__grow(m, &m->counts, vpls * 2u, sizeof(uint32_t)))
+        return 0;
+    w->valid = (const uint32_t *)m->pixels.data;
+    w->area = (float *)m->weights.data;
+    w->solid = w->area + w->triangles;
+    w->seen = (double *)m->clusters.data;
+    w->clusters = (ism__cluster *)(void *)(w->seen + w->cluster_count);
+    return 1;
+}
+
+/* Counts all surfels, and those that this frame made anew. */
+static void ism__count_renewed(ism_maps *m, const ism__spread_work *w)
+{
+    const uint32_t first = w->frame % w->period;
+    size_t i;
+    for (i = 0; i < m->desc.vpl_count; i++) {
+        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
+        m->stats.surfels += n[0];
+        m->stats.renewed += w->fresh || n[0] != n[1] ? n[0]
+                            : n[0] > first           ? (n[0] - first - 1u) / w->period + 1u
+                                                     : 0;
+    }
+}
+
+/* Makes the surfels of a frame: triangles are weighed, then clusters of them, then points are drawn. */
 static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
     ism__spread_work w;
     double area = 0.0, solid = 0.0;
-    size_t t, i;
+    size_t t;
     ism_result result;
     memset(&w, 0, sizeof w);
     w.m = m;
@@ -162,18 +197,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     result = ism__valid_pixels(m, &job->view, &w.valid_count);
     if (result == ISM_ERR_ALLOC) return ism__no_memory(&job->log);
     if (result != ISM_OK) return result;
-    if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
-        !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(&w), sizeof(double)) ||
-        !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
-        !ism__grow(m, &m->surfels, (size_t)m->desc.vpl_count * m->desc.surfel_count, sizeof(ism__surfel)) ||
-        !ism__grow(m, &m->counts, (size_t)m->desc.vpl_count * 2u, sizeof(uint32_t)))
-        return ism__no_memory(&job->log);
-    w.valid = (const uint32_t *)m->pixels.data;
-    w.area = (float *)m->weights.data;
-    w.solid = w.area + w.triangles;
-    w.seen = (double *)m->clusters.data;
-    w.clusters = (ism__cluster *)(void *)(w.seen + w.cluster_count);
+    if (!ism__hold_points(m, &w)) return ism__no_memory(&job->log);
     if (!ism__run(m, &job->part, 0.1f, 0.4f, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES,
                   ism__spread_task, &w))
         return ISM_ERR_CANCELLED;
@@ -197,14 +221,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
-    for (i = 0; i < m->desc.vpl_count; i++) {
-        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
-        uint32_t first = w.frame % w.period;
-        m->stats.surfels += n[0];
-        m->stats.renewed += w.fresh || n[0] != n[1] ? n[0]
-                            : n[0] > first          ? (n[0] - first - 1u) / w.period + 1u
-                                                    : 0;
-    }
+    ism__count_renewed(m, &w);
     return ISM_OK;
 }
 
@@ -213,6 +230,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
     ism_result result = f->mesh ? ism__check_mesh(&job->log, f->mesh) : ISM_OK;
+    if (result == ISM_OK && f->mesh) result = ism__check_opacities(&job->log, f->mesh);
     if (result != ISM_OK) return result;
     m->built = 0;
     if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t)))

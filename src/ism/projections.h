@@ -40,7 +40,8 @@ static float ism__power_gap(float x, float y)
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
 {
-    float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x, y, z, s;
+    float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x;
+    float y, z, s;
     if (projection == ISM_PROJECTION_PARABOLOID) {
         r = a * a + b * b;
         s = 2.0f / (1.0f + r);
@@ -74,7 +75,8 @@ ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const 
 ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
                                 float uv[2])
 {
-    float x = direction[0], y = direction[1], z = direction[2], a, b, s;
+    float x = direction[0], y = direction[1], z = direction[2];
+    float a, b, s;
     if (!(z > 0.0f)) return 0;
     if (projection == ISM_PROJECTION_PARABOLOID) {
         a = x / (1.0f + z);

@@ -7,7 +7,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
-    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first, i, k, list[ISM__CHUNK];
+    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first;
+    uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
         ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
@@ -37,7 +38,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                              const uint8_t *skip, float out[3], double lost[2])
 {
-    uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at, i, k;
+    uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at;
+    uint32_t i, k;
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     float mean = w->s.near_mode == ISM_NEAR_CLAMP_MEAN ? ism__mean_light(w, px, first, end) : 0.0f;
     uint32_t list[ISM__CHUNK];
@@ -69,7 +71,9 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
         }
     }
     for (k = 0; k < 3u; k++) sum[k] *= (float)(w->pattern * w->pattern);
+#ifndef ISM_WITHOUT_NEAR_POINTS
     if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
+#endif
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
@@ -133,7 +137,8 @@ static void ism__shade_task(void *context, size_t index)
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j, k, width = (int)view->width, height = (int)view->height;
+    int r = (int)w->pattern / 2, i, j;
+    int k, width = (int)view->width, height = (int)view->height;
     float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
     ism__v3 p, n, q, nq;
     if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
@@ -288,7 +293,8 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
 {
     const ism__view *view = &job->view;
     ism__shade_work w;
-    size_t pixels = view->points->count, blocks, n = m->vpl_count, floats, size;
+    size_t pixels = view->points->count, blocks, n = m->vpl_count;
+    size_t floats, size;
     char *memory;
     ism_result result = ism__check_shading(m, job, shading);
     if (result != ISM_OK) return result;

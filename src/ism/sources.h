@@ -1,15 +1,57 @@
 /* ---- sources: points on lamps, directions of a sky ---- */
 
+/* Writes the power that leaves each triangle, over pi; 0 if its radiance cannot be used. */
+static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
+                                float *weights)
+{
+    size_t t;
+    for (t = 0; t < triangles; t++) {
+        ism__v3 p[3];
+        ism__corners(mesh, t, p);
+        weights[t] = ism__flux_ok(radiances + 3u * t)
+                   ? ism__luminance(radiances + 3u * t) * 0.5f *
+                     ism__v3_length(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])))
+                   : 0.0f;
+    }
+}
+
+/* Draws count points on triangles in proportion to their power: point i at (i + 0.5) / count of the sum of
+   all, and within its triangle by the golden ratio. */
+static void ism__place_emitters(const ism_mesh *mesh, const float *radiances, const ism__cdf *cdf,
+                                uint32_t count, uint32_t seed, float *positions, float *normals,
+                                float *fluxes)
+{
+    const uint32_t key = ism__hash_combine(seed, 21u);
+    uint32_t i, k;
+    for (i = 0; i < count; i++) {
+        ism__cdf_sample s = ism__cdf_sample_at(cdf, (float)(((double)i + 0.5) / (double)count));
+        ism__v3 p[3], n;
+        float b1, b2, area;
+        ism__triangle_map(ism__to_unit(key + i * 3242174889u),
+                          ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
+        ism__corners(mesh, s.index, p);
+        p[1] = ism__v3_sub(p[1], p[0]);
+        p[2] = ism__v3_sub(p[2], p[0]);
+        n = ism__v3_cross(p[1], p[2]);
+        area = 0.5f * ism__v3_length(n);
+        ism__v3_store(positions + 3u * (size_t)i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
+        ism__v3_store(normals + 3u * (size_t)i, ism__v3_normalize(n));
+        for (k = 0; k < 3u; k++)
+            fluxes[3u * (size_t)i + k] =
+                ISM__PI * radiances[3u * (size_t)s.index + k] * area / ((float)count * s.probability);
+    }
+}
+
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
                                       uint32_t seed, const ism_system *system, float *positions,
                                       float *normals, float *fluxes)
 {
     ism__allocator memory;
     ism__cdf cdf;
-    size_t triangles = ism__mesh_triangles(mesh), t, k;
+    size_t triangles = ism__mesh_triangles(mesh);
     float *weights;
     double *sums;
-    uint32_t i;
+    int shines;
     ism_system zero = { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL };
     ism__job job;
     ism_result result;
@@ -37,37 +79,13 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
         ism__free(&memory, weights);
         return ism__no_memory(&job.log);
     }
-    for (t = 0; t < triangles; t++) {
-        ism__v3 p[3];
-        ism__corners(mesh, t, p);
-        weights[t] = ism__flux_ok(radiances + 3u * t)
-                   ? ism__luminance(radiances + 3u * t) * 0.5f *
-                     ism__v3_length(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])))
-                   : 0.0f;
-    }
+    ism__weigh_emitters(mesh, radiances, triangles, weights);
     ism__cdf_build(&cdf, sums, weights, (uint32_t)triangles, 1.0);
-    for (i = 0; i < count && ism__cdf_total(&cdf) > 0.0; i++) {
-        ism__cdf_sample s = ism__cdf_sample_at(&cdf, (float)(((double)i + 0.5) / (double)count));
-        ism__v3 p[3], n;
-        float b1, b2, area;
-        uint32_t key = ism__hash_combine(seed, 21u);
-        ism__triangle_map(ism__to_unit(key + i * 3242174889u),
-                          ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
-        ism__corners(mesh, s.index, p);
-        p[1] = ism__v3_sub(p[1], p[0]);
-        p[2] = ism__v3_sub(p[2], p[0]);
-        n = ism__v3_cross(p[1], p[2]);
-        area = 0.5f * ism__v3_length(n);
-        ism__v3_store(positions + 3u * (size_t)i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
-        ism__v3_store(normals + 3u * (size_t)i, ism__v3_normalize(n));
-        for (k = 0; k < 3u; k++)
-            fluxes[3u * (size_t)i + k] =
-                ISM__PI * radiances[3u * (size_t)s.index + k] * area / ((float)count * s.probability);
-    }
-    t = ism__cdf_total(&cdf) > 0.0;
+    shines = ism__cdf_total(&cdf) > 0.0;
+    if (shines) ism__place_emitters(mesh, radiances, &cdf, count, seed, positions, normals, fluxes);
     ism__free(&memory, sums);
     ism__free(&memory, weights);
-    if (t) return ISM_OK;
+    if (shines) return ISM_OK;
     ism__log_text(&job.log, "radiances", "are all 0: no triangle emits");
     return ISM_ERR_INPUT;
 }

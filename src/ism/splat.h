@@ -27,7 +27,7 @@ typedef struct ism__disc {
     ism__v3  d1, d2;
 } ism__disc;
 
-/* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
+/* Returns the depth of the surfel's plane at a texel; 0 if the texel's ray does not meet the plane. */
 static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
 {
     float s = g[0] * tile->x[i] + g[1] * tile->y[i] + g[2] * tile->z[i];
@@ -46,7 +46,7 @@ static void ism__move_away(ism__disc *s)
     s->depth *= away;
 }
 
-/* Where the point lies in the tile; 0 if it is not seen from the VPL's front. */
+/* Finds where a surfel's disc lies in the tile. Returns 0 if the VPL does not see it before itself. */
 static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__disc *s)
 {
     const ism_maps *m = tile->m;
@@ -100,7 +100,8 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint3
     uint32_t x, y, size = tile->size, k;
     float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z,
           radius2 = s->radius2;
-    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y, b1z = s->d1.z, r = tile->m->radius;
+    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y;
+    float b1z = s->d1.z, r = tile->m->radius;
     float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut:
                                                                            passes */
     for (y = box[2]; y <= box[3]; y++)
@@ -111,7 +112,8 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint3
             int32_t first = (int32_t)(x - column), last = (int32_t)(box[1] - column);
             float t[ISM__TEXELS];
             for (k = 0; k < ISM__TEXELS; k++) {
-                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy, dz, at1, at2;
+                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy;
+                float dz, at1, at2;
                 int meets = plane > (sky ? 0.0f : 1e-20f);
                 float depth = sky ? plane : 1.0f / plane;
                 wide = sky ? r : depth;
@@ -161,7 +163,8 @@ static void ism__choose_draw(ism__tile *tile)
 #endif
 }
 
-/* Texels a unit of angle (or of world space) at most, in either direction of the square, without a window. */
+/* Returns how many texels a unit of angle (of a sky: of world space) spans at most, in either direction of
+   the square, without a window. */
 static float ism__texels_per_unit(const ism__tile *tile)
 {
     float size = (float)tile->size;
@@ -187,9 +190,9 @@ static void ism__splat(ism__tile *tile, const ism__disc *s)
     tile->draw(tile, s, box);
 }
 
-/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall
-   has neither gaps nor discs that jut out over its end. One that stands for its neighbours too remains a
-   disc. */
+/* Prepares a disc to be cut off at its triangle's edges. Points that stand for less than their triangle are
+   cut, and may be large: so a wall has neither gaps nor discs that jut out over its end. A point that stands
+   for neighbouring triangles too remains a disc. */
 static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2,
                      ism__disc *s)
 {
@@ -201,7 +204,8 @@ static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, f
     s->d2 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(n, e1), inverse));
 }
 
-/* What point j + 1 block and j + 2 blocks are read from. Points lie in a mesh's order, but far apart. */
+/* Asks for the memory from which the points one block and two blocks ahead are read. Points lie in the mesh's
+   order, but far apart. */
 ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points, uint32_t count, uint32_t j)
 {
     uint32_t k;
@@ -234,7 +238,7 @@ static void ism__draw_points(ism__tile *tile, const ism__surfel *points, uint32_
         ism__disc s;
         ism__read_ahead(mesh, points, count, j);
         /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
-        if (mesh->opacities && !ism_dither(column, row, mesh->opacities[t])) continue;
+        if (mesh->opacities && !ism__dither(column, row, mesh->opacities[t])) continue;
         ism__corners(mesh, t, p);
         e1 = ism__v3_sub(p[1], p[0]);
         e2 = ism__v3_sub(p[2], p[0]);

@@ -44,7 +44,7 @@ static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism
             ism__v3_store(corners, a);
             ism__v3_store(corners + 3, ism__v3_sub(p[1], v));
             ism__v3_store(corners + 6, ism__v3_sub(p[2], v));
-            sum += ism_solid_angle(corners, corners + 3, corners + 6);
+            sum += ism__solid_angle(corners, corners + 3, corners + 6);
         }
     }
     return sum / (float)count;
@@ -173,7 +173,8 @@ static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const i
 {
     const ism__window *w = (const ism__window *)m->windows.data + (v - m->vpls);
     ism__v3 from = ism__v3_load(v->directional ? m->center : v->position), at = ism__v3_sub(c->at, from);
-    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d, u0, u1, v0, v1;
+    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d;
+    float u0, u1, v0, v1;
     if (!w->u.on && !w->v.on) return 1.0f;
     d = v->directional ? m->radius : ism__v3_length(at);
     if (!v->directional && below < 0.05f * d) at = ism__v3_madd(at, f->z, 0.05f * d - below);

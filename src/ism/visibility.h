@@ -58,7 +58,8 @@ static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look
     const ism_vpl *v = &m->vpls[number];
     const ism__window *w = (const ism__window *)m->windows.data + number;
     ism__v3 l = look->l, n = look->n;
-    float d = look->d, uv[2], direction[3], along, t;
+    float d = look->d, uv[2], direction[3];
+    float along, t;
     if (!look->at) return look->lit;
     t = *look->at;
     if (!v->directional && d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;

@@ -1,9 +1,9 @@
 /* ---- vpls: drawn from the importances, between texels (paper 4.1, 6.5) ---- */
 
-/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper
-   6.5). Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther
-   out of the chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the
-   texels. */
+/* Computes sample (x + fx, y + fy) of a grid as a mixture of the four texels about it, those that lie on one
+   surface (paper 6.5). If the surface is curved, their chord may run behind it, and a VPL there would light a
+   sheet's back: the sample lies on the chord or on the mean of the four tangent planes, whichever is farther
+   out. Returns the distance to the farthest of the texels. */
 static float ism__inter_texel(const ism__view *view, const ism_source *s, const ism__cdf2_sample *at,
                               ism__v3 *p, ism__v3 *n)
 {
@@ -55,7 +55,7 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
     return spacing;
 }
 
-/* One of `count` samples. */
+/* Makes a VPL from one of `count` samples, which was chosen with this probability. */
 static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source, const ism__cdf2_sample *at,
                           double probability, uint32_t count, ism_vpl *v)
 {
@@ -85,14 +85,16 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
         ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
         v->exponent = ism__lobe(s, i)[3];
     }
-    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
+    /* of a texel that is chosen once in a very long time not beyond what a VPL may have */
+    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale < 1e30f ? flux[k] * scale : 1e30f;
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
     v->side = spacing;              /* read by ism__flag_jumps, then replaced */
 }
 
-/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
+/* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
+   where they were. */
 static void ism__flag_jumps(ism_maps *m)
 {
     const ism_vpl *old = (const ism_vpl *)m->previous.data;
@@ -109,9 +111,9 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place,
-   of a texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as
-   the surface. */
+/* Finds the side of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
+   reaches no farther than its neighbours are. VPLs at one place, of a texel that was chosen twice, share a
+   square of their areas' sum: two squares of one's area would be twice as bright as the surface. */
 static void ism__side_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
@@ -151,8 +153,8 @@ static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float fro
     return ISM_OK;
 }
 
-/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the
-   second the column. 0 where there is none. */
+/* Draws sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number chooses source and
+   row, the second the column. Returns 0 if there is no such sample. */
 static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
                      uint32_t stream, ism_vpl *v)
 {

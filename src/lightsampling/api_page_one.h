@@ -28,44 +28,46 @@ struct lsamp_sample_desc;           /* how many samples, drawn how */
 struct lsamp_samples;               /* arrays that receive the samples */
 
 LSAMP_DEF size_t lsamp_light_bytes(const struct lsamp_light_desc *desc);
-/* Returns the bytes that lsamp_light_init needs: at most 512 + 22 a texel + 26 a row + 4 a column; for a
-   mesh 64 a triangle and 272 a place. Returns 0 if the desc is refused: the log of lsamp_light_init
-   says why. */
+/* Returns the bytes that lsamp_light_init needs for this desc: at most 512, and 22 for each texel, 26 for
+   each row and 4 for each column of texels; for a mesh 64 for each triangle and 272 for each place. Returns 0
+   if the desc is refused; lsamp_light_init tells the log why. */
 
 LSAMP_DEF lsamp_result lsamp_light_init(const struct lsamp_light_desc *desc, void *memory,
                                         size_t memory_bytes, lsamp_light **out, uint64_t *bad_texels);
-/* Makes a light in your memory. A light that moves or changes is made again, for each frame if need be, in
-   time that grows with its texels.
-   memory      lsamp_light_bytes(desc) bytes, 8-byte aligned; must outlive the light, which needs no
-               other end
-   bad_texels  may be NULL; receives the number of texels, of the frames in use, that have a channel which is
-               negative or not finite: the channel counts as 0
-   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY, LSAMP_ERR_INPUT (a mesh without
-               area) */
+/* Makes a light in your memory. There is nothing to free: the light ends when you take the memory back. To
+   move or change a light, make it again, for each frame if need be.
+   memory      lsamp_light_bytes(desc) bytes or more, aligned to 8 bytes
+   out         receives the light, which lies in memory, on LSAMP_OK only
+   bad_texels  may be NULL; receives the number of texels with a channel that is negative or not finite, in
+               the frames that desc.time blends; such a channel counts as 0
+   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY (too small, not aligned),
+               LSAMP_ERR_INPUT (a mesh without area)
+   Cost        time grows with the texels of one frame, or with the triangles and places of a mesh */
 
 LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const lsamp_light *light,
                                     const struct lsamp_points *points, const struct lsamp_samples *out,
                                     size_t *useful);
-/* Draws directions from each point towards the light, and weighs each of them with material and light.
+/* Draws directions from each point towards the light, and weighs each of them with material and light. A
+   point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
+   out     receives points->count x desc->samples samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
-   Errors  LSAMP_ERR_ARGUMENT (NULL, stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
-           not finite, a material out of range). Nothing is written then
-   Cost    time grows with points x samples. A point's samples depend on its own inputs and pixel only, so
-           that batches may be cut anywhere */
+   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
+           not finite, a material out of range)
+   Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
                                         const float *visibility, float *radiance, size_t radiance_stride);
 /* Adds weight x visibility of each point's samples to its radiance.
    count       of points; samples is the number of samples of each
    weights     those of lsamp_sample
-   visibility  one float for each sample, 0..1; NULL: all are lit. Values below 0, such as COHSM_REFUSED,
-               count as 0
-   radiance    3 floats for each point, radiance_stride bytes apart (0 = 12); set them to 0 before the first
-               light
-   Errors      LSAMP_ERR_ARGUMENT */
+   visibility  one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
+               COHSM_REFUSED of csm.h, count as 0
+   radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
+               0 = 12); set them to 0 before the first light
+   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride) */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- the caller's services: of these only log is called here, since nothing allocates ---- */
 
@@ -101,7 +103,8 @@ typedef struct lsamp_mesh {
     const uint16_t *indices16;      /* in place of indices; not both */
 } lsamp_mesh;
 
-typedef enum lsamp_light_kind {     /* what emits, and its coordinates x, y in [0, 1)^d, all of equal area */
+typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates x, y in [0, 1)^d, of which
+                                       equal ranges cover equal areas (of a sky: all directions) */
     LSAMP_LIGHT_DEFAULT,            /* = LSAMP_LIGHT_ENVIRONMENT */
     LSAMP_LIGHT_ENVIRONMENT,        /* the sky: x = 0.5 + atan2(z, x) / (2 pi), y = acos(y) / pi of a
                                        direction, so that row 0 is +Y and the centre +X */
@@ -110,14 +113,14 @@ typedef enum lsamp_light_kind {     /* what emits, and its coordinates x, y in [
     LSAMP_LIGHT_SPOT,               /* a round cone with a hard edge; no coordinates */
     LSAMP_LIGHT_LINE,               /* a cylinder without caps; x runs along it */
     LSAMP_LIGHT_RECTANGLE,          /* position + x u + y v; emits along u x v */
-    LSAMP_LIGHT_DISC,               /* Shirley and Chiu's concentric map of the square; emits along
-                                       direction */
+    LSAMP_LIGHT_DISC,               /* a disc that emits along direction; x, y go to it by Shirley and Chiu's
+                                       concentric map of the square */
     LSAMP_LIGHT_SPHERE,             /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits
                                        outwards */
     LSAMP_LIGHT_CALLBACK,           /* points of your own, by shape_fn */
-    LSAMP_LIGHT_MESH,               /* triangles that emit to where they turn counter-clockwise: x runs along
-                                       a curve through them, in proportion to area; y and z lie in the piece
-                                       that x names */
+    LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
+                                       counter-clockwise. x runs along a curve through all of them, in
+                                       proportion to area; y and z lie in the piece that x names */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
 
@@ -139,29 +142,33 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        of a line */
     float             direction[3]; /* unit; sun: towards it; spot: out of the lamp; disc: its normal */
     float             u[3], v[3];   /* edges of a rectangle; u of a line: end - start */
-    float             radius;       /* of a disc, sphere or line, > 0; of a mesh: so far off it are the
-                                       places of maps, >= 0 */
+    float             radius;       /* of a disc, sphere or line, 1e-18..1e18. Of a mesh: the distance from
+                                       its surface, on the side that emits, at which lsamp_light_domain puts
+                                       the places for maps, 0..1e18 */
     float             cone_half_angle; /* of a spot: from its axis to its edge, 5e-7..pi / 2 */
     float             radiance[3];  /* >= 0. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
                                        irradiance of a surface that faces it, W/m^2 */
-    float             cosine_power; /* of areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian
-                                       emitter */
-    float             rotation;     /* of an environment: radians about +Y */
-    const float      *texels;       /* L over [0, 1)^2 as factors of radiance (set that to 1 1 1: with 0 all
-                                       is black): height rows of width rgb texels, each constant; frames
-                                       follow one another. lsamp_light_init copies them. NULL: 1 */
-    uint32_t          width, height;     /* a line has height 1; 0 without texels */
+    float             cosine_power; /* of shapes that have an area: L(theta) = radiance cos^power(theta),
+                                       0..1e5; 0 is a Lambertian emitter */
+    float             rotation;     /* of an environment: radians about +Y, -1000..1000 */
+    const float      *texels;       /* factors of radiance over the coordinates: frames one after another,
+                                       each height rows of width rgb texels, constant within a texel.
+                                       lsamp_light_init copies the frames that it blends. Set radiance too: it
+                                       is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
+                                       everywhere. Not for sun, point, spot and mesh */
+    uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
     uint32_t          frames;            /* 0 = 1 */
-    float             frames_per_second; /* linear between frames; 0 = 30 */
+    float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
     int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
-    float             time;              /* seconds: the light is made as it is at this time */
+    float             time;              /* seconds, -1e9..1e9: the moment that the light shows */
     lsamp_shape_fn    shape_fn;          /* of LSAMP_LIGHT_CALLBACK */
-    lsamp_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
+    lsamp_emission_fn emission_fn;       /* NULL = 1 everywhere; not for sun, point and spot */
     void             *user;              /* given to shape_fn and emission_fn */
-    const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH: in world space, no texels; copied. Triangles
-                                            that are not finite or have no area do not emit */
-    uint32_t          places;            /* of maps for a mesh, 1..2^24; 0 = 1024. The mesh is cut into twice
-                                            as many pieces, or more */
+    const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH, in world space; lsamp_light_init copies it.
+                                            Triangles that are not finite or have no area do not emit */
+    uint32_t          places;            /* how many places for maps lsamp_light_domain gives for a mesh,
+                                            1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
+                                            more */
 } lsamp_light_desc;
 
 typedef enum lsamp_material_kind {
@@ -186,10 +193,10 @@ typedef struct lsamp_lobe {         /* of Lafortune's model; axes are tangent, b
 
 typedef struct lsamp_material {
     lsamp_material_kind kind;
-    float             diffuse[3];   /* albedo 0..1 (energy is conserved if diffuse + specular <= 1);
+    float             diffuse[3];   /* albedo 0..1 (no energy is made if diffuse + specular <= 1);
                                        METAL_ROUGH: the base colour */
-    float             specular[3];  /* PHONG: albedo of the lobe seen along the normal, which is its largest;
-                                       0..1 */
+    float             specular[3];  /* PHONG: albedo 0..1 of the lobe for an eye along the normal, where it is
+                                       largest */
     float             exponent;     /* PHONG: n, 0..1e5 */
     float             metallic;     /* METAL_ROUGH: 0..1 */
     float             roughness;    /* METAL_ROUGH: 0..1; alpha = roughness^2, not below 0.002 */
@@ -210,20 +217,20 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     const lsamp_material *materials;        /* one for each, or one for all */
     size_t                material_stride;  /* 0: one material for all; else sizeof(lsamp_material) or above,
                                                a multiple of sizeof(void *) */
-    const uint32_t       *pixels;           /* y * width + x of each, which picks its random numbers; NULL:
-                                               0, 1, ... */
+    const uint32_t       *pixels;           /* the pixel y * width + x of each point, by which its random
+                                               numbers are chosen; NULL = 0, 1, ... */
 } lsamp_points;
 
-typedef enum lsamp_sampling {       /* from which density directions are drawn */
-    LSAMP_SAMPLING_DEFAULT,         /* from that of the light and that of the material, weighted by the
-                                       balance heuristic (Veach and Guibas 1995), and shared out by the solid
-                                       angle of the light and the width of the lobe */
-    LSAMP_SAMPLING_LIGHT,           /* from the light's, P_L */
-    LSAMP_SAMPLING_BRDF,            /* from the material's, P_f; sun, point, spot, callback and mesh by P_L
-                                       all the same */
-    LSAMP_SAMPLING_PAPER,           /* environment: the diffuse part by P_L, the specular one by P_f, with
-                                       roulette between them by k_d, the diffuse share of the albedo; every
-                                       other light by P_L */
+typedef enum lsamp_sampling {       /* from which density directions are drawn. Sun, point, spot, callback and
+                                       mesh always use the density of the light */
+    LSAMP_SAMPLING_DEFAULT,         /* some samples from the light's density and some from the material's,
+                                       weighted by the balance heuristic (Veach and Guibas 1995); the solid
+                                       angle of the light and the width of the lobe decide how many of each */
+    LSAMP_SAMPLING_LIGHT,           /* the light's density, P_L */
+    LSAMP_SAMPLING_BRDF,            /* the material's density, P_f */
+    LSAMP_SAMPLING_PAPER,           /* as in section 5.1: of an environment the diffuse part by P_L and the
+                                       specular part by P_f, with roulette between them by k_d, the diffuse
+                                       share of the albedo; every other light by P_L */
     LSAMP_SAMPLING_COUNT
 } lsamp_sampling;
 
@@ -231,18 +238,19 @@ typedef struct lsamp_sample_desc {
     lsamp_system   system;          /* its log says what was refused */
     uint32_t       samples;         /* S, the samples of each point, 1..65536 */
     lsamp_sampling sampling;
-    uint32_t       seed;            /* another seed makes other noise: use one for each light */
-    uint32_t       frame;           /* of progressive rendering: frame i goes on where frame i - 1 stopped */
-    const float   *patterns;        /* from lsamp_patterns_build with length S; NULL: each pixel has a
+    uint32_t       seed;            /* another seed makes other noise: give each light a seed of its own */
+    uint32_t       frame;           /* the number of the frame in progressive rendering: frame i takes the
+                                       random numbers that follow those of frame i - 1 */
+    const float   *patterns;        /* from lsamp_patterns_build with length S; NULL = each pixel has a
                                        scrambled (0, 2)-sequence, which converges faster over many frames */
 } lsamp_sample_desc;
 
 typedef struct lsamp_samples {      /* room for count * S each; sample k of point i is number i S + k */
     float *directions;              /* 3 floats, unit; the normal where the weight is 0 and no direction was
                                        found */
-    float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The light's own
-                                       point is position + distance direction */
-    float *coords;                  /* 3 floats, the light's coordinates; NULL: not wanted */
+    float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The point on the
+                                       light is position + distance direction */
+    float *coords;                  /* 3 floats, the light's coordinates of that point; NULL = not wanted */
     float *weights;                 /* 3 floats: f L cos / (pdf S) */
 } lsamp_samples;
 

@@ -1,4 +1,4 @@
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(LIGHTSAMPLING_IMPLEMENTATION) && !defined(LIGHTSAMPLING_IMPLEMENTED)
 #define LIGHTSAMPLING_IMPLEMENTED

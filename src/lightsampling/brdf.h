@@ -35,10 +35,10 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
     return lsamp__v3_madd(lsamp__v3_scale(f0, 1.0f - f), lsamp__v3_make(1.0f, 1.0f, 1.0f), f);
 }
 
-/* A field of a material that is out of range: "has the FIELD", its value, where it must lie. */
+/* A field of a material that is out of range: its name, its value, and where the value must lie. */
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
-/* Each of three values lies within 0..high; else the fault is set. Not a number does not. */
+/* Says whether each of three values is a number within 0..high; else sets the fault. */
 static int lsamp__fits(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
@@ -168,8 +168,8 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
     }
 }
 
-/* GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014); 1 - nh^2 as hx^2 + hy^2, which keeps
-   the digits of narrow peaks. The density is that of visible normals. */
+/* Evaluates GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014). 1 - nh^2 is computed as
+   hx^2 + hy^2, which keeps the digits of narrow peaks. The density is that of visible normals. */
 static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
 {
     lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->wo, wi)), f;
@@ -213,11 +213,12 @@ static float lsamp__brdf_pdf(const lsamp__surface *s, const lsamp__response *r)
     return s->diffuse_share * r->diffuse_pdf + (1.0f - s->diffuse_share) * r->specular_pdf;
 }
 
-/* Visible normals by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps",
-   2023. */
+/* Draws a visible normal by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical
+   caps", 2023. */
 static lsamp__v3 lsamp__ggx_draw(const lsamp__surface *s, float u, float v)
 {
-    float a = s->alpha, z, r, sn, cs, d;
+    float a = s->alpha, z, r;
+    float sn, cs, d;
     lsamp__v3 o = lsamp__v3_normalize(lsamp__v3_make(s->wo.x * a, s->wo.y * a, s->wo.z)), h;
 
     z = (1.0f - u) * (1.0f + o.z) - o.z;
@@ -239,8 +240,8 @@ static lsamp__v3 lsamp__lobe_draw(const lsamp__cosine_lobe *lobe, float u, float
     return lsamp__from_frame(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
 }
 
-/* wi in the frame; the lobe is picked by u, which is then stretched over [0, 1) again and stays
-   stratified. */
+/* Draws wi, in the surface's frame. u picks the lobe and is then stretched over [0, 1) again, by which it
+   stays stratified. */
 static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, float u, float v)
 {
     uint32_t i = 0;

@@ -16,8 +16,8 @@ typedef struct lsamp__curve {
 
 static uint32_t lsamp__places(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
 
-/* Halved until at most area / (2 places), a triangle has fewer than 2 x 2 places x its share of the area, or
-   is one. */
+/* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
+   area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */
 static size_t lsamp__most_pieces(const lsamp_light_desc *d)
 {
     return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__places(d) + 1u;
@@ -34,7 +34,7 @@ static size_t lsamp__curve_size(const lsamp_light_desc *d)
 
 static lsamp__v3 lsamp__piece_corner(const float *v, uint32_t i) { return lsamp__v3_load(v + 3u * (i % 3u)); }
 
-/* Twice the area, along the normal. */
+/* Returns a vector along the normal of a triangle, of twice its area. */
 static lsamp__v3 lsamp__cross_of(const float *v)
 {
     lsamp__v3 a = lsamp__piece_corner(v, 0);
@@ -76,8 +76,8 @@ static void lsamp__cut_piece(float v[9], uint32_t levels, uint32_t number)
     }
 }
 
-/* Pieces that face the same way lie together, so that a thin plate's sides do not mix; among them a Hilbert
-   curve. */
+/* Returns the place of a piece on the curve: pieces that face the same way lie together, so that the sides of
+   a thin plate do not mix; among them runs a Hilbert curve. */
 static uint64_t lsamp__piece_key(const lsamp__piece *p, lsamp__v3 low, float size, uint32_t number)
 {
     float n[3], middle[3];
@@ -97,7 +97,7 @@ static uint64_t lsamp__piece_key(const lsamp__piece *p, lsamp__v3 low, float siz
            (uint64_t)lsamp__hilbert_index(cell, 10, 3) << 31 | number;
 }
 
-/* Heap sort by key: no memory, the same everywhere. */
+/* Sorts pieces by key. Heap sort needs no memory and gives the same everywhere. */
 static void lsamp__sort_pieces(lsamp__piece *p, size_t count)
 {
     size_t built = count / 2, end = count, at, child;
@@ -141,7 +141,7 @@ static void lsamp__curve_point(const lsamp__curve *c, const float x[3], float po
     *area = (float)c->area;
 }
 
-/* Area of the triangles that emit, and their bounds. */
+/* Returns the area of the triangles that emit, and writes their bounds. */
 static double lsamp__survey(const lsamp_mesh *m, lsamp__v3 *low, float *size)
 {
     lsamp__v3 high = lsamp__v3_make(-1e30f, -1e30f, -1e30f), d;

@@ -24,7 +24,10 @@ typedef struct lsamp__aim {      /* a light as one point sees it: what all its s
     float solid_pdf;             /* above 0: sampled uniformly by solid angle */
     float solid;                 /* solid angle of what p sees: roughly, but for spheres and large
                                     rectangles */
-    float x0, x1, y0, y1, z, b0, b1, k; /* rectangle: Urena et al. 2013 */
+    float x0, x1, y0, y1;        /* rectangle: its sides as seen from p, along its edges */
+    float z;                     /* rectangle: the distance of its plane from p, with a sign */
+    float b0, b1, k;             /* rectangle: what Urena et al. 2013, "An area-preserving parametrization for
+                                    spherical rectangles", call so */
 } lsamp__aim;
 
 static int lsamp__is_delta(const lsamp_light *l)
@@ -50,15 +53,15 @@ static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
     return lsamp__texel(l, lsamp__cell(x, l->desc.width), lsamp__cell(y, l->desc.height));
 }
 
-/* Of what lsamp__pick returns, relative to uniform coordinates. */
+/* Returns the density of what lsamp__pick draws, relative to uniform coordinates. */
 static float lsamp__density(const lsamp_light *l, float x, float y)
 {
     return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
 }
 
-/* Inversion of a cdf: guide[b] is the cell where b / count of the total falls, so that the search begins a
-   step or two from its end, in the same cache line. The last loops mend what rounding at the ends of a bucket
-   may have done, and leave cells of weight 0. */
+/* Returns the cell of a cdf that u falls into, and how far inside. guide[b] is the cell where b / count of
+   the total falls, so that the search begins a step or two from its end, in the same cache line. The last
+   loops mend what rounding at the ends of a bucket may have done, and leave cells of weight 0. */
 static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_t count, float u,
                               float *fraction)
 {
@@ -87,7 +90,7 @@ static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t cou
     }
 }
 
-/* The texel that u picks and where inside. 0 if all are black. */
+/* Writes the texel that u picks and where inside. Returns 0 if all texels are black. */
 static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, uint32_t *y, float *fx,
                             float *fy)
 {
@@ -99,7 +102,7 @@ static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, u
     return 1;
 }
 
-/* Coordinates in proportion to the texels. */
+/* Draws coordinates in proportion to the texels. */
 static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y)
 {
     uint32_t i, j;
@@ -110,7 +113,8 @@ static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y
     *y = lsamp__clamp_unit(((float)j + *y) / (float)l->desc.height);
 }
 
-/* L at out->coords along away, times texel and the angular factors; 0 if it is black. */
+/* Writes the radiance that leaves the point out->coords along away: L times the texel and the angular
+   factors. Returns 0 if it is black. */
 static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsamp__v3 away,
                        lsamp_emission *out)
 {
@@ -129,8 +133,8 @@ static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsam
     return lsamp__v3_finite(c) && c.x + c.y + c.z > 0.0f;
 }
 
-/* From a point of the surface to what p sees of it. The density is solid_pdf, or where that is 0 area_pdf
-   turned into solid angle. n = 0: a volume. */
+/* Turns a point of the surface into what p sees of it. The density is solid_pdf, or if that is 0 area_pdf
+   turned into solid angle. n = 0 is a volume. Returns 0 if no light reaches p. */
 static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float x, float y, float area_pdf,
                             lsamp_emission *out)
 {

@@ -1,6 +1,6 @@
 /* ---- emitter: checked, built, asked ---- */
 
-/* Whether a field lies within low..high; else the log, which may be NULL, is told so. */
+/* Says whether a field lies within low..high; else tells the log so, which may be NULL. */
 static int lsamp__field_valid(const lsamp__logger *log, const char *field, float value, float low, float high,
                               const char *wanted)
 {
@@ -25,7 +25,7 @@ static int lsamp__count_valid(const lsamp__logger *log, const char *field, uint3
     return 0;
 }
 
-/* A field of this kind of light is set or missing against the rule. Returns 0. */
+/* Logs that a field of this kind of light is set or missing against the rule. Returns 0. */
 static int lsamp__light_refuse(const lsamp__logger *log, const char *field, const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
@@ -53,7 +53,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
 }
 
-/* What a light of one direction or one place must have. */
+/* Checks what a light of one direction or one place must have. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -65,7 +65,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* What a light that has an area must have. */
+/* Checks what a light that has an area must have. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -155,8 +155,8 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     h = desc->texels ? desc->height : 1u;
     edges = lsamp__is_environment(desc) ? h + 1u : 0u;
     doubles = lsamp__cdf2_doubles(w, h);
-    /* texels, one row of weights and the guides; then the sums. Sides of 65536 at most: 14 h + 4 never
-       overflows */
+    /* First come texels, one row of weights and the guides, then the sums. Sides are 65536 at most, so that
+       14 h + 4 never overflows. */
     if (!doubles || !lsamp__mul_size(w, (size_t)h * 14u + 4u, &bytes) ||
         !lsamp__add_size(bytes, LSAMP__EMITTER_HEAD + 2u * h, &bytes) ||
         !lsamp__add_size(doubles, edges, &doubles) || !lsamp__mul_size(doubles, sizeof(double), &doubles) ||
@@ -165,8 +165,8 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     return bytes;
 }
 
-/* cos(pi y / h) to the last digits of a double: sines up to pi / 4, so that rows at the poles keep theirs
-   (T12). */
+/* Returns cos(pi y / h) to the last digits of a double, by sines up to pi / 4, so that rows at the poles keep
+   their digits (T12). */
 static double lsamp__row_edge(uint32_t y, uint32_t h)
 {
     uint32_t m = y < h - y ? y : h - y;
@@ -177,8 +177,8 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
     return m == y ? s : -s;
 }
 
-/* The frame at desc.time, linear between its neighbours, with bad channels 0. Returns the number of bad
-   texels. */
+/* Writes the frame at desc.time, linear between its neighbours, with bad channels as 0. Returns the number of
+   bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
     uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
@@ -207,7 +207,8 @@ static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
     return bad;
 }
 
-/* cdf over the texels in proportion to what they send out, all three channels (T18). */
+/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels (T18).
+   */
 static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint16_t *guide)
 {
     uint32_t w = l->desc.width, h = l->desc.height, x, y;
@@ -273,7 +274,7 @@ static void lsamp__emitter_geometry(lsamp_light *l)
     }
 }
 
-/* What lsamp_light_init returns and says of a desc for which lsamp_light_bytes returned 0. */
+/* Returns what lsamp_light_init returns, and logs why, for a desc for which lsamp_light_bytes returned 0. */
 static lsamp_result lsamp__light_error(const lsamp_light_desc *d, const lsamp__logger *log)
 {
     if (lsamp__emitter_valid(d, log)) lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
@@ -354,10 +355,14 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
                                                  LSAMP_DOMAIN_RECTANGLE, LSAMP_DOMAIN_DISC,
                                                  LSAMP_DOMAIN_SPHERE,    LSAMP_DOMAIN_TABLE };
     const lsamp_light_desc *d;
+    lsamp__logger log;
 
-    if (!light || !out) return LSAMP_ERR_ARGUMENT;
+    if (!light) return LSAMP_ERR_ARGUMENT;
     d = &light->desc;
-    if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve) return LSAMP_ERR_ARGUMENT;
+    log = lsamp__logger_of(&d->system, "lsamp_light_domain");
+    if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
+    if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
+        return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "light", "is a callback, which has no domain");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {

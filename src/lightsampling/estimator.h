@@ -9,10 +9,11 @@ typedef struct lsamp__estimator { /* one point and one light */
     float          light_share;  /* of the samples, by roulette */
 } lsamp__estimator;
 
-/* Few BRDF samples where the light is smaller than the lobe, few light samples where the lobe is smaller:
-   with q = (solid angle) (peak density) the BRDF's share q^3 / (8 + q^3) had 0.29 of the noise of one half
-   over 54 pairs of light and material (64 samples, geometric mean), 0.68 of it under shadows; q / (1 + q)
-   0.52 and 0.76. Whole samples, so that stratified numbers are split without a remainder. */
+/* Decides how many samples the light draws and how many the BRDF: few by the BRDF if the light is smaller
+   than the lobe, few by the light if the lobe is smaller. With q = (solid angle) (peak density) the BRDF's
+   share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of light and material (64 samples,
+   geometric mean), 0.68 of it under shadows; q / (1 + q) had 0.52 and 0.76. The shares are whole samples, so
+   that stratified numbers are split without a remainder. */
 static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *desc,
                                   const lsamp_light *light)
 {
@@ -35,9 +36,9 @@ static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *
     }
 }
 
-/* One sample: roulette between light and BRDF, both with the first number, stretched again. The densities of
-   both techniques are summed in proportion: the one-sample form of the balance heuristic. Returns the weight
-   times S. */
+/* Draws one sample and returns its weight times S. The first number decides by roulette between light and
+   BRDF, and is then stretched again for the drawing. The densities of both techniques are summed in
+   proportion, which is the one-sample form of the balance heuristic. */
 static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers, lsamp_emission *found)
 {
     const lsamp__v3 zero = lsamp__v3_make(0.0f, 0.0f, 0.0f);
@@ -76,8 +77,8 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
 
 #define LSAMP__SAMPLE_BLOCK 32u
 
-/* Large maps do not fit the cache: asks for what the light samples of a block will read, one dependency at a
-   time. */
+/* Prefetches what the light samples of a block will read, one dependency at a time: large maps do not fit the
+   cache. */
 static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], uint32_t count)
 {
     const lsamp_light *l = e->aim.light;
@@ -111,10 +112,10 @@ static const lsamp_material *lsamp__material_at(const lsamp_points *p, size_t i)
     return (const lsamp_material *)(const void *)((const char *)p->materials + p->material_stride * i);
 }
 
-/* What leaves a receiver out. */
+/* Says whether a normal is 0 0 0, by which a receiver is left out. */
 static int lsamp__is_zero(const float *p) { return p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f; }
 
-/* INPUT where a vector of the array is not unit, and says which. */
+/* Returns LSAMP_ERR_INPUT, and logs which, if a vector of the array is not unit. */
 static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
 {
     if (lsamp__is_unit(p)) return LSAMP_OK;
@@ -130,7 +131,7 @@ static lsamp_result lsamp__stride_check(const char *field, size_t stride, const 
     return LSAMP_ERR_ARGUMENT;
 }
 
-/* The arrays of points, but not what is in them. */
+/* Checks the arrays of points, but not what is in them. */
 static lsamp_result lsamp__arrays_check(const lsamp_points *p, const lsamp__logger *log)
 {
     lsamp_result result = LSAMP_OK;
@@ -181,7 +182,7 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
     return result;
 }
 
-/* All samples of one point, the first of which is number at. Returns how many have a weight. */
+/* Draws all samples of one point, the first of which has the number at. Returns how many have a weight. */
 static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, const lsamp_samples *out,
                                   size_t at)
 {

@@ -3,21 +3,21 @@
    What it does
 
    Estimates the direct light of one lamp or sky at arrays of points: it draws directions towards the light,
-   weighs each of them with material and light, and sums up what is visible. Whether a sample is visible is
-   your answer, a plain array of floats: from csm.h's maps, from rays (Embree, your own tracer), from any
-   shadow map. After section 5 of Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent
-   Shadow Maps", EGSR 2007.
+   weighs each of them with material and light, and sums up those that are visible. You say which samples are
+   visible, in a plain array of floats: from csm.h's maps, from rays (Embree, your own tracer), or from any
+   shadow map. The method is that of section 5 of Ritschel, Grosch, Kautz and Mueller, "Interactive
+   Illumination with Coherent Shadow Maps", EGSR 2007.
 
    What it does not do
 
-   - No visibility and no rendering: points, normals and the eye's directions are yours, and so is what blocks
-     light.
+   - It does not find out what blocks light, and it renders nothing: points, normals, directions to the eye
+     and visibility are yours.
    - Light comes straight from the lamp; nothing bounces.
-   - No file access, no memory of its own, no threads of its own.
+   - It opens no files, allocates no memory and starts no threads.
 
    Quick start
 
-   In exactly one source file write the define; everywhere else include the header alone.
+   Write the define in exactly one source file; include the header alone everywhere else.
 
        #define LIGHTSAMPLING_IMPLEMENTATION
        #include "lightsampling.h"
@@ -62,16 +62,16 @@
 
    Conventions
 
-   Right-handed; directions have unit length and point from the surface to the light or the eye; distances in
-   the scene's units, angles in radians, radiance in W/(sr m^2). Skies, latitude-longitude maps and `rotation`
-   have their poles at +Y and -Y: a scene with Z up is turned before it comes here.
+   Coordinates are right-handed; directions have unit length and point from the surface to the light or the
+   eye; distances are in the scene's units, angles in radians, radiance in W/(sr m^2). The poles of skies, of
+   latitude-longitude maps and of `rotation` are +Y and -Y: turn a scene whose up is Z before it comes here.
 
      light      a shape A that emits (section 5), its light function L, and how points of it are drawn, P_L
-     coords     a light's own coordinates x in [0, 1)^d, all of equal area
-     domain     D of section 4: which directions or positions visibility maps for a light must be made for
+     coords     a light's own coordinates x in [0, 1)^d; equal ranges of them cover equal areas of the light
+     domain     D of section 4: the directions or positions that visibility maps for a light must be made for
      material   a BRDF f with its parameters at one point, and how directions are drawn from it, P_f
-     sample     one direction towards a light with its weight f L cos / (pdf S)
-     pattern    points in the unit square that all samples of one pixel take their random numbers from
+     sample     one direction towards a light with its weight f L cos / (pdf S), for S samples a point
+     pattern    points in the unit square from which all samples of one pixel take their random numbers
                 (section 5.1)
 
    How it works
@@ -83,12 +83,12 @@
        visibility        yours: one float a sample, 1 lit, 0 hidden; a sample of weight 0 needs none
        lsamp_accumulate  adds weight x visibility up
 
-   Several lights are several calls. Every call is safe beside others on the same light.
+   Several lights are several calls. Calls on the same light may run on several threads at once.
 
    From the paper to the code
 
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate         T10, T20, T23
-     section 5     A, the shape of a light           lsamp_light_kind, lsamp__shape_point   T43, T73
+     section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point   T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame T18, T22
      section 5     emitters that are not Lambertian  lsamp__emit                            irradiance
      section 4, 5  D, where maps look from           lsamp_light_domain
@@ -96,8 +96,9 @@
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
      section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers
-     section 5.1   diffuse by P_L, specular by P_f   lsamp_sampling, lsamp__estimator_init  T10
-     section 5.2   the mean of frames                lsamp_progressive_add                  T16
+     section 5.1   sky: diffuse by P_L, specular by
+                   P_f; local lights by P_L          lsamp_sampling, lsamp__estimator_init  T10
+     section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
 
    Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
    the paper, and why.
@@ -111,10 +112,10 @@
    Memory, errors, threads, determinism
 
    Nothing here allocates: lights, patterns and sums live in memory that you own. Every function that can fail
-   returns an lsamp_result; where it is not LSAMP_OK, outputs are untouched. There are no globals: const
-   lights may be sampled from any number of threads; sums of frames belong to one at a time. Unit vectors may
-   have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the same
-   bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
+   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. There are no globals: any
+   number of threads may sample the same light; sums of frames belong to one thread at a time. Unit vectors
+   may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the
+   same bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
 
    What is supported: docs/lightsampling.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef LIGHTSAMPLING_H

@@ -22,7 +22,7 @@ static lsamp__v3 lsamp__from_frame(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp_
     return lsamp__v3_madd(lsamp__v3_madd(lsamp__v3_scale(t, w.x), b, w.y), n, w.z);
 }
 
-/* Inverse of lsamp__concentric. */
+/* Does the inverse of lsamp__concentric. */
 static void lsamp__disc_square(float x, float y, float *u, float *v)
 {
     float r = sqrtf(x * x + y * y), a, b;
@@ -45,7 +45,7 @@ static int lsamp__in3(const float *p, float low, float high)
     return 1;
 }
 
-/* Lengths that an 8-bit normal map makes count as 1. */
+/* Says whether a vector counts as unit: lengths that an 8-bit normal map makes do. */
 static int lsamp__is_unit(const float *p)
 {
     lsamp__v3 v = lsamp__v3_load(p);

@@ -6,8 +6,9 @@ LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
     return (size_t)LSAMP_PATTERN_COUNT * length * 2u * sizeof(float);
 }
 
-/* Hammersley points with one axis jittered inside the columns, the other Owen-scrambled. In integers of 24
-   bits, so that no rounding takes a point across the edge of its column. */
+/* The points are Hammersley points with one axis jittered inside the columns, and the other Owen-scrambled.
+   They are computed in integers of 24 bits, so that no rounding takes a point across the edge of its column.
+   */
 LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t bytes)
 {
     size_t need = lsamp_patterns_bytes(length);
@@ -29,8 +30,8 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     return LSAMP_OK;
 }
 
-/* Random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of successive frames
-   are far apart and all 256 get their turn; then they come again with a toroidal shift. */
+/* Writes the random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of
+   successive frames are far apart, and all 256 get their turn; then they come again with a toroidal shift. */
 static void lsamp__numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
     uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;

@@ -1,6 +1,7 @@
 /* ---- shapes: a point of each shape drawn, and found along a ray ---- */
 
-/* Environment: y of the texel rows by the cosines of their edges, so that solid angles are exact (T12). */
+/* Writes what p sees of an environment in direction w, which lies in this texel at (u, v). Rows go by the
+   cosines of their edges, so that solid angles are exact (T12). Returns 0 if it is black. */
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
@@ -17,7 +18,9 @@ static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y
 
 static int lsamp__environment_draw(const lsamp_light *l, const float *u, lsamp_emission *out)
 {
-    float x, y, r, sn, cs, fx, fy;
+    float x, y, r;
+    float sn, cs;
+    float fx, fy;
     uint32_t i, j;
 
     if (!lsamp__pick_cell(l, u, &i, &j, &fx, &fy)) return 0;
@@ -37,14 +40,16 @@ static int lsamp__environment_hit(const lsamp_light *l, lsamp__v3 w, lsamp_emiss
                                     out);
 }
 
-/* Rectangle by solid angle: Urena, Fajardo and King, "An area-preserving parametrization for spherical
-   rectangles", EGSR 2013. In floats it needs a solid angle that is not small; smaller ones are sampled by
-   area, no worse there. */
+/* Prepares the sampling of a rectangle by solid angle: Urena, Fajardo and King, "An area-preserving
+   parametrization for spherical rectangles", EGSR 2013. In floats this needs a solid angle that is not small;
+   smaller rectangles are sampled by area, which is no worse there. */
 static void lsamp__rectangle_aim(lsamp__aim *a)
 {
     const lsamp_light *l = a->light;
     lsamp__v3 d = lsamp__v3_sub(l->origin, a->p);
-    float n0, n1, n2, n3, g0, g1, g2, g3, z2;
+    float n0, n1, n2, n3;
+    float g0, g1, g2, g3;
+    float z2;
 
     a->x0 = lsamp__v3_dot(d, l->ex) * l->lx;
     a->y0 = lsamp__v3_dot(d, l->ey) * l->ly;
@@ -67,7 +72,8 @@ static void lsamp__rectangle_aim(lsamp__aim *a)
     if (a->solid > 0.05f && lsamp__finite(a->solid)) a->solid_pdf = 1.0f / a->solid;
 }
 
-/* Of a flat shape of this area and normal about d: right far away, at most 2 pi close by. */
+/* Returns the solid angle of a flat shape of this area and normal about d: right far away, at most 2 pi close
+   by. */
 static float lsamp__flat_solid(lsamp__v3 n, lsamp__v3 d, float area)
 {
     float d2 = lsamp__v3_dot(d, d), cosine = fabsf(lsamp__v3_dot(n, d)) / sqrtf(d2 > 0.0f ? d2 : 1.0f);
@@ -77,7 +83,10 @@ static float lsamp__flat_solid(lsamp__v3 n, lsamp__v3 d, float area)
 
 static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x, float *y)
 {
-    float au = u[0] * a->solid + a->k, sn, cs, f, c, d, xu, yv, h0, h1, h;
+    float au = u[0] * a->solid + a->k, sn, cs;
+    float f, c, d;
+    float xu, yv;
+    float h0, h1, h;
 
     lsamp__sincos(au, &sn, &cs);
     f = (cs * a->b0 - a->b1) / sn;
@@ -95,7 +104,7 @@ static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x,
     *y = (yv - a->y0) / (a->y1 - a->y0);
 }
 
-/* All that depends on the point alone. 0: the light does not reach p. */
+/* Computes all that depends on the point alone. Returns 0 if the light does not reach p. */
 static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
 {
     lsamp__v3 d = lsamp__v3_sub(l->origin, p);
@@ -139,10 +148,11 @@ static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
     }
 }
 
-/* A of what is flat or round; a line is its axis. */
+/* Returns the point A(x, y) of a shape that is flat or round; of a line, a point of its axis. */
 static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
 {
-    float dx, dy, sn, cs, r = l->desc.radius;
+    float dx, dy, sn, cs;
+    float r = l->desc.radius;
     lsamp__v3 a, b;
 
     switch (l->desc.kind) {
@@ -166,7 +176,8 @@ static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
     }
 }
 
-/* The cylinder by y, spread evenly over the breadth that p sees: the lamp's own cosine drops out. */
+/* Writes what p sees of a line's cylinder at x along it and sine across, which is spread evenly over the
+   breadth that p sees, by which the lamp's own cosine drops out. Returns 0 if no light reaches p. */
 static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -192,7 +203,9 @@ static int lsamp__sphere_at(const lsamp__aim *a, lsamp__v3 n, lsamp_emission *ou
 static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
-    float r = l->desc.radius, x, y, sn, cs, c, s2, along, reach;
+    float r = l->desc.radius;
+    float x, y, sn, cs;
+    float c, s2, along, reach;
     lsamp__v3 t, b, n;
 
     if (!(a->solid_pdf > 0.0f)) {
@@ -200,7 +213,8 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
         n = lsamp__v3_sub(lsamp__shape_point(l, x, y), l->origin);
         return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
     }
-    /* Cone about the axis; the normal where the ray meets the sphere follows from the law of sines. */
+    /* The direction lies in the cone about the axis; the normal where the ray meets the sphere follows from
+       the law of sines. */
     c = u[0] * a->spread;
     s2 = c * (2.0f - c);
     c = 1.0f - c;
@@ -235,7 +249,8 @@ static int lsamp__delta_draw(const lsamp__aim *a, lsamp_emission *out)
 static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
-    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f }, area = 0.0f, x, y;
+    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f };
+    float area = 0.0f, x, y;
 
     lsamp__pick(l, u, &x, &y);
     out->coords[0] = x;
@@ -279,7 +294,7 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     }
 }
 
-/* Rectangle and disc: the plane, then the edges. */
+/* Intersects a ray with a rectangle or disc: with the plane first, then with the edges. */
 static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -302,12 +317,14 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     return lsamp__emit_area(a, q, l->n, x, y, lsamp__density(l, x, y) / l->area, out);
 }
 
-/* Sphere and line: the nearer root, measured from the foot of the perpendicular, which keeps its digits. */
+/* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
+   which keeps its digits. */
 static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
     lsamp__v3 d = lsamp__v3_sub(l->origin, a->p), v = w, n;
-    float r = l->desc.radius, along, s, x, len2;
+    float r = l->desc.radius;
+    float along, s, x, len2;
 
     if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* what is across the axis: a circle */
         d = lsamp__v3_scale(a->axis, -a->distance);

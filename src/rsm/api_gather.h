@@ -1,137 +1,175 @@
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, where it does not take
+                                       all */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
-    RSM_PATTERN_FLUX,               /* texels in proportion to flux, the same for all receivers */
-    RSM_PATTERN_EQUATION3,          /* the paper's: about the receiver's projection, density 1/r */
-    RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
-    RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
-    RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two fifths FLUX, three LOG_RADIAL with r_min 1/192, by multiple
-                                       importance sampling: least error in corners, slower. r_max and r_min
-                                       are not used */
+    RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
+                                       receivers */
+    RSM_PATTERN_EQUATION3,          /* the paper's pattern about the receiver's projection, of density 1/r */
+    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 from r_min out, even inside */
+    RSM_PATTERN_POISSON,            /* an even disc about the projection, in which samples keep a least
+                                       distance from each other; 4096 samples at most */
+    RSM_PATTERN_LOW_DISCREPANCY,    /* an even disc about the projection, by a (0, 2)-sequence */
+    RSM_PATTERN_MIXED,              /* two fifths of the samples by FLUX, three by LOG_RADIAL with r_min
+                                       1/192, put together by multiple importance sampling: the least error in
+                                       corners, but slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
-typedef struct rsm_material {       /* a Phong lobe beside the diffuse flux; its energy is bounded by
-                                       specular */
-    float specular[3];              /* 0..1 */
+typedef struct rsm_material {       /* a Phong lobe that texels have beside their diffuse flux: the share of
+                                       the incident light that it reflects is `specular` at most */
+    float specular[3];              /* r, g, b, 0..1 */
     float exponent;                 /* 0..1e4 */
 } rsm_material;
 
-typedef struct rsm_gather_desc {
+typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;
     rsm_pattern pattern;
     uint32_t    samples;            /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */
-    int         paper_weights;      /* of EQUATION3: not 0: xi^2, normalised, as the paper has them; biased */
-    float       r_max;              /* radius of the pattern in sides of the map. Above 0: samples outside the
-                                       map count as dark, and what lies beyond is lost. 0: each ray ends at
-                                       the map's border. Cubes: the sine of half the angle, 1 = all round */
-    float       r_min;              /* of LOG_RADIAL: share of the radius, below 1; 0 = 1/32 */
-    float       offset;             /* world units that pixel lights move below their surface; >= 0 (section
-                                       3.2) */
-    float       clamp;              /* bound on cos cos / d^2, 1 / unit^2; 0 = none */
-    float       near_limit;         /* bound on what one light gives, in its own radiosity (1 is what an
-                                       infinite wall gives); 0 = none. Asks for the texels' areas */
-    float       near_field;         /* texels nearer than this times their side (the root of their area) are
-                                       no points but the parallelograms of surface that they are, by their
-                                       form factors: 3 does; 0 = none, at most 32. Of every texel (samples 0)
-                                       and of patterns about the receiver; not of lights by flux, nor of
-                                       lists. offset moves them, near_limit and clamp bound them as they do
-                                       points; lobes are as at their centre */
-    uint32_t    seed;               /* another seed is another choice of samples: each frame, before
-                                       gifilter.h */
-    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern
-                                       of each pixel (not FLUX). rsm_blue_noise makes one. NULL = none */
+    int         paper_weights;      /* of EQUATION3; not 0: samples have the paper's weights, xi^2 normalised,
+                                       which are biased; 0: each has the area that it stands for */
+    float       r_max;              /* radius of patterns about the receiver, in sides of the map, 0..1000;
+                                       of cubes the sine of half the angle (1 = all round). Above 0: samples
+                                       outside the map count as dark, and light beyond r_max is lost. 0: each
+                                       ray of the pattern ends at the map's border */
+    float       r_min;              /* of LOG_RADIAL: the radius of its even disc, as a share of the
+                                       pattern's, 0 or more, below 1; 0 = 1/32 */
+    float       offset;             /* world units by which pixel lights move below their surface, 0..1e9
+                                       (section 3.2) */
+    float       clamp;              /* bound on cos cos / d^2, 1 / unit^2, up to 1e18; 0 = none */
+    float       near_limit;         /* bound on the irradiance that one light gives, in units of its own
+                                       radiosity (an infinite wall gives 1), up to 1e6; 0 = none. Texels
+                                       without an area are not bounded */
+    float       near_field;         /* 0 = all texels are points. Above 0, at most 32: a texel that is nearer
+                                       to the receiver than near_field times its side (the root of its area)
+                                       lights it as the parallelogram of surface that the texel is, by the
+                                       exact form factor. 3 leaves no bright spots in corners. Works with
+                                       samples 0 and with patterns about the receiver; lights chosen by flux
+                                       and lists stay points. offset moves these texels, near_limit and clamp
+                                       bound them like points; their Phong lobes are evaluated at their
+                                       centre */
+    uint32_t    seed;               /* chooses between equally good sets of samples. If gifilter.h takes the
+                                       mean of several frames, count the seed up with each frame */
+    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture, by which each
+                                       pixel's pattern is turned (but FLUX). rsm_blue_noise makes such. NULL =
+                                       all patterns stand alike */
     uint32_t    noise_side;         /* 1..4096 */
-    uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k x k sets that share
-                                       the samples; 1, 2, 4, 8; 0 = 1. Above 1 for pictures alone
-                                       (points->width). gifilter.h with log2 k passes puts the sets
-                                       together */
-    const rsm_material *materials;  /* NULL: all texels are diffuse. Texels with material m have the lobe
-                                       materials[m - 1]. FLUX picks by diffuse flux: with samples, the lobes
-                                       of black texels need a pattern about the receiver */
-    uint32_t    material_count;
-    int         add;                /* not 0: results are added to what is there: several lists, light maps */
+    uint32_t    interleave;         /* k = 1, 2, 4, 8; 0 = 1. Above 1 the samples are dealt out to k x k sets,
+                                       and pixel (x, y) takes set x % k + k (y % k) alone: k^2 times faster,
+                                       and a grid of noise, which gifilter.h with log2 k passes smooths.
+                                       Pictures alone have pixels (points->width) */
+    const rsm_material *materials;  /* Phong lobes: texels with material m have materials[m - 1]. NULL: all
+                                       texels are diffuse. FLUX chooses by diffuse flux, so that the lobes of
+                                       black texels need samples 0 or a pattern about the receiver */
+    uint32_t    material_count;     /* of materials */
+    int         add;                /* not 0: results are added to those that are there, of other lists or of
+                                       light maps; 0: results are written */
 } rsm_gather_desc;
 
-typedef struct rsm_gather_stats {
-    uint64_t evaluated;             /* receivers that were gathered for */
-    uint64_t pairs;                 /* of receiver and pixel light */
-    uint64_t bad_points;            /* not finite or beyond 1e9: result 0 */
-    double   clamped_share;         /* light lost by clamp and near_limit / light without them, channels
-                                       together */
-    double   outside_share;         /* flux beyond r_max, mean over receivers (64 of them are looked at) */
+typedef struct rsm_gather_stats {   /* what a gather counted */
+    uint64_t evaluated;             /* receivers for which light was gathered */
+    uint64_t pairs;                 /* pairs of a receiver and a pixel light that were evaluated */
+    uint64_t bad_points;            /* receivers that are not finite or beyond 1e9; their results are 0 */
+    double   clamped_share;         /* the light that clamp and near_limit took off, as a share of the light
+                                       without them, all channels together */
+    double   outside_share;         /* the share of flux that lies beyond r_max, as the mean over 64
+                                       receivers */
 } rsm_gather_stats;
 
+#ifndef RSM_WITHOUT_INTERPOLATION
 /* ---- pictures by interpolation (section 4) ---- */
 
-typedef struct rsm_interpolation {
+typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64;
                                        0 = 8 */
-    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by
-                                       one, at most 6; 0 = all; 1 = the paper */
-    float    normal_cosine;         /* a sample's normal and the pixel's have at least this cosine;
+    uint32_t levels;                /* grids that are tried, each of half the step, before the pixels left are
+                                       evaluated one by one: 1 (as in the paper) to 6; 0 = 6 */
+    float    normal_cosine;         /* the least cosine between a sample's normal and the pixel's, -1..1;
                                        0 = 0.95 */
-    float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance;
-                                       0 = 0.05 */
-    float    distance;              /* world units that a sample may be off; 0 = no limit */
-    float    contrast;              /* largest difference of the samples / their mean, above which the grid is
-                                       refined. 0 = 0.25; negative = not asked, as in the paper */
-    float    reach;                 /* a sample is good up to this times its distance from the nearest pixel
-                                       light, so that no bright spot is missed between samples. 0 = 0.25;
-                                       negative = not asked */
-    uint8_t *mask;                  /* NULL, or one byte a pixel is written: 0 none, 1 interpolated, 2
-                                       evaluated */
+    float    plane_slope;           /* how far a sample may lie off the pixel's plane, as a share of its
+                                       distance from the pixel, 0..1e6; 0 = 0.05 */
+    float    distance;              /* how far a sample may be from the pixel, world units, 0..1e9; 0 = no
+                                       limit */
+    float    contrast;              /* the grid is refined if the largest difference of the samples is above
+                                       this share of their mean. 0 = 0.25; negative = never, as in the
+                                       paper */
+    float    reach;                 /* a sample counts up to this share of its distance from the nearest pixel
+                                       light, so that no bright spot between samples is missed. 0 = 0.25;
+                                       negative = no limit */
+    uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
+                                       NULL = not wanted */
 } rsm_interpolation;
 
 RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
                                    const rsm_interpolation *interpolation, const rsm_points *points,
                                    float *irradiance, rsm_gather_stats *stats);
-/* As rsm_gather for a picture (points->width, no indices), most pixels by interpolation between 3 or 4
-   samples of a grid that look alike; only what is left is evaluated. stats->evaluated / pixels is the share
-   that was.
+/* Writes the irradiance of all pixels of a picture, as rsm_gather does, but faster: light is gathered on a
+   coarse grid of pixels, and interpolated for a pixel if 3 or 4 samples about it lie on a surface like its
+   own. The grid is refined for the other pixels, and light is gathered for what is left.
    desc     NULL = all defaults; noise, interleave and add must be off (RSM_ERR_DESC)
-   interpolation   NULL = all defaults */
+   interpolation   NULL = all defaults
+   points   a picture: width is set, count a multiple of it below 2^32, and indices NULL (RSM_ERR_ARGUMENT)
+   stats    may be NULL; evaluated / points->count is the share of pixels for which light was gathered
+   Errors   as rsm_gather */
+#endif
 
+#ifndef RSM_WITHOUT_LISTS
 /* ---- lists of pixel lights ---- */
 
 RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const rsm_gather_desc *desc,
                                    const rsm_points *points, float *irradiance, rsm_gather_stats *stats);
-/* As rsm_gather, from a list of pixel lights of any origin. pattern, samples, r_max, seed, noise, near_field
-   and materials are not used; area is used by near_limit. */
+/* Writes the irradiance that reaches each receiver from a list of pixel lights, as rsm_gather does from maps.
+   The lights may come from rsm_pixel_lights, from rsm_cluster or from anywhere else.
+   lights   position, normal (unit), flux and, for near_limit, area are read. Lights that are not finite,
+            beyond 1e9, of negative flux or above 1e18 W are left out
+   desc     NULL = all defaults. pattern, samples, r_max, r_min, seed, noise, near_field and materials are not
+            used
+   Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
 
 RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
-/* Writes lights that stand for whole maps.
-   samples   of each map, in proportion to flux, with flux and area scaled; 0 = every lit texel
-   count     written on RSM_OK and RSM_ERR_MEMORY: lights needed. To ask for it, lights is NULL and capacity
-             0 */
+/* Writes a list of pixel lights that stands for whole maps.
+   samples   texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area are
+             scaled, so that the sum stays. 0 = every lit texel
+   seed      chooses between equally good samples
+   lights    room for capacity lights; may be NULL if capacity is 0
+   count     how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
-/* Groups lights into at most cluster_count area lights. Flux and area are sums, position and normal means by
-   flux; if the normals of a group cancel out, its normal is that of its brightest light.
-   light_count    at most 2^31 - 1
+/* Groups lights into at most cluster_count larger ones. The flux and area of a group are sums, its position
+   and normal are means by flux; if its normals cancel out, its normal is that of its brightest light. Lights
+   that are not finite, beyond 1e9, without flux or above 1e18 W are left out.
+   light_count    below 2^31
    cluster_count  1..65536
-   clusters  room for cluster_count; *count of them are written, none if there is no flux
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a light, 128 a cluster). system may be NULL */
+   system    may be NULL
+   clusters  room for cluster_count lights, of which *count are written; none if there is no flux
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ALLOC
+   Cost      scratch of 4 bytes a light and 128 a cluster */
+#endif
 
 /* ---- patterns ---- */
 
 RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
                                      uint32_t seed, float *points);
-/* Writes a pattern in the unit disc: x, y and weight of each sample, 3 floats. The mean of f over the disc is
-   sum(weight f) / pi.
-   Errors    RSM_ERR_ARGUMENT (pattern FLUX or MIXED, samples 0 or above 2^20, POISSON above 4096, r_min not
-             in 0..1) */
+/* Writes one of the patterns about the receiver, for a renderer of your own: a list of samples in the unit
+   disc. The mean of a function f over the disc is sum(weight f) / pi.
+   pattern   neither FLUX nor MIXED, which are no discs
+   samples   1..2^20, of POISSON 1..4096
+   r_min, paper_weights, seed   as in rsm_gather_desc
+   points    3 floats for each sample: x, y and weight
+   Errors    RSM_ERR_ARGUMENT */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
-/* Writes side^2 values (i + 0.5) / side^2, each once, by void and cluster (Ulichney 1993); they tile. Takes a
-   time of O(side^4).
+/* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster
+   (Ulichney 1993). The tile goes on at its borders.
    side      4..64
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a value). system may be NULL */
+   system    may be NULL
+   values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC
+   Cost      a time of O(side^4), scratch of 4 bytes a value */
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 /* ---- maps ---- */
 
-typedef struct rsm_info {
+typedef struct rsm_info {           /* what a map is like */
     uint32_t side;                  /* texels a side of each face */
     uint32_t face_count;            /* 1, 5 (patch) or 6 (point, wide spot) */
     size_t   texel_count;           /* side x side x face_count */
@@ -10,17 +10,17 @@ typedef struct rsm_info {
 RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out);
 /* Writes what a map is like. Errors: RSM_ERR_ARGUMENT (NULL). */
 
-#define RSM_FAR 3.0e38f
+#define RSM_FAR 3.0e38f             /* depth of a texel in which the light sees nothing */
 
 typedef struct rsm_texel {          /* what the light sees through one pixel; also a pixel light: 48 bytes */
     float    position[3];           /* of the surface at the texel's centre */
-    float    depth;                 /* along the face's axis, of a sun from its position; RSM_FAR: nothing
-                                       there */
+    float    depth;                 /* along the face's axis, counted from the light's position; RSM_FAR: the
+                                       light sees nothing there */
     float    normal[3];             /* unit */
     uint32_t material;              /* number of its Phong lobe in rsm_gather_desc.materials, from 1;
                                        0 = none */
-    float    flux[3];               /* W that leave the surface: light through the texel x albedo */
-    float    area;                  /* of surface that the texel stands for; 0 = unknown */
+    float    flux[3];               /* r, g, b, W that leave the surface: light through the texel x albedo */
+    float    area;                  /* area of surface that the texel stands for, unit^2; 0 = unknown */
 } rsm_texel;
 
 RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
@@ -28,33 +28,36 @@ RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
    moment. NULL for NULL. */
 
 RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
-/* Empties a map for the next frame, in the memory that it has.
-   light    NULL = as it was. A map keeps its side, and at most the faces that it was made with: a spot may
-            widen to a cube in a cube's map alone
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with); the
+/* Empties a map for the next frame, in the memory that the map has.
+   light    the light as it is now; NULL = as it was. The map keeps its side, and it cannot have more faces
+            than it was made with: a spot that widens to a cube needs a map that was made for a cube
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with). The
             map is then as it was */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
-/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. 0: the desc is
-   refused. */
+/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. Returns 0 if the
+   desc is refused. */
 
 RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memory_bytes, rsm_map **out);
-/* Makes an empty map inside memory of yours: rsm_map_bytes(desc) of them, 8-byte aligned, which must outlive
-   *out. Nothing is allocated.
-   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_MEMORY */
+/* Makes an empty map inside memory of yours. Nothing is allocated, and rsm_map_free leaves the map alone.
+   memory   at least rsm_map_bytes(desc) bytes, 8-byte aligned; they must outlive *out
+   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_LIMIT, RSM_ERR_MEMORY (too small, not aligned) */
 
 /* ---- maps from your renderer ---- */
 
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
-/* Writes the matrix to render a face with. The faces of a cube look forward, right, left, up, down and back
-   in the orientation of the light's direction and up. */
+/* Writes the matrix, world to clip, with which your renderer draws a face of the map. The faces of a cube
+   look forward, right, left, up, down and back in the orientation of the light's direction and up.
+   Errors   RSM_ERR_ARGUMENT (NULL, face) */
 
 RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
                                    float *depth);
-/* Writes where the light sees a point.
-   uv       in 0..1 where the point lies inside the face
-   depth    as in rsm_texel. Of a perspective map, depth <= 0 says that the point lies behind the light; face
-            is then 0 and uv the middle */
+/* Writes where the light sees a point in the world.
+   face     the face that the point lies in
+   uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
+   depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
+            is then 0 and uv the middle
+   Errors   RSM_ERR_ARGUMENT (NULL) */
 
 typedef struct rsm_buffers {        /* one face as your renderer drew it: side rows of side pixels, nothing
                                        between */
@@ -87,6 +90,7 @@ typedef struct rsm_stats {          /* of rsm_finish */
     double   reflected[3];          /* sum of flux */
 } rsm_stats;
 
+#ifndef RSM_WITHOUT_DIRECT
 /* ---- direct light by the same map ---- */
 
 typedef struct rsm_direct_desc {
@@ -105,3 +109,4 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
    outside the map is lit by a sun, dark otherwise. occlusion is not used.
    desc     NULL = all defaults
    Errors   as rsm_gather */
+#endif

@@ -30,21 +30,22 @@ struct rsm_stats;                   /* what was counted: ---- maps ---- */
 struct rsm_gather_stats;
 
 RSM_DEF rsm_result rsm_map_create(const struct rsm_desc *desc, rsm_map **out);
-/* Makes an empty map in memory of the desc's allocator, which rsm_map_free gives back.
+/* Makes an empty map for one light, which rsm_map_free takes back.
    out      written on RSM_OK only
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
 
 RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, size_t mesh_count);
-/* Draws triangles into all faces of the map, both of their sides, with the normals of the triangles turned
-   towards the light. What was there before is replaced. Triangles without area or with a vertex that is not
-   finite are left out and counted.
+/* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
+   and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
+   left out and counted.
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (an index beyond the vertices, counts, albedo), RSM_ERR_LIMIT
-            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER. After RSM_ERR_ALLOC and
-            RSM_ERR_CANCELLED the map is empty, else as it was
+            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER (the map is finished). After
+            RSM_ERR_ALLOC and RSM_ERR_CANCELLED the map is empty; else it is as it was
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
-/* Ends filling; from then on the map may be used, by any number of threads. stats may be NULL. */
+/* Ends the filling of a map, which any number of threads may use from then on. stats may be NULL.
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_ORDER (the map is finished) */
 
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               const struct rsm_gather_desc *desc,
@@ -52,15 +53,15 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               struct rsm_gather_stats *stats);
 /* Writes the irradiance that reaches each receiver from the texels of all maps.
    desc     NULL = all defaults
-   irradiance   3 floats for each point of `points`, in its order: W/m^2. Multiply by albedo / pi
-   stats    may be NULL; with it, `clamp` and `near_limit` cost a fifth more
+   irradiance   W/m^2, 3 floats for each of points->count points; times albedo / pi it is radiance
+   stats    may be NULL; if not, `clamp` and `near_limit` cost a fifth more
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ORDER (a map is
-            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is written then, but RSM_ERR_CANCELLED
-            may leave some points done
+            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is then written, but that
+            RSM_ERR_CANCELLED may leave some points done
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);
-/* Gives a map's memory back. Accepts NULL, and maps of rsm_map_init, which it leaves alone. */
+/* Takes back a map and its memory. Accepts NULL, and maps of rsm_map_init, whose memory stays yours. */
 
 RSM_DEF const char *rsm_result_text(rsm_result result);
 /* Returns a constant string for any value, "unknown result" beyond the list. */
@@ -90,7 +91,7 @@ typedef struct rsm_system {         /* all zero: malloc and free, this thread al
 
 /* ---- structs of page one ---- */
 
-typedef enum rsm_light_kind {
+typedef enum rsm_light_kind {       /* what a light is, and with it the shape of its map */
     RSM_LIGHT_DEFAULT,              /* = RSM_LIGHT_SUN */
     RSM_LIGHT_SUN,                  /* parallel light; the map is a square of side 2 radius about position */
     RSM_LIGHT_SPOT,                 /* even intensity in a round cone with a hard rim; above 1 radian the map
@@ -98,26 +99,26 @@ typedef enum rsm_light_kind {
     RSM_LIGHT_SQUARE_SPOT,          /* even intensity in a square pyramid, which is the whole map; up to 1
                                        radian */
     RSM_LIGHT_POINT,                /* even intensity all round; the map is a cube */
-    RSM_LIGHT_PATCH,                /* a piece of a diffuse emitter, I cos; half a cube. Several make an area
-                                       light */
+    RSM_LIGHT_PATCH,                /* a small piece of a diffuse emitter, whose intensity falls with the
+                                       cosine; the map is half a cube. Several patches make an area light */
     RSM_LIGHT_KIND_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {
+typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
     rsm_light_kind kind;
-    float position[3];              /* of the lamp; of a sun: the centre of what its map covers */
-    float direction[3];             /* any length but 0. Sun: towards it; spots: out of the lamp; patch: its
-                                       normal; points need none */
-    float up[3];                    /* which way v grows in the map, any length; 0 0 0 = +Y, or +Z where
-                                       direction is near it */
-    float value[3];                 /* 0..1e12. Sun: irradiance of a surface that faces it, W/m^2; spots and
-                                       points: intensity, W/sr; patch: intensity along its normal, radiance x
-                                       area */
+    float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
+    float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:
+                                       its normal; points need none */
+    float up[3];                    /* which way v grows in the map, any length; 0 0 0 = +Y, or +Z if the
+                                       direction is near +Y */
+    float value[3];                 /* r, g, b, 0..1e12. Sun: irradiance of a surface that faces the sun,
+                                       W/m^2; spots and points: intensity, W/sr; patch: intensity along its
+                                       normal, radiance x area, W/sr */
     float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
-    float near_depth, far_depth;    /* distances along a face's axis that the map holds. 0 0 = -radius..radius
-                                       (sun), 0.001..1000 (others); to set one set both */
+    float near_depth, far_depth;    /* distances along a face's axis that the map holds, up to 1e9. Both 0 =
+                                       -radius..radius (sun), 0.001..1000 (others); to set one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -154,7 +155,7 @@ typedef struct rsm_desc {           /* zero it, then set what you care about; a 
     rsm_rows       rows;            /* of the buffers given to rsm_fill */
 } rsm_desc;
 
-typedef struct rsm_mesh {
+typedef struct rsm_mesh {           /* triangles that the light may see */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
@@ -165,13 +166,13 @@ typedef struct rsm_mesh {
                                        NULL = none */
     float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
                                        NULL */
-    uint32_t        material;       /* of the mesh's texels: number of a Phong lobe from 1, 0 = none */
-    int             has_holes;      /* not 0: surface_fn is asked for every pixel drawn, and may answer
-                                       "hole"; 0: for the visible ones only */
+    uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
+    int             has_holes;      /* not 0: surface_fn may return 0, and is called for every pixel that is
+                                       drawn; 0: for pixels that stay visible only */
     int (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
                       float albedo[3]);
-    /* Writes the linear albedo at a point of a triangle, given by the weights of its corners; returns 0 for a
-       hole. Called on any thread. */
+    /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
+       corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
     void           *user;           /* given to surface_fn */
     uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel, so that
                                        textures finer than texels neither flicker nor lose energy. 1..16,
@@ -184,7 +185,7 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* factor of each result, 0..1; NULL = 1 */
+    const float    *occlusion;      /* a factor for each result, 0..1 (more is not refused); NULL = 1 */
     size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */

@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define RSM_FILE if you renamed it. */
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define RSM_FILE if you renamed
+   it. */
 #ifndef RSM_FILE
 #define RSM_FILE "rsm.h"
 #endif

@@ -80,7 +80,8 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         i = (uint32_t)x;
         j = (uint32_t)y;
     } else { /* equal-area disc of the sphere: r = sin(angle / 2) */
-        float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height, q, u, v;
+        float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height;
+        float q, u, v;
         rsm__v3 d, a, right, up;
         x *= r;
         y *= r;

@@ -1,17 +1,18 @@
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the
-   three of a cell of 2 fill three of four lanes. */
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill
+   them, the three of a cell of 2 fill three of four lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
-    float    px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE], nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
+    float px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE];
+    float nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
     int32_t  good[RSM__TILE];      /* bits of the samples that suit */
     uint32_t x[RSM__TILE], y[RSM__TILE];
 } rsm__tile;
 
-/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2 and
-   distance^2. */
+/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2
+   and distance^2. */
 typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
 
 /* Names that every instruction set has of its own, see unit simd. */

@@ -22,7 +22,8 @@
 static inline rsm__kernel rsm__choose_kernel(int lossy, int nearby)
 {
 #if RSM__SIMD_SETS
-    if (rsm__simd_level() && nearby) return lossy ? rsm__sum_lights_near_lossy_avx2 : rsm__sum_lights_near_avx2;
+    if (rsm__simd_level() && nearby)
+        return lossy ? rsm__sum_lights_near_lossy_avx2 : rsm__sum_lights_near_avx2;
     if (rsm__simd_level()) return lossy ? rsm__sum_lights_lossy_avx2 : rsm__sum_lights_avx2;
 #endif
     if (nearby) return lossy ? rsm__sum_lights_near_lossy_plain : rsm__sum_lights_near_plain;

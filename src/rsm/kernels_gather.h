@@ -26,17 +26,20 @@ static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, 
     return lights;
 }
 
-/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The caller
-   applies the 1/pi that the equation lacks, and the flux. */
+/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The
+   caller applies the 1/pi that the equation lacks, and the flux. */
 typedef struct rsm__forms {
     rsm__lanes whole, bounded;     /* without and within the light's bound */
     rsm__lanes d2, inverse;        /* squared distance, and one over it */
 } rsm__forms;
 
-/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself (T40). */
-static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights, const rsm__receivers *receivers)
+/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself
+   (T40). */
+static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights,
+                                                        const rsm__receivers *receivers)
 {
-    const rsm__lanes zero = rsm__lanes_all(0.0f), rounding = rsm__lanes_max(lights->rounding, receivers->rounding);
+    const rsm__lanes zero = rsm__lanes_all(0.0f),
+        rounding = rsm__lanes_max(lights->rounding, receivers->rounding);
     const rsm__lanes3 d = rsm__lanes3_sub(lights->position, receivers->position);
     rsm__lanes at_receiver = rsm__lanes3_dot(receivers->normal, d);
     rsm__lanes at_light = rsm__lanes_negate(rsm__lanes3_dot(lights->normal, d));
@@ -76,9 +79,11 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, cons
 }
 
 #if RSM__LANE_COUNT == 8                          /* in AVX-512 too, so that sums have the same bits */
-static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest, rsm__sum *sum)
+static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest,
+                                                 rsm__sum *sum)
 {
-    float red[8], green[8], blue[8], full[8], lost[8], nearby[8];
+    float red[8], green[8], blue[8];
+    float full[8], lost[8], nearby[8];
     int l;
     rsm__lanes_store(red, s->red);
     rsm__lanes_store(green, s->green);
@@ -99,8 +104,8 @@ static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lo
 }
 
 /* Pixel lights on one receiver, block by block. */
-static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7], int lossy,
-                                                int nearest, rsm__sum *sum)
+static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7],
+                                                int lossy, int nearest, rsm__sum *sum)
 {
     rsm__receivers receiver;
     rsm__lane_sums s = rsm__sums_zero();
@@ -115,7 +120,8 @@ static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t coun
             const rsm__forms f = rsm__forms_make(&lights, &receiver);
             s = rsm__sums_add(s, &lights, &f, lossy);
             if (nearest) {                       /* of lights that are not edge-on */
-                rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2), rsm__lanes_all(1e-3f));
+                rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2),
+                                                         rsm__lanes_all(1e-3f));
                 s.nearby = rsm__lanes_max(rsm__lanes_keep(seen, f.inverse), s.nearby);
             }
         }
@@ -128,17 +134,20 @@ RSM__KERNEL static void rsm__sum_lights(const rsm__block *k, size_t count, const
     rsm__sum_some(k, count, x, 0, 0, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7],
+                                              rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 1, 0, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7],
+                                             rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 0, 1, sum);
 }
 
-RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7],
+                                                   rsm__sum *sum)
 {
     rsm__sum_some(k, count, x, 1, 1, sum);
 }

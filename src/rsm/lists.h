@@ -130,7 +130,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     rsm__allocator a;
     rsm_result result;
     rsm__group *groups;
-    uint32_t *order, found = 1, i, k, most;
+    uint32_t *order, found = 1, i;
+    uint32_t k, most;
     size_t used = 0, at;
     double size2 = 0.0;
     memset(&none, 0, sizeof none);

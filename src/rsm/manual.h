@@ -1,18 +1,18 @@
-/* rsm.h - v1.0.0 - reflective shadow maps: one bounce of light from the texels of a shadow map - MIT-0 OR Unlicense
+/* rsm.h - v1.0.0 - reflective shadow maps: one bounce of light from a shadow map - MIT-0 OR Unlicense
 
    What it does
 
-   A shadow map that stores position, normal and reflected flux knows every surface that one bounce of its
-   light can come from. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005: this header
-   fills such maps from your renderer's buffers or from triangles, picks pixel lights from them, and gathers
-   their light at points, per pixel with interpolation, or per vertex. Flux, weights and units are exact where
-   the paper was not; docs/rsm.md says where.
+   A shadow map that stores position, normal and reflected flux knows every surface from which light can come
+   after one bounce. This header fills such maps from your renderer's buffers or from triangles, takes their
+   texels as small lights, and gathers the light of these at points: at pixels, with or without interpolation,
+   or at vertices. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005. Flux, weights and
+   units are exact where the paper's are not; docs/rsm.md says where.
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. An
-     occlusion factor for each point (ambient occlusion) is taken as input; ism.h has real shadows.
-   - One bounce only. No rendering of pictures, no threads of its own, no file access.
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. A factor
+     for each point (ambient occlusion) is taken as input; ism.h has real shadows of bounced light.
+   - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
 
@@ -54,48 +54,56 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; distances in your units, angles in radians. Irradiance
-   W/m^2, intensity W/sr, flux W. Linear colours: three floats.
+   Space is right-handed. Matrices are column-major float[16]. Distances are in your units, angles in radians,
+   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b.
 
      map        what one light sees: 1 face, or the faces of a cube: 5 about a patch's normal, 6 about a point
-     texel      one pixel of a face, row by row, row 0 at the bottom (v = 0); also a pixel light: flux leaves
-                it along its normal as from a diffuse surface, I = flux / pi cos
-     receiver   a point that is lit by pixel lights; irradiance is written, so multiply by albedo / pi
-     pattern    where a receiver takes its samples: texels about its own projection, or texels chosen by flux
+     texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
+     light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
+                surface, with the intensity flux / pi x cosine
+     receiver   a point that is lit by pixel lights. Results are irradiances: multiply by albedo / pi
+     pattern    which texels a receiver takes as samples: those about its own projection into the map, or
+                texels chosen by flux
 
    How it works
 
      rsm_map_create -> rsm_fill (your buffers) or rsm_rasterize (triangles), each face -> rsm_finish
        -> rsm_direct         direct light of receivers by the same map
        -> rsm_gather         bounced light of any receivers
-       -> rsm_interpolate    the same for a picture: a coarse grid, refined where it does not do
-       -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
+       -> rsm_interpolate    the same for a picture: light at a coarse grid of pixels, mostly interpolated
+       -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: a list of lights for all receivers
 
    gifilter.h makes pictures from few samples smooth, over frames and over neighbours.
 
-   A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a
-   light in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
+   A map takes 56 bytes a texel (48 of them are rsm_texel), a list 48 bytes a light, a gather 60 bytes a light
+   in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
 
-     samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots
-                where surfaces meet; 0, the default, takes every texel
-     pattern    FLUX is fastest; MIXED has the least error where the light near a corner matters
-     offset     pixel lights move below their surface: tames corners, darkens them too
-     near_limit the same by a bound on each light; what is lost is counted
-     near_field near texels are surfaces, not points: corners without spots, a tenth to a quarter more time
-     side       fewer texels: blurred sources, spotted corners
+     samples    fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
+                interleave), and bright dots where surfaces meet. 0, the default, takes every texel
+     pattern    FLUX is fastest; MIXED has the least error where light near a corner matters
+     offset     more: corners have fewer bright dots, and are darker than they should be
+     near_limit less: the same, by a bound on each light; the light that is lost is counted
+     near_field more: near texels are surfaces, not points, so that corners have no dots; a tenth to a quarter
+                more time
+     side       fewer texels: blurred lights, and more dots in corners
 
    From the paper to the code
 
      section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34, T35
      eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25, T28, T40
      section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30, T31, T33
-     section 3.2  lights move below their surface          rsm_gather_desc                      T38
+     section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
      eq. (2)      the sum over texels                      rsm_gather                           T32, T42, T44
+     section 3.3  a receiver's projection into the map     rsm_map_project
      eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26, T27, T36
-     figure 4     their weights                            rsm_pattern_build                    T26
+     section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
+     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)
+     figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
-     section 5    direct light by the same map             rsm_direct                           T29
-     section 5    textures are averaged over a texel       rsm_mesh
+     section 4    direct light by the same map             rsm_direct                           T29
+     section 6    textures are averaged over a texel       rsm_mesh (taps)
+     figure 6     ambient occlusion as a factor            rsm_points (occlusion)
+     section 7    light gathered at vertices               rsm_gather
      section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43
      section 7    reflectors that are not diffuse          rsm_material
 
@@ -112,11 +120,12 @@
 
    Memory, errors, threads, determinism
 
-   All memory comes from the allocator of the rsm_system, called from the thread that called us. Every function that
-   can fail returns an rsm_result; where it is not RSM_OK, outputs are untouched (where a contract does not
-   say otherwise) and nothing leaks. No globals: finished maps may be used from any number of threads; a map
-   being filled belongs to one at a time. Same input, same bytes, on every compiler, processor, byte order and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   All memory comes from the allocator of the rsm_system, called from the thread that called us. Every
+   function that can fail returns an rsm_result. If the result is not RSM_OK, outputs are untouched (unless a
+   contract says otherwise), nothing leaks, and the system's log is told which field or element is wrong.
+   There are no globals: any number of threads may use finished maps at once; a map that is being filled
+   belongs to one thread at a time. The same input gives the same bytes on every compiler, processor, byte
+   order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/rsm.md and build/bench rsm_gather.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef RSM_H

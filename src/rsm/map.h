@@ -213,7 +213,8 @@ static inline void rsm__texel_clear(rsm_texel *t)
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16])
 {
     rsm__v3 r, u, a, p;
-    float n, f, sx, sy, z[2], row[4][4];
+    float n, f, sx;
+    float sy, z[2], row[4][4];
     int i, k, perspective;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
     if (!map || !world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");

@@ -6,7 +6,8 @@
 static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p, rsm__v3 n, rsm__v3 side[2])
 {
     rsm__v3 a, d, along;
-    float scale = map->extent / (float)map->side, facing, least, bounded, length2;
+    float scale = map->extent / (float)map->side, facing, least;
+    float bounded, length2;
     int k;
     rsm__face_frame(map, face, &side[0], &side[1], &a);
     d = a;
@@ -73,7 +74,8 @@ static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k
     rsm__v3 p = rsm__v3_make(k->px[i], k->py[i], k->pz[i]), n = rsm__v3_make(k->nx[i], k->ny[i], k->nz[i]),
             side[2];
     rsm__v3 d = rsm__v3_sub(p, rsm__v3_load(x));
-    float area, form, point, height = -rsm__v3_dot(n, d), d2 = rsm__v3_dot(d, d);
+    float area, form, point;
+    float height = -rsm__v3_dot(n, d), d2 = rsm__v3_dot(d, d);
     float facing = -2.0f * rsm__v3_dot(n, rsm__v3_load(x + 3)), above = rsm__v3_dot(rsm__v3_load(x + 3), d);
     if (!(height > (k->rounding[i] > x[6] ? k->rounding[i] : x[6]))) return 0.0f;
     rsm__texel_sides(map, (uint32_t)k->lx[i], p, n, side);

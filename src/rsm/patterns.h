@@ -17,7 +17,8 @@ static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
     /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the
        square's corners. */
     float least = 1.5f / sqrtf((float)count);
-    uint32_t found = 0, outside = 0, tries = 0, dart, i;
+    uint32_t found = 0, outside = 0, tries = 0;
+    uint32_t dart, i;
     for (dart = 0; found < count; dart++) {
         float x = 2.0f * rsm__random(seed, 11, dart) - 1.0f, y = 2.0f * rsm__random(seed, 12, dart) - 1.0f;
         int hit = 0;

@@ -31,7 +31,8 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
 {
     const rsm_map *map = s->map;
     size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : rsm__count_texels(g, map);
-    size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
+    size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0;
+    size_t placed = 0, lanes;
     int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->side + 31u) / 32u) * ((map->side + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;

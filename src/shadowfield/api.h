@@ -24,16 +24,77 @@ typedef enum sfield_result {
 SFIELD_DEF const char *sfield_result_text(sfield_result result);
 /* Returns a constant string for any value, "unknown result" beyond the list. */
 
-/* ---- page one ---- */
+/* ---- page one: soft shadows of objects that move ---- */
 
-struct sfield_desc;
-struct sfield_stats;
-struct sfield_scene_desc;
-struct sfield_scene_stats;
-typedef struct sfield_field sfield_field;   /* what an object hides or a light radiates, around it */
-typedef struct sfield_scene sfield_scene;   /* where everything is now */
-typedef struct sfield_cache sfield_cache;   /* what points can keep from frame to frame */
+typedef struct sfield_field sfield_field;   /* what is seen of an object or light, from points all round */
+typedef struct sfield_scene sfield_scene;   /* where objects and lights are now, and the environment */
+typedef struct sfield_cache sfield_cache;   /* what a set of points keeps from frame to frame */
+struct sfield_mesh;                 /* triangles: below, as are entities and points */
+struct sfield_entity;               /* an object or light at its place */
+struct sfield_points;               /* receivers: the points to be lit, and where results go */
+struct sfield_desc;                 /* how fine a field is: ---- fields ---- */
+struct sfield_stats;                /* what a build counted: ---- fields ---- */
+struct sfield_scene_desc;           /* which fields a scene takes: ---- scenes ---- */
+struct sfield_scene_stats;          /* what a frame counted: ---- scenes ---- */
 
+#ifndef SFIELD_WITHOUT_BUILD
+SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const struct sfield_mesh *mesh,
+                                      sfield_field **out, struct sfield_stats *stats);
+/* Builds the occlusion field of a mesh: once for each object, before the first frame or in a tool.
+   desc     NULL = all defaults; stats may be NULL too
+   out      the field, which sfield_free takes back; written on SFIELD_OK only
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a stride, the index count, an index
+            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC,
+            SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
+   Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
+            seconds (harmonics) to minutes (wavelets). 26 bytes a vertex and 0.2 MB for each of 16 tasks */
+#endif
+
+SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
+/* Makes an empty scene, which sfield_scene_free takes back. desc NULL = all defaults: harmonics of 4 bands.
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (out is NULL), SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const struct sfield_entity *entities,
+                                               size_t count);
+/* Tells the scene where all objects and lights are now, by a list that replaces the one before. Call it in
+   each frame in which something has moved. The list (count 0..65535) is copied, its fields are not.
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a transform that is not a rotation with one scale
+            and a translation, a tint beyond -1e18..1e18, a time that is not finite; with desc.strict: an
+            overlap), SFIELD_ERR_MISMATCH (a field whose basis, bands, cube_side or kind does not suit the
+            scene, or that is a shard; SFIELD_PRODUCT_SPARSE: a rotated entity that hides or shines),
+            SFIELD_ERR_LIMIT (count), SFIELD_ERR_ALLOC. The scene then keeps the list that it had */
+
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16]);
+/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
+   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
+             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
+             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
+             Each texel is one radiance over its exact solid angle
+   rotation  a matrix from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_points *sets, size_t set_count,
+                                      struct sfield_scene_stats *stats);
+/* Computes the direct light that reaches every point of all sets, entities taken from near to far (figure 5
+   of the paper), and writes it to the arrays that the sets name. stats may be NULL.
+   Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
+   too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without views),
+            SFIELD_ERR_INPUT (a normal or view that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+            cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
+            self-visibility on a rotated entity), SFIELD_ERR_ALLOC
+   Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
+
+SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
+/* Takes back a scene and its memory. Accepts NULL. */
+
+SFIELD_DEF void sfield_free(sfield_field *field);
+/* Takes back a field and its memory. No scene may use the field any more. Accepts NULL. */
+
+/* ---- structs of page one ---- */
+
+#ifndef SFIELD_WITHOUT_BUILD
 typedef struct sfield_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -42,53 +103,46 @@ typedef struct sfield_mesh {
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
 } sfield_mesh;
+#endif
 
-SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const sfield_mesh *mesh,
-                                      sfield_field **out, struct sfield_stats *stats);
-/* Builds the occlusion field of a mesh, once. desc and stats may be NULL. More about it: "fields", below. */
-
-typedef struct sfield_entity {      /* an instance of fields in the world */
-    const sfield_field *occlusion;  /* what it hides; NULL = nothing. It must outlive its use by the scene */
-    const sfield_field *source;     /* what it radiates; NULL = nothing */
-    float transform[16];            /* field space to world: rotation, one scale > 0, translation; 0: none */
-    float tint[3];                  /* factor of the source's radiance: 0 0 0 is dark */
-    float time;                     /* seconds, of a source with frames */
+typedef struct sfield_entity {      /* an instance of fields in the world: an object, a light, or both */
+    const sfield_field *occlusion;  /* what the entity hides; NULL = nothing. The field must outlive its use
+                                       by the scene, as must `source` */
+    const sfield_field *source;     /* what the entity radiates; NULL = nothing */
+    float transform[16];            /* matrix from the fields' space to the world: rotation, one scale > 0,
+                                       translation. All 0: the identity */
+    float tint[3];                  /* factors of the source's r, g and b; 0 0 0: the light is off */
+    float time;                     /* seconds, finite, which choose between the frames of a source; other
+                                       fields have no frames */
 } sfield_entity;
 
 typedef struct sfield_points {      /* receivers that belong together, neighbours side by side */
-    size_t       count;
+    size_t       count;             /* below 2^31 */
     const float *positions;         /* x, y, z of each, in the space of `entity`, or in the world */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: no receiver, its results are 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    uint32_t     entity;            /* the entity that they lie on, counted from 1, which moves them, and
-                                       neither hides nor lights them; 0 = none */
-    float       *rgb;               /* three floats a point: the integral of L V cos / pi, which times the
-                                       albedo is radiance; NULL = not wanted */
-    float       *ambient;           /* one float a point: the integral of V cos / pi; NULL = not wanted */
-    float       *gloss;             /* three floats a point, by harmonics: the integral of L V cos (n + 2) /
-                                       (2 pi) cos^n (angle to the mirrored view); NULL = not wanted */
-    const sfield_field *self;       /* what their own object hides: sfield_build_self; NULL = nothing */
-    sfield_cache       *cache;      /* of these points alone, not used for gloss; NULL = nothing is kept */
-    const uint8_t      *visible;    /* 0: leave this point out, its results are 0; NULL = all are wanted */
-    const float        *views;      /* unit vectors to the eye, in the world, for gloss; 0 0 0 as above */
+    uint32_t     entity;            /* number of the entity that the points lie on, counted from 1. Its
+                                       transform moves them, and it neither hides nor lights them. 0 = none */
+    float       *rgb;               /* results, 3 floats a point, W/(sr m^2): the integral of L V cos / pi,
+                                       which times the albedo is the radiance of a diffuse surface. NULL =
+                                       not wanted */
+    float       *ambient;           /* results, a float a point, 0..1: the integral of V cos / pi. NULL = not
+                                       wanted */
+    float       *gloss;             /* results of harmonics, 3 floats a point: the integral of L V cos (n + 2)
+                                       / (2 pi) cos^n (angle to the mirrored view). NULL = not wanted */
+    const sfield_field *self;       /* what the points' own object hides, from sfield_build_self; NULL =
+                                       nothing */
+    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
+                                       NULL = nothing is kept */
+    const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
+                                       are wanted */
+    const float        *views;      /* for gloss, the direction from each point to the eye: unit, three
+                                       floats, in the world. 0 0 0: all results of the point are 0 */
     size_t              view_stride;        /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float        *exponents;  /* n of each point's Phong lobe, 1..1000; NULL = no lobes */
+    const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; NULL: gloss is 0 */
     size_t              exponent_stride;    /* bytes, a multiple of 4; 0 = one exponent for all */
 } sfield_points;
-
-SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
-SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield_entity *entities,
-                                               size_t count);
-SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
-SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
-                                      struct sfield_scene_stats *stats);
-/* A frame: where the entities are now, distant light (once, while it stays), and the light at all points of
-   all sets. desc and stats may be NULL. More about each: "scenes", below. */
-
-SFIELD_DEF void sfield_scene_free(sfield_scene *scene);      /* accepts NULL */
-SFIELD_DEF void sfield_free(sfield_field *field);            /* accepts NULL; no scene may use the field */
 
 /* ---- memory, threads, progress, messages: the caller's ---- */
 

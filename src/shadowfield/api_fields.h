@@ -1,6 +1,6 @@
 /* ---- fields ---- */
 
-typedef enum sfield_basis {
+typedef enum sfield_basis {         /* the functions by which a field keeps what is seen from a point */
     SFIELD_BASIS_DEFAULT,           /* = SFIELD_BASIS_SH */
     SFIELD_BASIS_SH,                /* spherical harmonics: soft and fast */
     SFIELD_BASIS_HAAR,              /* Haar wavelets: all frequencies, slow. A header joined without them
@@ -8,202 +8,227 @@ typedef enum sfield_basis {
     SFIELD_BASIS_COUNT
 } sfield_basis;
 
-typedef enum sfield_spacing {       /* of the shells */
+typedef enum sfield_spacing {       /* how far apart the shells are */
     SFIELD_SPACING_DEFAULT,         /* = SFIELD_SPACING_GEOMETRIC */
-    SFIELD_SPACING_GEOMETRIC,       /* interpolated in solid angle: within 2 % of a sphere between shells */
-    SFIELD_SPACING_UNIFORM,         /* as in the paper, interpolated in the distance: 15 % wrong at 1.5 r */
+    SFIELD_SPACING_GEOMETRIC,       /* radii grow by a factor, and weights are linear in solid angle: between
+                                       shells a sphere hides what it should within 2 % */
+    SFIELD_SPACING_UNIFORM,         /* as in the paper: radii grow by a step, and weights are linear in the
+                                       distance: 15 % wrong at 1.5 r */
     SFIELD_SPACING_COUNT
 } sfield_spacing;
 
+#ifndef SFIELD_WITHOUT_BUILD
 typedef struct sfield_desc {        /* zero it, then set what you care about */
     sfield_system  system;
     sfield_basis   basis;
-    uint32_t       bands;           /* harmonics: 1..8; 0 = 4 */
+    uint32_t       bands;           /* of harmonics, 1..8; 0 = 4 */
     uint32_t       cube_side;       /* texels a side of a cube's face, a power of two, 4..64; 0 = 16 (wavelets
                                        32) */
     uint32_t       shells;          /* 2..64; 0 = 16 (wavelets 32) */
     uint32_t       position_side;   /* sample points a side of a face of a shell, 2..64; 0 = 16 (wavelets
                                        32) */
     sfield_spacing spacing;
-    float          inner, outer;    /* first and last shell, in r, 0.001 <= inner, 1.1 inner <= outer <= 1000,
-                                       no two shells within 0.02 %; 0 = 0.2 and 8 (wavelets 20) */
-    float          keep;            /* wavelets: the share of a cube's coefficients that is kept at most,
+    float          inner;           /* radius of the first shell, in radii of the bounding sphere,
+                                       0.001..1000; 0 = 0.2 */
+    float          outer;           /* radius of the last shell, in the same unit, 1.1 inner..1000; 0 = 8
+                                       (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
+    float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
-    float          window;          /* harmonics: strength of sfield_sh_window for every cube, >= 0 */
-    int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
-    uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
-    float          frames_per_second; /* > 0; 0 = 30 */
+    float          window;          /* of harmonics: the strength of sfield_sh_window for every cube,
+                                       0..1e6 */
+    int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
+                                       SFIELD_PRODUCT_EXP needs */
+    uint32_t       frames;          /* of sources: steps of time, 1..256; 0 = 1 */
+    float          frames_per_second; /* of sources, 1e-6..1e6; 0 = 30 */
     int            loop;            /* not 0: after the last frame comes the first; 0: the last stays */
-    float          center[3], radius; /* the bounding sphere, which must hold the mesh or emitter; radius 0 =
-                                         fitted, which callbacks do not allow */
-    uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all */
+    float          center[3];       /* of the bounding sphere, -1e18..1e18 */
+    float          radius;          /* of the bounding sphere, which must hold the mesh or emitter,
+                                       1e-18..1e18. 0 = the sphere is fitted, center too; callbacks need a
+                                       radius */
+    uint32_t       shard_begin;     /* to build in parts, each by another process: the first shell of this
+                                       part, counted through all frames */
+    uint32_t       shard_end;       /* the shell after the last one of this part; 0 = all shells, the whole
+                                       field. sfield_merge joins the parts */
     int            keep_inside;     /* not 0: sample points inside a closed mesh see nothing, as in the paper;
                                        0: they take the view from just outside the surface */
 } sfield_desc;
 
-typedef struct sfield_stats {       /* of a build */
-    uint32_t triangles;             /* used */
-    uint32_t skipped_triangles;     /* with a vertex that is not finite, or two equal corners */
+typedef struct sfield_stats {       /* what a build counted */
+    uint32_t triangles;             /* triangles that were used */
+    uint32_t skipped_triangles;     /* triangles with a vertex that is not finite, or with two equal
+                                       corners */
     uint64_t coefficients;          /* wavelets that were kept */
-    double   lost;                  /* wavelets: relative L2 error of those that were not kept, over all
-                                       samples */
-    size_t   peak_bytes;            /* asked of the allocator at once */
+    double   lost;                  /* relative L2 error, over all samples, of the wavelets that were not
+                                       kept */
+    size_t   peak_bytes;            /* the most memory that was asked of the allocator at once */
     uint64_t moved;                 /* sample points inside the mesh whose view was taken outside */
 } sfield_stats;
-
-/* sfield_build, on page one, builds the occlusion field of a mesh.
-   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, an index
-            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT,
-            SFIELD_ERR_CANCELLED
-   Memory   the field + 16 tasks of about 26 bytes a vertex and 0.2 MB + the samples of one shell
-   Cost     shells x 6 side^2 views of all triangles, and as many again for sample points inside: of 10,000
-            triangles seconds (harmonics) to minutes (wavelets), of a box 0.6 and 15 s */
 
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh,
                                                const float *radiance, sfield_field **out,
                                                sfield_stats *stats);
 /* Builds the source field of an emissive mesh.
-   radiance  r, g, b of each triangle, >= 0, for each frame one array after the other. A triangle shines on
-             the side from which it is counter-clockwise; for both sides give it once more, turned over. One
-             of radiance 0 hides those behind it
-   Errors    as sfield_build; SFIELD_ERR_INPUT also for a radiance that is negative or not finite */
+   radiance  r, g, b of each triangle, 0..1e18 W/(sr m^2); with several frames one such array after the other.
+             A triangle shines on the side from which its corners are counter-clockwise; for both sides give
+             the triangle once more, turned over. A triangle of radiance 0 hides those behind it
+   Errors    as sfield_build; SFIELD_ERR_INPUT also for a radiance out of its range */
 
 typedef void (*sfield_view_fn)(void *user, float time, const float position[3], const float direction[3],
                                float rgb[3]);
-/* Writes what arrives at a position in the field's space from a unit direction, which points away from the
-   position: radiance, or alpha in rgb[0]. It is called from your threads. Values that are negative or not
-   finite count as 0. */
+/* A function of yours that writes what arrives at a position from a direction: for sources the radiance, for
+   occlusion alpha in rgb[0], 1 = hidden. parallel_for's threads call the function. Values that are negative
+   or not finite count as 0, those above 1e18 as 1e18.
+   time       seconds from the first frame
+   position   in the field's space
+   direction  unit, pointing away from the position */
 
-typedef enum sfield_emitter_kind {
+typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
     SFIELD_EMITTER_DEFAULT,         /* = SFIELD_EMITTER_SPHERE */
-    SFIELD_EMITTER_SPHERE,          /* radius about the centre */
-    SFIELD_EMITTER_DISC,            /* radius about the centre, emits along normal */
-    SFIELD_EMITTER_RECTANGLE,       /* half axes u and v about the centre, emits along u x v */
-    SFIELD_EMITTER_CALLBACK,        /* view_fn; nothing comes from outside the bounding sphere */
+    SFIELD_EMITTER_SPHERE,          /* a sphere of `radius` about the centre */
+    SFIELD_EMITTER_DISC,            /* a disc of `radius` about the centre, which shines along `normal` */
+    SFIELD_EMITTER_RECTANGLE,       /* a rectangle about the centre with the half axes u and v, which shines
+                                       along u x v */
+    SFIELD_EMITTER_CALLBACK,        /* whatever view_fn says. Directions that miss the bounding sphere are not
+                                       asked */
     SFIELD_EMITTER_COUNT
 } sfield_emitter_kind;
 
-typedef struct sfield_emitter {     /* in the field's space, about desc.center */
+typedef struct sfield_emitter {     /* an analytic light in the field's space, about desc.center */
     sfield_emitter_kind kind;
-    float radius;                   /* > 0 */
-    float normal[3];                /* unit; a sphere may have 0 0 0 */
-    float u[3], v[3];
-    float radiance[3];              /* >= 0 */
-    float cone_half_angle;          /* radians about the normal, 0..pi; 0 = pi / 2. A sphere without a normal
-                                       shines everywhere */
-    sfield_view_fn view_fn;
+    float radius;                   /* of a sphere or disc, 1e-17..1e17 */
+    float normal[3];                /* of a disc, unit; a sphere may have one, or 0 0 0 */
+    float u[3], v[3];               /* of a rectangle, any length; half a diagonal is 1e-17..1e17 */
+    float radiance[3];              /* r, g, b, 0..1e18 W/(sr m^2) */
+    float cone_half_angle;          /* the light leaves within this angle about the normal, 0..pi; 0 = pi / 2.
+                                       A sphere without a normal shines everywhere */
+    sfield_view_fn view_fn;         /* of SFIELD_EMITTER_CALLBACK */
     void *user;                     /* given to view_fn */
 } sfield_emitter;
 
 SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter,
                                               sfield_field **out, sfield_stats *stats);
-/* Builds the source field of an analytic light or of a callback. desc.radius 0 = fitted, but for callbacks.
-   Errors  SFIELD_ERR_DESC (a field of desc or emitter), SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC, _LIMIT,
-           _CANCELLED */
+/* Builds the source field of an analytic light or of a callback. desc and stats may be NULL, but a callback
+   needs desc.radius.
+   Errors  SFIELD_ERR_DESC (a field of desc or emitter), SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_ALLOC,
+           SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED */
 
 SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_view_fn alpha_fn, void *user,
                                                sfield_field **out, sfield_stats *stats);
-/* Builds an occlusion field from your own renderer: alpha is 0..1. desc.radius is required. Errors as
-   above. */
+/* Builds an occlusion field by asking a function of yours, such as a ray tracer's, whether each direction
+   from each sample point is hidden. desc is needed, since desc.radius must be set.
+   alpha_fn  called with user for several directions in each texel; what it writes above 1 counts as 1
+   Errors    as sfield_build_emitter */
 
-/* sample points of a shell, 1..256 at a time, from which your renderer looks */
-typedef struct sfield_views {
+typedef struct sfield_views {       /* sample points, 1..256 at a time, from which your renderer is to look */
     float        center[3], radius; /* bounding sphere of the field */
-    float        time;              /* seconds, of a source's frame */
-    size_t       count;
-    const float *eyes;              /* (position - center) / radius, three floats each */
-    float       *values;            /* for you to write, for each eye. Harmonics: bands^2 coefficients;
-                                       wavelets: 6 N^2 texels. Of alpha, where 1 is hidden; of sources: of r,
-                                       then of g, then of b */
+    float        time;              /* seconds from the first frame of a source */
+    size_t       count;             /* eyes */
+    const float *eyes;              /* (position - center) / radius, three floats each. Eyes lie on the shell,
+                                       or just outside the mesh */
+    float       *values;            /* to be written, for one eye after the other: alpha, where 1 is hidden;
+                                       of sources r, then g, then b. Harmonics: bands^2 coefficients, as
+                                       sfield_sh_project makes them from texels. Wavelets: 6 N^2 texels */
 } sfield_views;
 
 typedef int (*sfield_views_fn)(void *user, const sfield_views *views);
-/* Returns not 0 to end the build. It is called from the thread that called us, shell after shell.
-   Coefficients are those that sfield_cube_basis makes. The eyes lie on the shell, or just outside the
-   mesh. */
+/* A function of yours that fills views->values. The thread that called sfield_build_views calls the function,
+   shell after shell. Returns 0 to go on; anything else ends the build. */
 
 SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
                                             sfield_views_fn see_fn, void *user, sfield_field **out,
                                             sfield_stats *stats);
-/* Builds a field whose cubes another renderer draws and projects, such as gl_backend's. Windows, logarithms,
-   the choice of wavelets and the block are made here.
-   source   not 0: of radiance, else of occlusion
-   mesh     the mesh that you draw, for the bounding sphere, the inscribed one and the sample points inside,
-            which are asked again from outside (keep_inside); NULL = desc.radius is required, none is
-            inscribed, none is moved
-   Values that are not finite or beyond 1e18 count as 0.
-   Errors   as sfield_build; SFIELD_ERR_CANCELLED where see_fn returned not 0 */
+/* Builds a field whose cubes another renderer draws and projects, such as gl_shadowfield.h.
+   sfield_build_views itself applies windows and logarithms, chooses wavelets and compresses.
+   source   not 0: the field is a source's, and values are radiances; 0: it is of occlusion
+   mesh     the mesh that you draw. The bounding sphere and the inscribed one are taken from it, and sample
+            points inside it are asked again from outside (desc.keep_inside). NULL: desc.radius must be set,
+            no sphere is inscribed, and no sample point is moved
+   see_fn   called with user. Values that are not finite, or beyond 1e18 (of occlusion 100), count as 0
+   Errors   as sfield_build; SFIELD_ERR_CANCELLED also if see_fn returned not 0 */
 
 SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield_mesh *mesh,
                                            const sfield_points *points, float offset, sfield_field **out,
                                            sfield_stats *stats);
-/* Builds the self-visibility of points on a mesh, O_p in the paper: the view from each position + offset x
-   its normal. It is for sfield_points.self. Harmonics store visibility x max(0, cosine), wavelets the
-   occlusion. Points in parts that run into each other are taken outside too (keep_inside).
-   points   count, positions and normals with their strides; the other members are not read
-   Errors   as sfield_build; SFIELD_ERR_INPUT also for positions that are not finite and normals that are not
-            unit */
+/* Builds the self-visibility of points on a mesh (O_p in the paper), for sfield_points.self: what each point
+   sees from its position + offset x its normal. Harmonics store visibility x max(0, cosine), wavelets the
+   occlusion. A point inside another part of the mesh looks from outside too (desc.keep_inside).
+   points   count (1..2^31 - 1), positions (-1e18..1e18) and normals with their strides; the other members are
+            not read
+   offset   0..1e18, in units of the mesh; a thousandth of its size keeps a point from seeing its own triangle
+   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for a stride, no points or the offset; SFIELD_ERR_INPUT
+            also for positions out of range and normals that are not unit */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out);
-/* Joins shards of one desc whose shells follow each other from the first to the last. The bytes are those of
-   the whole build. system may be NULL.
+/* Joins the shards of one field, given in the order of their shells, from the first shell to the last. The
+   bytes are those of the whole build. system may be NULL.
    Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_MISMATCH (these are not the shards of
             one field), SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
+#endif
 
-typedef enum sfield_kind {
+typedef enum sfield_kind {          /* what a field holds */
     SFIELD_KIND_NONE,
-    SFIELD_KIND_OCCLUSION,
-    SFIELD_KIND_SOURCE,
-    SFIELD_KIND_SELF,
+    SFIELD_KIND_OCCLUSION,          /* what an object hides from points round it */
+    SFIELD_KIND_SOURCE,             /* what a light radiates to points round it */
+    SFIELD_KIND_SELF,               /* what an object hides from points on it: sfield_build_self */
     SFIELD_KIND_COUNT
 } sfield_kind;
 
-typedef struct sfield_info {
+typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
     uint32_t       bands, cube_side, shells, position_side, frames;
     sfield_spacing spacing;
     int            logarithm;
     size_t         samples;         /* cubes that were recorded; of self-visibility: points */
-    uint64_t       coefficients;    /* wavelets in all of them */
+    uint64_t       coefficients;    /* wavelets in all of these cubes */
     size_t         bytes;           /* of the field, in memory and as a file */
     float          center[3], radius;
     float          inscribed;       /* radius of a sphere about the centre inside the closed mesh; 0 = none is
                                        known */
-    float          inner, outer;    /* in r */
-    uint32_t       shard_begin, shard_end; /* 0, 0: the whole field */
+    float          inner, outer;    /* radii of the first and last shell, in radii of the bounding sphere */
+    uint32_t       shard_begin, shard_end; /* 0, 0: the field is whole */
 } sfield_info;
 
 SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out);
-/* Writes what a field is; nothing where one of them is NULL. */
+/* Writes what a field is. If field or out is NULL, nothing is written. */
 
 SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, const float *positions,
                                       float time, float *out);
-/* Interpolates the field between eight samples at positions in its own space, three floats each.
-   out      harmonics: bands^2 coefficients for each position (sources: of r, then of g, then of b); wavelets:
-            6 N^2 texels likewise. Of visibility (or its logarithm, as stored), or of radiance
-   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_MISMATCH for self-visibility and for shards. Positions that are
-            not finite see nothing: visibility 1, radiance 0 */
+/* Interpolates what is seen from positions, each between eight samples of the field.
+   positions  three floats each, in the field's own space. From a position that is not finite nothing is seen:
+              visibility 1, radiance 0
+   time       seconds, of a source with frames
+   out        visibility (or its logarithm, if that is stored) or radiance, for one position after the other:
+              bands^2 coefficients or, with wavelets, 6 N^2 texels; of sources of r, then of g, then of b
+   Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (self-visibility, a shard) */
 
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
-/* Writes the coefficients or texels of self-visibility as they are stored, from point `first` on. Errors
-   SFIELD_ERR_ARGUMENT, SFIELD_ERR_MISMATCH. */
+/* Writes the self-visibility of count points from point `first` on, as it is stored.
+   out      for each point bands^2 coefficients or, with wavelets, 6 N^2 texels
+   Errors   SFIELD_ERR_ARGUMENT (NULL, points beyond the last), SFIELD_ERR_MISMATCH (a field of another
+            kind) */
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions,
                                         float *out);
-/* Writes the share of all directions that stays open at each position, 0..1; harmonics tell it from the first
-   coefficient alone. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_MISMATCH (not an occlusion field, its logarithm,
-   a shard). */
+/* Writes the share of all directions that an object leaves open at each position, 0..1: one float each, for
+   ambient occlusion. With harmonics the first coefficient alone is read, which makes this much cheaper than
+   sfield_query.
+   positions  three floats each, in the field's own space; one that is not finite gets 1
+   Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (not an occlusion field, one of logarithms, a
+              shard) */
 
 SFIELD_DEF size_t sfield_bytes(const sfield_field *field);
 /* Returns how many bytes sfield_write needs; 0 for NULL. */
+
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_bytes);
-/* Writes the file, little-endian: docs/shadowfield-format.md. Errors SFIELD_ERR_ARGUMENT,
-   SFIELD_ERR_MEMORY. */
+/* Writes a field as a file into your memory, little-endian: docs/shadowfield-format.md describes the bytes.
+   Errors  SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MEMORY (memory_bytes is below sfield_bytes) */
+
 SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
                                      sfield_field **out);
-/* Copies and checks a file: every size, offset, index and number in it. system may be NULL.
+/* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
+   number in the file is checked. system may be NULL.
    Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION,
            SFIELD_ERR_MISMATCH (wavelets, in a header joined without them), SFIELD_ERR_ALLOC,
            SFIELD_ERR_CANCELLED */

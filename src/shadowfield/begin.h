@@ -4,7 +4,7 @@
 
 #endif /* SHADOWFIELD_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== implementation ==================================================================================== */
 
 #if defined(SHADOWFIELD_IMPLEMENTATION) && !defined(SHADOWFIELD_IMPLEMENTED)
 
@@ -17,7 +17,8 @@
 #define SFIELD_ASSERT(condition) assert(condition)
 #endif
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed it. */
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
+   it. */
 #ifndef SFIELD_FILE
 #define SFIELD_FILE "shadowfield.h"
 #endif

@@ -1,14 +1,5 @@
 /* ---- building: what analytic lights and callbacks radiate ---- */
 
-/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
-   bit changes. */
-static float sfield__unit(float x)
-{
-    uint32_t e = sfield__to_bits(x) >> 23;
-    e = e < 1u ? 1u : e > 253u ? 253u : e;
-    return sfield__from_bits((254 - e) << 23);
-}
-
 /* Writes what an analytic emitter radiates to the eye (in r, about the center) from a direction. */
 static void sfield__sample_emitter(const sfield__build *b, const float *eye, const float *d, float *rgb)
 {
@@ -22,8 +13,10 @@ static void sfield__sample_emitter(const sfield__build *b, const float *eye, con
         float p[3];
         for (c = 0; c < 3; c++) p[c] = b->h.center[c] + r * eye[c];
         if (e->view_fn) e->view_fn(e->user, b->time, p, d, rgb);
-        for (c = 0; c < 3; c++)
+        for (c = 0; c < 3; c++) {
             if (!(sfield__finite(rgb[c]) && rgb[c] > 0)) rgb[c] = 0;
+            rgb[c] = rgb[c] < 1e18f ? rgb[c] : 1e18f;
+        }
         return;
     }
     if (e->kind == SFIELD_EMITTER_SPHERE) {
@@ -56,7 +49,9 @@ static void sfield__sample_emitter(const sfield__build *b, const float *eye, con
 /* Samples analytic lights and callbacks, in those texels that the bounding sphere reaches. */
 static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const float *eye)
 {
-    uint32_t i, x, y, c, face, tx, ty, s = v->scale, n = b->h.cube_side;
+    uint32_t i, x, y;
+    uint32_t c, face, tx;
+    uint32_t ty, s = v->scale, n = b->h.cube_side;
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     float reach = d > 1.0001f ? sqrtf(1 - 1 / (d * d)) : -1, texel = 1.5f / (float)n;
     for (i = 0; i < b->cells; i++) {

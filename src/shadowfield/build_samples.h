@@ -37,10 +37,11 @@ static void sfield__encode_sh(const sfield__build *b, sfield__view *v, const flo
 /* Takes what the caller's renderer saw from sample i of the batch: coefficients, or texels to encode. */
 static void sfield__encode_seen(const sfield__build *b, sfield__view *v, size_t i)
 {
+    const float most = b->h.kind == SFIELD__KIND_SOURCE ? 1e18f : 100;
     float *seen = b->seen + (i - b->from) * b->seen_size, *out;
     uint32_t c, n = b->h.bands * b->h.bands;
     size_t k;
-    for (k = 0; k < b->seen_size; k++) seen[k] = sfield__in(seen[k], -1e18f, 1e18f) ? seen[k] : 0;
+    for (k = 0; k < b->seen_size; k++) seen[k] = sfield__in(seen[k], -most, most) ? seen[k] : 0;
 #ifndef SFIELD_WITHOUT_WAVELETS
     if (b->h.basis == SFIELD_BASIS_HAAR) {
         memcpy(v->texel, seen, b->seen_size * sizeof *seen);

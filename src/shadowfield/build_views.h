@@ -64,7 +64,8 @@ static int sfield__find_span(const sfield__edges *e, uint32_t width, int y, cons
 static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box,
                                 uint32_t owner)
 {
-    int y, x, x0, x1, width = (int)v->width;
+    int y, x, x0;
+    int x1, width = (int)v->width;
     float sum[3], half = 0.5f * (float)width, det = e->det > 0 ? e->det : -1.00001f * e->det;
     for (x = 0; x < 3; x++) sum[x] = e->c[0][x] + e->c[1][x] + e->c[2][x];
     for (y = box[1]; y <= box[3]; y++) {
@@ -196,7 +197,8 @@ static void sfield__raster_mesh(const sfield__build *b, sfield__view *v)
 /* Counts samples into texels. The buffers are clean again afterwards. */
 static void sfield__count_samples(const sfield__build *b, sfield__view *v)
 {
-    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face, x, y, k, c;
+    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face;
+    uint32_t x, y, k, c;
     uint64_t mask = s == 64 ? ~(uint64_t)0 : ((uint64_t)1 << s) - 1;
     for (face = 0; face < 6; face++) {
         if (v->row_high[face] < 0) continue;

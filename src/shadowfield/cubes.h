@@ -75,7 +75,8 @@ static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16
                                   0.86113631159405257522 };
     static const double weight[4] = { 0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
                                       0.34785484513745385737 };
-    uint32_t face, x, y, i, j;
+    uint32_t face, x, y;
+    uint32_t i, j;
     sfield__texel_place(side, texel, &face, &x, &y);
     for (j = 0; j < 4; j++)
         for (i = 0; i < 4; i++) {

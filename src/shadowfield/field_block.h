@@ -25,9 +25,12 @@ typedef enum sfield__kind { SFIELD__KIND_OCCLUSION, SFIELD__KIND_SOURCE, SFIELD_
 
 typedef struct sfield__header {     /* 32-bit fields only */
     uint32_t magic, format, bytes, crc;
-    uint32_t kind, basis, logarithm, bands, cube_side, shells, position_side, spacing, frames, loop;
+    uint32_t kind, basis, logarithm, bands;
+    uint32_t cube_side, shells, position_side, spacing;
+    uint32_t frames, loop;
     uint32_t channels, samples, stride, entries;
-    float    center[3], radius, inscribed, frames_per_second, window;
+    float center[3], radius, inscribed;
+    float frames_per_second, window;
     uint32_t shard_begin, shard_end, reserved[5];
 } sfield__header;
 
@@ -54,6 +57,13 @@ static uint32_t sfield__groups(const sfield__header *h)
     return h->kind == SFIELD__KIND_SELF ? 1 : h->shells * h->frames;
 }
 static uint32_t sfield__planes(uint32_t bands) { return (bands * bands + 7) / 8 * 8; }
+
+/* Returns a bound on every value of a field, coefficient or wavelet, far above what a build makes: with it no
+   light comes near the largest float. What is hidden is 0..1 of each texel, radiance is 1e18 at most. */
+static float sfield__most_value(const sfield__header *h)
+{
+    return h->kind == SFIELD__KIND_SOURCE ? 1e20f : 1e4f;
+}
 
 /* Counts the words before the bytes of harmonics, or all words of wavelets. */
 static uint64_t sfield__block_words(const sfield__header *h)

@@ -122,10 +122,11 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
 }
 
 #ifndef SFIELD_WITHOUT_WAVELETS
-/* Checks that offsets rise, that scales are numbers, and that indices rise in each list. */
+/* Checks that offsets rise, that scales are in range, and that indices rise in each list. */
 static sfield_result sfield__check_lists(const sfield_field *f, sfield__part part)
 {
     const sfield__header *h = &f->h;
+    const float most = sfield__most_value(h) / 32767;
     uint32_t i, k, cells = 6 * h->cube_side * h->cube_side;
     if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return SFIELD_ERR_FORMAT;
     /* shards: nothing outside, so that sfield_merge fits */
@@ -135,7 +136,7 @@ static sfield_result sfield__check_lists(const sfield_field *f, sfield__part par
     for (i = 0; i < h->samples; i++) {
         if (sfield__cancelled(&part, i, h->samples, SFIELD__STEP_SAMPLES)) return SFIELD_ERR_CANCELLED;
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
-        if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
+        if (!sfield__in(f->sample_scale[i], 0, most)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
             uint32_t index = f->entry[(size_t)k * h->stride] >> 16;
             if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16))
@@ -149,13 +150,15 @@ static sfield_result sfield__check_lists(const sfield_field *f, sfield__part par
 static sfield_result sfield__check_content(const sfield_field *f, sfield__part part)
 {
     const sfield__header *h = &f->h;
-    uint32_t i;
+    const float most = sfield__most_value(h);
+    uint32_t i, count = sfield__groups(h) * h->stride;
     for (i = 0; i < h->shells; i++)
         if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f))
             return SFIELD_ERR_FORMAT;
     if (h->basis == SFIELD_BASIS_SH) {
-        for (i = 0; i < 2 * sfield__groups(h) * h->stride; i++)
-            if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return SFIELD_ERR_FORMAT;
+        for (i = 0; i < count; i++)
+            if (!sfield__in(255 * f->scale[i], -most, most) || !sfield__in(f->bias[i], -most, most))
+                return SFIELD_ERR_FORMAT;
         return SFIELD_OK;
     }
 #ifndef SFIELD_WITHOUT_WAVELETS
@@ -287,6 +290,7 @@ static int sfield__join_shards(sfield_field *whole, const sfield_field *const *s
     return 1;
 }
 
+#ifndef SFIELD_WITHOUT_BUILD
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out)
 {
@@ -329,3 +333,4 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     *out = f;
     return SFIELD_OK;
 }
+#endif

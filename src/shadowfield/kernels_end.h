@@ -19,8 +19,8 @@
 #include SFIELD__FILE
 #endif
 
-static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
-                              int occlude)
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
+                              size_t stride, int occlude)
 {
 #if SFIELD__SIMD_SETS
     if (t->simd == 2) {
@@ -35,8 +35,8 @@ static void sfield__product16(const sfield_algebra *t, const float *a, const flo
     sfield__product_plain(t, a, b, out, stride, occlude);
 }
 
-static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
-                             int simd)
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride,
+                             int inverse, int simd)
 {
 #if SFIELD__SIMD_SETS
     if (simd == 2) {
@@ -65,8 +65,8 @@ static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, c
     sfield__eight_to_planes_plain(c, at, factor, more, out);
 }
 
-static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor, const float *t,
-                              float *sum, int simd)
+static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
+                              const float *t, float *sum, int simd)
 {
 #if SFIELD__SIMD_SETS
     if (simd) {
@@ -100,7 +100,8 @@ static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *
     SFIELD__CALL(sfield__select, simd, (in, n, mask, out));
 }
 
-static void sfield__to_local16(const float *m, const float *c, float f, const float *p, float *local, int simd)
+static void sfield__to_local16(const float *m, const float *c, float f, const float *p, float *local,
+                               int simd)
 {
     SFIELD__CALL(sfield__to_local, simd, (m, c, f, p, local));
 }

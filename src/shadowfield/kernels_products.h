@@ -5,7 +5,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const 
                                                                  uint32_t i, uint32_t j)
 {
     const float *bi = b + i * stride, *aj = a + j * stride;
-    const sfield__lanes one = sfield__lanes_mul(sfield__lanes_load(a + i * stride), sfield__lanes_load(b + j * stride));
+    const sfield__lanes one = sfield__lanes_mul(sfield__lanes_load(a + i * stride),
+                                                sfield__lanes_load(b + j * stride));
     return i == j ? one : sfield__lanes_muladd(sfield__lanes_load(bi), sfield__lanes_load(aj), one);
 }
 
@@ -26,8 +27,8 @@ static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const
     r[0] = sfield__lanes_mul(sum, y00);
 }
 
-static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs, int occlude,
-                                                         const sfield__lanes *r, float *out)
+static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs,
+                                                         int occlude, const sfield__lanes *r, float *out)
 {
     uint32_t k;
     for (k = 0; k < coefs; k++) {
@@ -36,10 +37,10 @@ static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t 
     }
 }
 
-/* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what a stack
-   should hold, so that they are made again for every use. */
-SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float *a, const float *b, float *out,
-                                           size_t stride, int occlude)
+/* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what
+   a stack should hold, so that they are made again for every use. */
+SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float *a, const float *b,
+                                           float *out, size_t stride, int occlude)
 {
     sfield__lanes p[SFIELD__STAGED + SFIELD__STAGED_COEFS], *r, sum;
     uint32_t i, k, q, staged = t->pair_count <= SFIELD__STAGED;
@@ -55,7 +56,8 @@ SFIELD__KERNEL static void sfield__product(const sfield_algebra *t, const float 
         else
             for (; e < end; e++)
                 sum = sfield__lanes_muladd(sfield__lanes_all(e->c),
-                                           sfield__pair(a, b, stride, t->pair_i[e->pair], t->pair[e->pair]), sum);
+                                           sfield__pair(a, b, stride, t->pair_i[e->pair], t->pair[e->pair]),
+                                           sum);
         r[k] = sum;
     }
     sfield__product_end(a, stride, t->coefs, occlude, r, out);

@@ -2,10 +2,11 @@
 
 #if SFIELD__WIDTH > 4
 /* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the
-   arithmetic. Pairs and terms are those of sfield_algebra's tables, in their order, so that the sums have the same
-   bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the lines are then
-   written from pair_i, pair, first and entry of an algebra of 4 bands. */
-static inline SFIELD__IN_KERNEL void sfield__pairs4(const float *a, const float *b, size_t stride, sfield__lanes *p)
+   arithmetic. Pairs and terms are those of sfield_algebra's tables, in their order, so that the sums have the
+   same bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the
+   lines are then written from pair_i, pair, first and entry of an algebra of 4 bands. */
+static inline SFIELD__IN_KERNEL void sfield__pairs4(const float *a, const float *b, size_t stride,
+                                                    sfield__lanes *p)
 {
     p[0] = sfield__pair(a, b, stride, 1, 1);           p[1] = sfield__pair(a, b, stride, 2, 1);
     p[2] = sfield__pair(a, b, stride, 2, 2);           p[3] = sfield__pair(a, b, stride, 3, 1);
@@ -70,8 +71,10 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__term(const sfield__entry *
 }
 
 static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__four_terms(const sfield__entry *c, sfield__lanes sum,
-                                                                       const sfield__lanes *p, const sfield__lanes *q,
-                                                                       const sfield__lanes *s, const sfield__lanes *t)
+                                                                       const sfield__lanes *p,
+                                                                       const sfield__lanes *q,
+                                                                       const sfield__lanes *s,
+                                                                       const sfield__lanes *t)
 {
     sum = sfield__term(c, sum, p);
     sum = sfield__term(c + 1, sum, q);
@@ -79,7 +82,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__four_terms(const sfield__en
     return sfield__term(c + 3, sum, t);
 }
 
-static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, const sfield__lanes *p, sfield__lanes *r)
+static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, const sfield__lanes *p,
+                                                    sfield__lanes *r)
 {
     r[1] = sfield__four_terms(c + 0, r[1], &p[8], &p[11], &p[15], &p[28]);
     r[1] = sfield__four_terms(c + 4, r[1], &p[41], &p[48], &p[55], &p[57]);
@@ -132,8 +136,8 @@ static inline SFIELD__IN_KERNEL void sfield__terms4(const sfield__entry *c, cons
     r[15] = sfield__term(c + 162, r[15], &p[99]);
 }
 
-SFIELD__KERNEL static void sfield__product4(const sfield_algebra *t, const float *a, const float *b, float *out,
-                                            size_t stride, int occlude)
+SFIELD__KERNEL static void sfield__product4(const sfield_algebra *t, const float *a, const float *b,
+                                            float *out, size_t stride, int occlude)
 {
     sfield__lanes p[107], r[16];
     sfield__product_begin(a, b, stride, 16, r);

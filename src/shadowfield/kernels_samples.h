@@ -23,7 +23,8 @@ static inline SFIELD__IN_KERNEL sfield__corner_weights sfield__corner_weights_of
 }
 
 /* A coefficient of one shell: q its four samples, n apart. */
-static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w, const float *q,
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
+                                                                   const float *q,
                                                                    uint32_t n, float scale, float bias)
 {
     sfield__lanes sum = sfield__lanes_mul(sfield__lanes_all(q[0]), w->x0);
@@ -33,7 +34,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads to. */
+/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads
+   to. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)
@@ -57,8 +59,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_eight(const sfield
 }
 
 /* out: n planes, to which the coefficients are added where there are more to come. */
-SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at, const float *factor,
-                                                   int more, float *out)
+SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at,
+                                                   const float *factor, int more, float *out)
 {
     const sfield__corner_weights w = sfield__corner_weights_of(at, factor);
     const sfield__shells s = sfield__shells_of(c);
@@ -72,8 +74,8 @@ SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const
 }
 
 /* sum: to which every lane's dot product with t, n planes, is added. */
-SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfield__place *at, const float *factor,
-                                               const float *t, float *sum)
+SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfield__place *at,
+                                               const float *factor, const float *t, float *sum)
 {
     const sfield__corner_weights w = sfield__corner_weights_of(at, factor);
     const sfield__shells s = sfield__shells_of(c);

@@ -53,8 +53,8 @@ static inline SFIELD__IN_KERNEL void sfield__weigh_shells(const sfield_field *f,
     sfield__lanes_store(out->w1, sfield__lanes_mul(sfield__lanes_sub(one, w), sfield__lanes_min(tail, one)));
 }
 
-/* See sfield__locate16. Numbers of samples are floats until they are stored: 64 shells of 6 x 64^2 samples are
-   less than 2^24. */
+/* See sfield__locate16. Numbers of samples are floats until they are stored: 64 shells of 6 x 64^2 samples
+   are less than 2^24. */
 SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p, sfield__place *out)
 {
     const sfield__lanes zero = sfield__lanes_all(0), one = sfield__lanes_all(1);

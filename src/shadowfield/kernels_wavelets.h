@@ -49,7 +49,8 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
                                                      uint32_t count, float factor)
 {
     const sfield__lanes zero = sfield__lanes_all(0);
-    const sfield__lanes weight = sfield__lanes_mul(sfield__lanes_all(factor), sfield__lanes_load(list->weight));
+    const sfield__lanes weight = sfield__lanes_mul(sfield__lanes_all(factor),
+                                                   sfield__lanes_load(list->weight));
     const uint32_t *e = list->e, *end = list->end, mask = b->s->side * b->s->side - 1;
     float *planes = b->w;
     uint8_t *marks = b->marks;
@@ -113,7 +114,8 @@ SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t
         float *t = b->t + 16 * (size_t)(4 * i + k);
         if (n == 1)
             sfield__lanes_store(t, sfield__lanes_mul(sfield__lanes_load(t), sfield__lanes_sub(one, m[k])));
-        else if (b->marks[below + k]) sfield__face_darken(b, leaves, &m[k], 4 * squares, 4 * i + k, 2 * scale);
+        else if (b->marks[below + k]) sfield__face_darken(b, leaves, &m[k], 4 * squares, 4 * i + k,
+                                                          2 * scale);
         else if (sfield__any_lane(m[k])) sfield__face_dim(b, 4 * i + k, n, &m[k]);
     }
 }
@@ -125,11 +127,13 @@ SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *s
     const float scale = 1 / (float)b->s->side;
     uint32_t i, count = 0;
     sfield__lanes mean;
-    for (i = 0; i < strand->count && !(strand->list[i].e < strand->list[i].end && *strand->list[i].e < last);) i++;
+    for (i = 0; i < strand->count && !(strand->list[i].e < strand->list[i].end &&
+                                       *strand->list[i].e < last);) i++;
     if (i == strand->count) return 0;
     sfield__lanes_store(b->w, sfield__lanes_all(0));
     for (i = 0; i < strand->count; i++)
-        count = sfield__face_add_list(b, &strand->list[i], last, count, f->sample_scale[strand->list[i].sample]);
+        count = sfield__face_add_list(b, &strand->list[i], last, count,
+                                      f->sample_scale[strand->list[i].sample]);
     mean = sfield__lanes_mul(sfield__lanes_load(b->w), sfield__lanes_all(scale));
     if (b->marks[0]) sfield__face_darken(b, leaves, &mean, 1, 0, scale);
     else sfield__face_dim(b, 0, 4 * leaves, &mean);
@@ -200,7 +204,8 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
     }
     for (c = 0; c < 3; c++) {
         float *to = b->rgb + 16 * c;
-        sfield__lanes_store(to, sfield__lanes_muladd(sfield__lanes_all(tint[c]), sum[c], sfield__lanes_load(to)));
+        sfield__lanes_store(to, sfield__lanes_muladd(sfield__lanes_all(tint[c]), sum[c],
+                                                     sfield__lanes_load(to)));
     }
 }
 

@@ -7,6 +7,7 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->occluder);
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
+    sfield__free(&s->allocator, s->moved);
 }
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *s)
@@ -43,6 +44,11 @@ static sfield_result sfield__read_scene_desc(sfield_scene_desc *d, int has_out)
         return sfield__fail(&log, SFIELD_ERR_DESC, "desc.basis",
                             "is not in this header, joined without wavelets");
 #endif
+#ifdef SFIELD_WITHOUT_LOGARITHMS
+    if (d->product == SFIELD_PRODUCT_EXP)
+        return sfield__fail(&log, SFIELD_ERR_DESC, "desc.product",
+                            "is not in this header, joined without logarithms");
+#endif
     if (d->product == SFIELD_PRODUCT_DEFAULT)
         d->product = haar ? SFIELD_PRODUCT_TEXELS : SFIELD_PRODUCT_TRIPLE;
     if (haar != (d->product >= SFIELD_PRODUCT_TEXELS))
@@ -76,7 +82,6 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     s->cells = 6 * s->side * s->side;
     s->coefs = haar ? s->cells : d.bands * d.bands;
     s->planes = haar ? s->cells : sfield__planes(d.bands);
-    s->version = 1;
     kept = 3 * (size_t)s->cells + 3 * (size_t)s->planes * 3;
     s->sky = (float *)sfield__alloc_array(&a, kept, sizeof *s->sky);
     s->texel = (float *)sfield__alloc_array(&a, 4 * (size_t)s->cells, sizeof *s->texel);
@@ -113,12 +118,46 @@ static void sfield__place_field(sfield__item *it, int which, const sfield_field 
     it->inverse[which] = 1 / it->radius[which];
 }
 
+/* ---- hashes: what a cached T depends on ---- */
+
+static uint64_t sfield__hash(uint64_t h, uint64_t x)
+{
+    h = (h ^ x) * 0x9e3779b97f4a7c15u;
+    return h ^ h >> 29;
+}
+
+static uint64_t sfield__hash_bytes(uint64_t h, const void *data, size_t words)
+{
+    const uint8_t *p = (const uint8_t *)data;
+    for (; words; words--, p += 4) {
+        uint32_t x;
+        memcpy(&x, p, sizeof x);
+        h = sfield__hash(h, x);
+    }
+    return h;
+}
+
 /* Returns the result of an entity that cannot be used, once its line is written. */
 static sfield_result sfield__fail_entity(const sfield_scene *s, sfield_result result, size_t index,
                                          const char *text)
 {
     const sfield__logger log = sfield__logger_of(&s->desc.system, "sfield_scene_entities");
     return sfield__fail_at(&log, result, "entities", index, text);
+}
+
+/* Fills in the hashes of an item. They are taken here, since its fields may be freed before the next call. */
+static void sfield__hash_item(sfield__item *it)
+{
+    const sfield_entity *e = &it->e;
+    if (e->occlusion) {
+        it->field = sfield__hash(e->occlusion->h.crc, (uint64_t)(uintptr_t)e->occlusion) | 1;
+        it->body = sfield__hash_bytes(it->field, e->transform, 16) | 1;
+    }
+    if (e->source) {
+        uint64_t h = sfield__hash(e->source->h.crc, (uint64_t)(uintptr_t)e->source);
+        h = sfield__hash_bytes(sfield__hash_bytes(h, e->transform, 16), e->tint, 3);
+        it->light = sfield__hash_bytes(h, &e->time, 1) | 1;
+    }
 }
 
 static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entity *e, size_t index,
@@ -133,6 +172,8 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     if (!sfield__m4_is_rigid_uniform(e->transform, &scale))
         return sfield__fail_entity(s, SFIELD_ERR_INPUT, index,
                                    "has a transform that is no rotation with one scale > 0");
+    if (!sfield__finite(e->time))
+        return sfield__fail_entity(s, SFIELD_ERR_INPUT, index, "has a time that is not finite");
     it->identity = sfield__is_upright(e->transform);
     for (i = 0; i < 3; i++) {
         if (!sfield__in(e->tint[i], -1e18f, 1e18f))
@@ -149,7 +190,6 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
                 s, SFIELD_ERR_MISMATCH, index,
                 "has an occlusion of another kind, basis, bands or logarithm than the scene");
         sfield__place_field(it, 0, e->occlusion, scale);
-        it->crc = e->occlusion->h.crc;
         it->inscribed = e->occlusion->h.inscribed * scale;
         it->reach = it->radius[0] * (s->desc.reach > 0 ? s->desc.reach
                                                        : e->occlusion->radii[e->occlusion->h.shells - 1]);
@@ -160,6 +200,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
                                        "has a source of another kind, basis or bands than the scene");
         sfield__place_field(it, 1, e->source, scale);
     }
+    sfield__hash_item(it);
     /* what only receives may turn, unless it has a self-visibility */
     if (!s->algebra) {
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -171,11 +212,39 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-static int sfield__same_body(const sfield__item *p, const sfield__item *q)
+/* Takes up what results depend on now. before: the hash before this change if it only moved occluders, or
+   0. */
+static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
-    const sfield_entity *a = &p->e, *b = &q->e;
-    return a->occlusion == b->occlusion && p->crc == q->crc && (a->source == NULL) == (b->source == NULL) &&
-           ((!a->occlusion && a->source) || memcmp(a->transform, b->transform, sizeof a->transform) == 0);
+    s->before_hash = before;
+    s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
+}
+
+/* Compares the new entities with those before: which occluders moved, and whether that is all. */
+static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
+{
+    int alike = n->item_count == s->item_count && n->item_count > 0;
+    uint64_t h = n->item_count;
+    uint32_t i;
+    n->moved_count = 0;
+    for (i = 0; i < n->item_count; i++) {
+        sfield__item *now = &n->item[i];
+        const sfield__item *was = alike ? &s->item[i] : now;
+        h = sfield__hash(sfield__hash(h, now->body), now->light);
+        memcpy(now->was, was->center[0], sizeof now->was);
+        if (!alike) continue;
+        alike = was->field == now->field && was->light == now->light &&
+                !(was->reach < now->reach || was->reach > now->reach);
+        if (now->body != was->body) n->moved[n->moved_count++] = i;
+    }
+    if (h == s->entities_hash && alike) {       /* nothing moved: what moved before still counts */
+        for (i = 0; i < n->item_count; i++) memcpy(n->item[i].was, s->item[i].was, sizeof n->item[i].was);
+        memcpy(n->moved, s->moved, s->moved_count * sizeof *s->moved);
+        n->moved_count = s->moved_count;
+        return;
+    }
+    n->entities_hash = h;
+    sfield__note_change(n, alike ? s->now_hash : 0);
 }
 
 /* Makes the lists of the new scene beside the old one. */
@@ -188,7 +257,8 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
         (sfield_rotation *)sfield__alloc_array(&n->allocator, n->algebra ? room : 1, sizeof *n->rotation);
     n->occluder = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->occluder);
     n->light = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->light);
-    if (!n->item || !n->rotation || !n->occluder || !n->light) return SFIELD_ERR_ALLOC;
+    n->moved = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->moved);
+    if (!n->item || !n->rotation || !n->occluder || !n->light || !n->moved) return SFIELD_ERR_ALLOC;
     for (i = 0; i < count; i++) {
         sfield__item *it = &n->item[i];
         sfield_result result = sfield__make_item(n, &entities[i], i, it, n->rotation + (n->algebra ? i : 0));
@@ -219,8 +289,6 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 {
     sfield_scene n;
     sfield_result result;
-    uint32_t i;
-    int same;
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_entities");
@@ -232,6 +300,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.rotation = NULL;
     n.occluder = n.light = NULL;
     n.taps = NULL;
+    n.moved = NULL;
     n.occluder_count = n.light_count = n.overlaps = 0;
     n.item_count = (uint32_t)count;
     result = sfield__make_lists(&n, entities, count);
@@ -239,9 +308,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
         sfield__free_lists(&n);
         return result;
     }
-    same = count == s->item_count;
-    for (i = 0; i < count && same; i++) same = sfield__same_body(&s->item[i], &n.item[i]);
-    n.version = s->version + !same;
+    sfield__note_moves(s, &n);
     sfield__free_lists(s);
     *s = n;
     return SFIELD_OK;

@@ -22,7 +22,8 @@ static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t
     const uint32_t across = (32 * s->side + width - 1) / width, down = (16 * s->side + height - 1) / height;
     const uint32_t wide = width * across, high = height * down;
     const double step = 2 * sfield__pi / wide;
-    double first[2], turn[2], half, unused, sine, cosine;
+    double first[2], turn[2], half;
+    double unused, sine, cosine;
     uint32_t x, y;
     sfield__sincos_d(0.5 * step - sfield__pi, &first[1], &first[0]);
     sfield__sincos_d(step, &turn[1], &turn[0]);
@@ -72,29 +73,32 @@ static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, u
     return 1;
 }
 
+static void sfield__turn_harmonics(sfield_scene *s)
+{
+    sfield_rotation r;
+    float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    uint32_t c, k;
+    for (c = 0; c < 3; c++) {
+        float *now = s->sky_now + c * s->planes;
+        memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
+        if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
+            sfield__load_tile(s->coefs, 1, now, 1, tile);
+            sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
+            sfield__store_tile(s->coefs, 1, tile, now, 1);
+        }
+        for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
+    }
+}
+
 /* Turns the sky into the world. Harmonics turn their coefficients; wavelets resample the cube map, once. */
 static void sfield__turn_sky(sfield_scene *s)
 {
-    uint32_t c, k;
-    s->sky_version++;
-    if (s->algebra) {
-        sfield_rotation r;
-        float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
-        for (c = 0; c < 3; c++) {
-            float *now = s->sky_now + c * s->planes;
-            memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
-            if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
-                sfield__load_tile(s->coefs, 1, now, 1, tile);
-                sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
-                sfield__store_tile(s->coefs, 1, tile, now, 1);
-            }
-            for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
-        }
-        return;
-    }
+    if (s->algebra) sfield__turn_harmonics(s);
 #ifndef SFIELD_WITHOUT_WAVELETS
-    sfield__turn_cube(s);
+    else sfield__turn_cube(s);
 #endif
+    s->sky_hash = sfield__hash_bytes(1, s->sky_now, 3 * (size_t)s->planes);
+    sfield__note_change(s, 0);
 }
 
 static int sfield__rotation_good(const float *m)
@@ -122,8 +126,9 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
     log = sfield__logger_of(&s->desc.system, "sfield_scene_environment");
     if (!sfield__rotation_good(rotation))
         return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
-    if (rgb && (width < 1 || height < 1 || width > 65536 || height > 65536))
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "width or height", "is not 1..65536");
+    if (rgb && (!sfield__check_value(&log, width >= 1 && width <= 65536, "width", width, "1..65536") ||
+                !sfield__check_value(&log, height >= 1 && height <= 65536, "height", height, "1..65536")))
+        return SFIELD_ERR_ARGUMENT;
     if (rgb && !sfield__take_map(s, rgb, width, height)) return SFIELD_ERR_ALLOC;
     if (!rgb) memset(s->sky, 0, 3 * (size_t)s->cells * sizeof *s->sky);
     memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
@@ -139,8 +144,9 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
 {
     sfield__logger log;
-    if (!s || !rotation) return SFIELD_ERR_ARGUMENT;
+    if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_turn");
+    if (!rotation) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "rotation", "is NULL");
     if (!sfield__rotation_good(rotation))
         return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
     sfield__set_turn(s, rotation);
@@ -162,13 +168,17 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
         sfield__turn_sky(s);
         return SFIELD_OK;
     }
-    if (sfield__unit_vector(direction) != 1)
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "direction", "is not unit");
-    for (k = 0; k < 3; k++) {
-        if (!sfield__in(irradiance[k], 0, 1e18f))
-            return sfield__fail(&log, SFIELD_ERR_INPUT, "irradiance", "is not 0..1e18");
-        d[k] = (double)direction[k];
+    for (k = 0; k < 3; k++) d[k] = (double)direction[k];
+    if (sfield__unit_vector(direction) != 1) {
+        sfield__log_value(&log, "the length of direction", sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]),
+                          "1 (0.97..1.03)");
+        return SFIELD_ERR_INPUT;
     }
+    for (k = 0; k < 3; k++)
+        if (!sfield__in(irradiance[k], 0, 1e18f)) {
+            sfield__log_element(&log, "irradiance", k, "is", (double)irradiance[k], "0..1e18");
+            return SFIELD_ERR_INPUT;
+        }
     if (s->algebra) {
         sfield_sh_basis(s->desc.bands, d, y);
         for (c = 0; c < 3; c++)
@@ -185,9 +195,12 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
 
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
 {
+    sfield__logger log;
     uint32_t c;
-    if (!s || !coefs) return SFIELD_ERR_ARGUMENT;
-    if (!s->algebra) return SFIELD_ERR_MISMATCH;
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_scene_sky");
+    if (!coefs) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "coefs", "is NULL");
+    if (!s->algebra) return sfield__fail(&log, SFIELD_ERR_MISMATCH, "scene", "has wavelets, not harmonics");
     for (c = 0; c < 3; c++)
         memcpy(coefs + c * s->coefs, s->sky_now + c * s->planes, s->coefs * sizeof *coefs);
     return SFIELD_OK;

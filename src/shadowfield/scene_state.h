@@ -10,10 +10,12 @@ typedef struct sfield__item {       /* of an entity */
     float center[2][3], inverse[2], radius[2]; /* of occlusion and source: world center, 1 / (scale r), world
                                                   radius */
     float    inscribed, reach;      /* of the occluder, world */
+    float    was[3];                /* center[0] before the last change of the scene */
     int      identity;
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
-    uint32_t crc;                   /* of the occlusion field: another one may come to lie at the same
-                                       address */
+    uint64_t field, body, light;    /* hashes, 0 where there is none: of the occlusion field, by address and
+                                       by checksum, since another one may come to lie at the same address; of
+                                       that and where it stands; of the source and all that shines by it */
 } sfield__item;
 
 typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
@@ -27,8 +29,12 @@ struct sfield_scene {
     sfield__item     *item;
     sfield_rotation  *rotation;
     sfield__taps     *taps;
-    uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps, maps;
-    uint64_t          version, sky_version;       /* of everything but lights; of the environment */
+    uint32_t *occluder, *light, item_count, occluder_count;
+    uint32_t light_count, overlaps, maps;
+    /* Hashes of all that results depend on besides the points: the entities, the environment; both; and both
+       as they were before the last change, 0 if that did more than move the occluders of `moved`. */
+    uint64_t          entities_hash, sky_hash, now_hash, before_hash;
+    uint32_t         *moved, moved_count;
     float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their
                                        coefficients */
@@ -40,6 +46,14 @@ struct sfield_scene {
     uint8_t          *scratch;
     size_t            scratch_bytes;
 };
+
+typedef struct sfield__last {       /* a tile or a point, when its results were kept */
+    uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
+    float    middle[3], extent;     /* a sphere about the points */
+    uint32_t shown, active;         /* bits: points that were wanted; those that can be shaded: others give
+                                       0 */
+    int      has;                   /* which results */
+} sfield__last;
 
 struct sfield_cache {
     sfield__allocator allocator;
@@ -55,4 +69,6 @@ struct sfield_cache {
     float    *sky;
     uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are
                                        kept */
+    sfield__last *last;             /* of each tile (harmonics) or point */
+    float    *result;               /* of the last frame: r, g, b, ambient of each point */
 };

@@ -23,7 +23,8 @@ static sfield__logger sfield__logger_of(const sfield_system *system, const char 
 }
 
 /* Returns the result with which a call fails, once its line is written. */
-static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result, const char *field,
+static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result,
+                                               const char *field,
                                   const char *text)
 {
     sfield__log_text(log, field, text);
@@ -37,7 +38,8 @@ static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *l
 }
 
 /* "FUNCTION: ARRAY[INDEX] TEXT" */
-static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result, const char *array,
+static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result,
+                                                  const char *array,
                                      uint64_t index, const char *text)
 {
     sfield__message m;
@@ -114,4 +116,13 @@ static void sfield__m4_set_identity(float *m)
 {
     memset(m, 0, 16 * sizeof *m);
     m[0] = m[5] = m[10] = m[15] = 1;
+}
+
+/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
+   bit changes. */
+static float sfield__unit(float x)
+{
+    uint32_t e = sfield__to_bits(x) >> 23;
+    e = e < 1u ? 1u : e > 253u ? 253u : e;
+    return sfield__from_bits((254 - e) << 23);
 }

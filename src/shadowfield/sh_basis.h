@@ -24,7 +24,8 @@ static void sfield__sincos_d(double x, double *s, double *c)
    m phi into the polynomials cm + i sm = (x + i y)^m. No Condon-Shortley sign. */
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y)
 {
-    double z = direction[2], cm = 1, sm = 0, older, diagonal = 0.28209479177387814347;
+    double z = direction[2], cm = 1, sm = 0;
+    double older, diagonal = 0.28209479177387814347;
     uint32_t l, m;
     for (m = 0; m < bands; m++) {
         double now = diagonal, two = m ? 1.41421356237309504880 : 1;
@@ -52,7 +53,8 @@ static size_t sfield__grid_size(uint32_t degree) { return (size_t)(degree / 2 + 
 /* Gauss-Legendre in z times equal steps in phi: exact for polynomials up to degree. x, y, z, weight. */
 static void sfield__fill_grid(uint32_t degree, double *node)
 {
-    uint32_t n = degree / 2 + 1, m = degree + 1, i, j, step;
+    uint32_t n = degree / 2 + 1, m = degree + 1, i;
+    uint32_t j, step;
     for (i = 0; i < n; i++) {
         double z, unused, slope = 1, radius;
         sfield__sincos_d(sfield__pi * (i + 0.75) / (n + 0.5), &unused, &z);
@@ -97,7 +99,8 @@ static int sfield__is_above(uint32_t bands, const float *factors, const float *c
 {
     uint32_t i, k, l;
     for (i = 0; i < 36 * 72; i++) {
-        double d[3], y[SFIELD_MAX_COEFS], value = 0, s, c, ring;
+        double d[3], y[SFIELD_MAX_COEFS], value = 0;
+        double s, c, ring;
         sfield__sincos_d(sfield__pi * (i / 72) / 35, &ring, &d[2]);
         sfield__sincos_d(sfield__pi * (i % 72) / 36, &s, &c);
         d[0] = ring * c;

@@ -4,7 +4,8 @@
 /* Does one Jacobi rotation of the symmetric matrix m and of the vectors v, n x n each. */
 static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_t q)
 {
-    double off = m[p * n + q], theta, t, c, s;
+    double off = m[p * n + q], theta, t;
+    double c, s;
     uint32_t i;
     if (fabs(off) < 1e-15) return;
     theta = (m[q * n + q] - m[p * n + p]) / (2 * off);
@@ -31,7 +32,8 @@ static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_
    coefficients. */
 static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, double *work)
 {
-    uint32_t n = t->coefs, i, j, k, q, sweep;
+    uint32_t n = t->coefs, i, j;
+    uint32_t k, q, sweep;
     double *m = work, *v = work + n * n, sum[SFIELD_MAX_COEFS];
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) {

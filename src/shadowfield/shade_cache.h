@@ -3,16 +3,25 @@
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point_count, uint32_t light_count,
                                              sfield_cache **out)
 {
+    sfield__logger log;
     sfield_cache *c;
-    size_t own, units, lanes, values, bytes;
+    size_t own, units, lanes;
+    size_t values, bytes;
     uint8_t *at;
-    if (!s || !out || !point_count || !light_count || light_count > 65536 || point_count > 0x7fffffffu)
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_cache_create");
+    if (!out) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "out", "is NULL");
+    if (!sfield__check_value(&log, point_count && point_count <= 0x7fffffffu, "point_count",
+                             (double)point_count, "1..2^31 - 1") ||
+        !sfield__check_value(&log, light_count && light_count <= 65536, "light_count", light_count,
+                             "1..65536"))
         return SFIELD_ERR_ARGUMENT;
     own = s->algebra ? (point_count + 15) / 16 : point_count;
     if (!sfield__mul_size(own, light_count, &units) || units > SIZE_MAX / 16384) return SFIELD_ERR_ALLOC;
     lanes = units * (s->algebra ? 32 : 1);          /* marks as many as lights */
     values = lanes * (s->algebra ? s->coefs : (uint32_t)SFIELD__CACHED);
-    bytes = sizeof *c + (units + own) * sizeof *c->hash + lanes * sizeof *c->scale +
+    bytes = sizeof *c + (units + own) * sizeof *c->hash + own * sizeof *c->last +
+            4 * point_count * sizeof *c->result + lanes * sizeof *c->scale +
             (s->algebra ? 2 * values + own : 4 * values + 3 * own * sizeof *c->sky);
     at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
     if (!at) return SFIELD_ERR_ALLOC;
@@ -26,12 +35,14 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
     c->cells = s->algebra ? 0 : s->cells;
     c->hash = (uint64_t *)(void *)(at + sizeof *c);
     c->lit = c->hash + units;
-    c->scale = (float *)(void *)(c->lit + own);
+    c->last = (sfield__last *)(void *)(c->lit + own);
+    c->result = (float *)(void *)(c->last + own);
+    c->scale = c->result + 4 * point_count;
     c->sky = c->scale + lanes;
     c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * own));
     c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
     c->marks = (uint8_t *)(c->value + values);
-    memset(c->hash, 0, (size_t)((uint8_t *)c->scale - (uint8_t *)c->hash));
+    memset(c->hash, 0, (size_t)((uint8_t *)c->result - (uint8_t *)c->hash));
     *out = c;
     return SFIELD_OK;
 }
@@ -49,34 +60,30 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ?
 /* Smaller T are kept as 0: 32767 over them would pass what a float holds. */
 #define SFIELD__LEAST_T 1e-30f
 
-static uint64_t sfield__hash(uint64_t h, uint64_t x)
-{
-    h = (h ^ x) * 0x9e3779b97f4a7c15u;
-    return h ^ h >> 29;
-}
-
-static uint64_t sfield__hash_bytes(uint64_t h, const void *data, size_t words)
-{
-    const uint8_t *p = (const uint8_t *)data;
-    for (; words; words--, p += 4) {
-        uint32_t x;
-        memcpy(&x, p, sizeof x);
-        h = sfield__hash(h, x);
-    }
-    return h;
-}
-
-/* Hashes what T of a set depends on besides occluders: all bodies, and where its points stand. An entity that
-   shines and hides nothing moves without a new version, since lamps do; points that lie on it move with
-   it. */
+/* Hashes what T of a set depends on besides the occluders on its way: how the scene computes, and where the
+   points stand. Points that lie on an entity move with it. The number of occluders decides which T on the way
+   are rounded (sfield__chain_products). */
 static uint64_t sfield__hash_stand(const sfield_scene *s, const sfield_points *set)
 {
-    uint64_t h = sfield__hash(s->version, (uint64_t)(uintptr_t)s);
+    const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,
+                              s->has_sky || s->has_sun };
+    uint64_t h = sfield__hash_bytes((uint64_t)(uintptr_t)s, how, 5);
+    h = sfield__hash_bytes(h, &s->desc.reach, 1);
     h = sfield__hash(h, (uint64_t)(uintptr_t)set->self);
-    h = sfield__hash(h, (uint64_t)set->entity << 32 | (set->self ? set->self->h.crc : 0));
+    if (set->self) h = sfield__hash(h, set->self->h.crc);
     if (set->entity) h = sfield__hash_bytes(h, s->item[set->entity - 1].e.transform, 16);
     return h;
 }
+
+/* Rounds to 16 bits. What is not in their range, as where T is no number, becomes 0. */
+static int16_t sfield__to_int16(float q)
+{
+    if (!(fabsf(q) < 32767.5f)) return 0;
+    return (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+}
+
+/* Returns the scale of values whose largest is `most`: 0 if that is beyond floats. */
+static float sfield__scale_of(float most) { return sfield__finite(most) ? most / 32767 : 0; }
 
 static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t)
 {
@@ -88,12 +95,10 @@ static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t)
             float x = fabsf(t[k * SFIELD__LANES + l]);
             most = x > most ? x : most;
         }
-        c->scale[slot * SFIELD__LANES + l] = most / 32767;
+        c->scale[slot * SFIELD__LANES + l] = sfield__scale_of(most);
         inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
-        for (k = 0; k < c->coefs; k++) {
-            float q = t[k * SFIELD__LANES + l] * inverse;
-            value[k * SFIELD__LANES + l] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
-        }
+        for (k = 0; k < c->coefs; k++)
+            value[k * SFIELD__LANES + l] = sfield__to_int16(t[k * SFIELD__LANES + l] * inverse);
     }
 }
 
@@ -108,4 +113,75 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {
     return ((c->points + 15) / 16 + tile) * c->lights + number - 1;
+}
+
+/* ---- results of the last frame ---- */
+
+enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
+
+/* Which of some points are wanted, as bits. */
+static uint32_t sfield__wanted(const sfield_points *set, size_t first, uint32_t count)
+{
+    uint32_t l, bits = 0;
+    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
+    return bits;
+}
+
+/* Whether an occluder that stood or stands at c may hide something of the sphere about some points. Wider
+   than the test that leaves occluders out by as much as roundings can matter. */
+static int sfield__is_near(const sfield__last *last, const float *c, float reach)
+{
+    float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
+    return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
+}
+
+/* Whether what was computed for a unit (a tile or a point) in the last frame still holds: nothing changed but
+   occluders that were, and are, out of its reach, and the same points are wanted: which of them share samples
+   of a field decides the last bits. Costs a few comparisons for each occluder that moved. */
+static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t stand, size_t unit,
+                                uint32_t wanted)
+{
+    sfield__last *last = &set->cache->last[unit];
+    uint32_t i;
+    const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
+    if (!last->seen || ((wanted ^ last->shown) & last->active) || (has & ~last->has)) return 0;
+    if (last->seen == sfield__hash(stand, s->now_hash)) return 1;
+    if (!s->before_hash || last->seen != sfield__hash(stand, s->before_hash)) return 0;
+    for (i = 0; i < s->moved_count; i++) {
+        const sfield__item *it = &s->item[s->moved[i]];
+        if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
+            return 0;
+    }
+    last->seen = sfield__hash(stand, s->now_hash);
+    return 1;
+}
+
+/* Writes the results of the last frame again, 0 for points that are not wanted. Returns how many were. */
+static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
+                                       uint32_t wanted)
+{
+    const float *result = set->cache->result + 4 * first;
+    uint32_t l, k;
+    wanted &= set->cache->last[unit].active;
+    for (l = 0; l < count; l++, result += 4) {
+        const int here = wanted >> l & 1;
+        for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
+        if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
+    }
+    return sfield__popcount(wanted);
+}
+
+/* Keeps the results that were just written for a unit of points. */
+static void sfield__keep_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
+                                 const sfield__last *now)
+{
+    sfield__last *last = &set->cache->last[unit];
+    float *result = set->cache->result + 4 * first;
+    uint32_t l, k;
+    *last = *now;
+    last->has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
+    for (l = 0; l < count; l++, result += 4) {
+        for (k = 0; k < 3; k++) result[k] = set->rgb ? set->rgb[3 * (first + l) + k] : 0.0f;
+        result[3] = set->ambient ? set->ambient[first + l] : 0.0f;
+    }
 }

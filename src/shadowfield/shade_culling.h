@@ -56,7 +56,7 @@ static void sfield__find_masks(sfield__tile *t)
     uint32_t j, i;
     t->way = t->stand;
     for (i = 0; i < t->count && cached; i++)
-        t->way = sfield__hash(t->way, (uint64_t)t->item[t->order[i]] << 16 | t->used[t->order[i]]);
+        t->way = sfield__hash(sfield__hash(t->way, s->item[t->item[t->order[i]]].body), t->used[t->order[i]]);
     t->way |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
@@ -74,9 +74,11 @@ static void sfield__find_masks(sfield__tile *t)
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
-            if (bits && cached) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
+            if (bits && cached)
+                t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
-        t->hash[j] |= 1;
+        /* where its way leaves that of all lights, up to where T is rounded */
+        t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
 }
@@ -104,7 +106,8 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
         if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
-            float d2 = near_i[l], e2 = near_j[l], dot = 0, sines, cosines;
+            float d2 = near_i[l], e2 = near_j[l], dot = 0;
+            float sines, cosines;
             if (!((lanes & ~hidden) >> l & 1) || e2 >= d2 || a2 >= d2 || b2 >= e2 || b2 * d2 <= a2 * e2)
                 continue;
             if (t->factor[j * SFIELD__LANES + l] < 1) continue;

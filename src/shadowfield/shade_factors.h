@@ -3,7 +3,8 @@
 /* Evaluates the basis at 16 directions in planes, in float. */
 static void sfield__evaluate_basis16(uint32_t bands, const float *d, float *out)
 {
-    float cm[16], sm[16], older[16], now[16], diagonal = sfield__y00;
+    float cm[16], sm[16], older[16];
+    float now[16], diagonal = sfield__y00;
     uint32_t l, m, i;
     for (i = 0; i < 16; i++) {
         cm[i] = 1;

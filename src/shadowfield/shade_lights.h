@@ -84,7 +84,8 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     const sfield_field *f = it->e.source;
     const uint32_t n = t->s->coefs, shells = f->h.shells, every = f->tone < 3;
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
-    uint32_t group[SFIELD__LANES], frame[2], i, k, c, l;
+    uint32_t group[SFIELD__LANES], frame[2], i;
+    uint32_t k, c, l;
     uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
     float sum[3][SFIELD__LANES] = { { 0 } }, weight[2][SFIELD__LANES], own[SFIELD__LANES];
     float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
@@ -148,7 +149,8 @@ static void sfield__shine_light(const sfield__tile *t, uint32_t j, const float *
 static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
 {
     const sfield_scene *s = t->s;
-    uint32_t j, c, k, l, n = s->coefs * SFIELD__LANES;
+    uint32_t j, c, k;
+    uint32_t l, n = s->coefs * SFIELD__LANES;
     memset(rgb, 0, 3 * SFIELD__LANES * sizeof *rgb);
     for (j = 0; j < t->lights; j++)
         if (!sfield__is_own(t, j))

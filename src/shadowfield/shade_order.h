@@ -8,7 +8,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     const sfield_scene *s = t->s;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
     const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
-    uint32_t step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
+    uint32_t step = n + 1, from = 0, last = 0, least = n;
+    uint32_t i, j, a, b;
     float *now = t->start;
     for (j = 0; j < slots; j++) {
         if (!t->needed[j]) continue;
@@ -16,17 +17,22 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         for (i = n; i-- > last;)
             if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
     }
+#ifndef SFIELD_WITHOUT_CACHE
     if (cache) {
-        step = n / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
+        step = s->occluder_count / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
         if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
         cache->lit[tile] = t->way;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
         if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
         from *= step;
     }
+#else
+    (void)cache, (void)tile, (void)step, (void)least;
+#endif
     if (!from) sfield__start_tile(t);
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
     for (i = from; i <= last; i++) {
+#ifndef SFIELD_WITHOUT_CACHE
         /* rounded always, so that a later start from here is the same */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
@@ -34,6 +40,7 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
             sfield__recall_tile(cache, slot, now, s->simd);
             if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
         }
+#endif
         for (j = 0; j < slots; j++) {
             const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
             float *light = t->t + j * size;
@@ -52,7 +59,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 static void sfield__chain_logarithms(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
+    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i;
+    uint32_t j, k, l;
     size_t size = (size_t)t->chains * n;
     float *sum = t->turned;
     int c;
@@ -76,13 +84,48 @@ static void sfield__chain_logarithms(sfield__tile *t)
     }
 }
 
+/* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
+static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
+{
+    const size_t unit = t->first / SFIELD__LANES;
+    uint64_t points, lights;
+    if (!sfield__is_untouched(t->s, t->set, t->stand, unit, wanted)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, wanted);
+    lights = points * sfield__lights_of(t->s, t->set, t->sky);
+    t->stats.points += points;
+    t->stats.lights += lights;
+    t->stats.reused += lights;
+    return 1;
+}
+
+/* Keeps what was written, for the next frame. */
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
+{
+    sfield__last now;
+    memset(&now, 0, sizeof now);
+    now.seen = sfield__hash(t->stand, t->s->now_hash);
+    memcpy(now.middle, t->middle, sizeof now.middle);
+    now.extent = t->extent;
+    now.shown = wanted;
+    now.active = t->active;
+    sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
+}
+
 static void sfield__shade_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
-    uint32_t j, needed = 0;
+    uint32_t j, needed = 0, wanted = 0;
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) {
+        wanted = sfield__wanted(t->set, t->first, t->lanes);
+        if (sfield__repeat_tile(t, wanted)) return;
+    }
+#else
+    (void)wanted;
+#endif
     sfield__load_lanes(t);
     if (!t->visible) {
         memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
@@ -111,9 +154,13 @@ static void sfield__shade_tile(sfield__tile *t)
     }
     if (needed) {
         sfield__fade_candidates(t);
+#ifndef SFIELD_WITHOUT_LOGARITHMS
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_logarithms(t);
-        else sfield__chain_products(t, cache);
+        else
+#endif
+        sfield__chain_products(t, cache);
     }
+#ifndef SFIELD_WITHOUT_CACHE
     /* fresh ones too, so that both are equal */
     for (j = 0; cache && j < slots && j < cache->lights; j++) {
         size_t slot = t->first / SFIELD__LANES * cache->lights + j;
@@ -124,7 +171,11 @@ static void sfield__shade_tile(sfield__tile *t)
         }
         sfield__recall_tile(cache, slot, t->t + j * size, s->simd);
     }
+#endif
     sfield__write_outputs(t);
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) sfield__keep_tile_results(t, wanted);
+#endif
 }
 
 /* Returns the lanes for which light j lies just before occluder i - 1 of the order, or, of i = 0, before
@@ -175,7 +226,8 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
     const sfield_scene *s = t->s;
     const uint32_t n = s->coefs * SFIELD__LANES;
     float *sum = t->t;
-    uint32_t i, j, k, l, c;
+    uint32_t i, j, k;
+    uint32_t l, c;
     sfield__load_lanes(t);
     sfield__find_candidates(t);
     sfield__find_masks(t);

@@ -98,6 +98,24 @@ static sfield_result sfield__check_sparse(const sfield__logger *log, const sfiel
     return SFIELD_OK;
 }
 
+/* Finds the cell of each point, a cube and a side, and sorts the points by their cells. */
+static void sfield__sort_into_cells(const sfield_points *points, float spacing, sfield__cell *cells)
+{
+    size_t i, count = points->count;
+    uint32_t k;
+    for (i = 0; i < count; i++) {
+        const float *p = sfield__row(points->positions, points->position_stride, i);
+        int32_t at[3];
+        for (k = 0; k < 3; k++) at[k] = (int32_t)(p[k] / spacing) - (p[k] < 0);
+        cells[i].x = at[0];
+        cells[i].y = at[1];
+        cells[i].z = at[2];
+        cells[i].side = (int32_t)sfield__face_of(sfield__row(points->normals, points->normal_stride, i));
+        cells[i].point = (uint32_t)i;
+    }
+    qsort(cells, count, sizeof *cells, sfield__compare_cells);
+}
+
 SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacing,
                                        const sfield_system *system, uint32_t *chosen, size_t *chosen_count,
                                        uint32_t *sources, float *weights)
@@ -110,7 +128,13 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
     size_t i, n = 0, count;
     uint32_t k;
     if (!points || !chosen || !chosen_count || !sources || !weights)
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "an argument", "is NULL");
+        return sfield__fail(&log, SFIELD_ERR_ARGUMENT,
+                            !points         ? "points"
+                            : !chosen       ? "chosen"
+                            : !chosen_count ? "chosen_count"
+                            : !sources      ? "sources"
+                                            : "weights",
+                            "is NULL");
     if (!sfield__system_good(system)) return sfield__fail_allocator(&log);
     result = sfield__check_sparse(&log, points, spacing);
     if (result != SFIELD_OK) return result;
@@ -118,17 +142,7 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
     cells = (sfield__cell *)sfield__alloc_array(&a, 2 * count, sizeof *cells);
     if (!cells) return SFIELD_ERR_ALLOC;
     first = cells + count;
-    for (i = 0; i < count; i++) {
-        const float *p = sfield__row(points->positions, points->position_stride, i);
-        int32_t at[3];
-        for (k = 0; k < 3; k++) at[k] = (int32_t)(p[k] / spacing) - (p[k] < 0);
-        cells[i].x = at[0];
-        cells[i].y = at[1];
-        cells[i].z = at[2];
-        cells[i].side = (int32_t)sfield__face_of(sfield__row(points->normals, points->normal_stride, i));
-        cells[i].point = (uint32_t)i;
-    }
-    qsort(cells, count, sizeof *cells, sfield__compare_cells);
+    sfield__sort_into_cells(points, spacing, cells);
     for (i = 0; i < count; i++) {               /* the point nearest to a cell's middle stands for it */
         const float *p = sfield__row(points->positions, points->position_stride, cells[i].point);
         float middle[3], d2 = 0;

@@ -13,16 +13,21 @@
 #define SFIELD__INLINE static inline
 #endif
 
-enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16,    /* of 5 bands */
-       SFIELD__SHARED = 3 };        /* lanes that the same eight samples must serve, on average */
+enum {
+    SFIELD__LANES = 16,             /* points that are treated at a time */
+    SFIELD__STAGED = 300,           /* pairs of coefficients of 5 bands, which a stack holds */
+    SFIELD__STAGED_COEFS = 25,      /* coefficients of 5 bands */
+    SFIELD__PIECES = 16,            /* tasks that a call is divided into */
+    SFIELD__SHARED = 3              /* lanes that the same eight samples must serve, on average */
+};
 
 static int sfield__simd(void) { return sfield__simd_level(); }
 
 /* What the kernels do, by the best instruction set there is; kernels_end.h chooses. All of sixteen lanes. */
 
 /* out = a b, or with occlude a - a b. */
-static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
-                              int occlude);
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
+                              size_t stride, int occlude);
 
-static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
-                             int simd);
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride,
+                             int inverse, int simd);

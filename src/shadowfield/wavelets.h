@@ -58,7 +58,8 @@ static void sfield__haar_up(const float *w, uint32_t squares, const float *scali
 {
     uint32_t i;
     for (i = squares; i-- > 0;) {               /* from the end, so that out may be scaling */
-        float s = scaling[i], x = w[3 * i], y = w[3 * i + 1], z = w[3 * i + 2], *c = out + 4 * i;
+        float s = scaling[i], x = w[3 * i], y = w[3 * i + 1];
+        float z = w[3 * i + 2], *c = out + 4 * i;
         c[0] = 0.5f * (s + x + y + z);
         c[1] = 0.5f * (s - x + y - z);
         c[2] = 0.5f * (s + x - y - z);

@@ -45,7 +45,8 @@ static uint32_t sfield__quantise_wavelet(float x, float scale)
 static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_t *kept, float *scale,
                                 uint32_t *entry)
 {
-    uint32_t i, c, used = 0, n = 0, equal;
+    uint32_t i, c, used = 0;
+    uint32_t n = 0, equal;
     float threshold = 0, most = 0, *sorted = v->key + b->cells;
     for (c = 0; c < b->h.channels; c++)
         (void)sfield_haar_forward(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells);

@@ -185,7 +185,8 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     uint16_t *index = c->index + slot * SFIELD__CACHED;
     int16_t *value = c->value + slot * SFIELD__CACHED;
     float threshold = 0, most = 0, inverse, weight = 0;
-    uint32_t i, n = 0, used = 0, next = 0, face = side * side;
+    uint32_t i, n = 0, used = 0;
+    uint32_t next = 0, face = side * side;
     float *key = p->work, *sorted = p->coefs;   /* clean again below */
     for (i = 0; i < cells; i++) {
         uint32_t in_face = i & (face - 1);
@@ -203,11 +204,10 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
             index[n++] = (uint16_t)i;
             most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
         }
-    c->scale[slot] = most / 32767;
+    c->scale[slot] = sfield__scale_of(most);
     inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
     for (i = 0; i < SFIELD__CACHED; i++) {
-        float q = i < n ? p->haar[index[i]] * inverse : 0;
-        value[i] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+        value[i] = i < n ? sfield__to_int16(p->haar[index[i]] * inverse) : (int16_t)0;
         if (i >= n) index[i] = 0;
     }
 }
@@ -222,7 +222,7 @@ static void sfield__light_from_cache(sfield__point *p, const sfield_cache *c, si
     const uint32_t cells = p->s->cells;
     uint32_t i, k;
     if (!it) {
-        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_version) | 1;
+        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_hash) | 1;
         uint64_t *lit = &c->lit[slot / c->lights];
         float *rgb = c->sky + 3 * (slot / c->lights);
         for (k = 0; k < 3 && *lit != now; k++) {
@@ -265,20 +265,24 @@ static void sfield__add_sky(sfield__point *p)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Goes through figure 5 on texels (or on coefficients). With a cache, it only fills the cache; those lights
-   are added from what was kept. */
+/* Whether a cache keeps T for a light. */
+static int sfield__keeps(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
+
+/* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
+   not added here, but later from what was kept; only those whose T is out of date are kept anew. */
 static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
-                         sfield_cache *cache, const uint64_t *hash, float *ambient)
+                              const uint64_t *hash, uint32_t until, float *ambient)
 {
     const sfield_scene *s = p->s;
+    sfield_cache *cache = p->set->cache;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
     uint32_t i, k;
     int fresh = 0;                              /* p->haar is that of p->t */
     sfield__start_texels(p, index, n);
-    for (i = 0; i <= count; i++) {
+    for (i = 0; i < until; i++) {
         const sfield__item *it = i < count ? &s->item[p->ray[i].item] : NULL;
-        uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
-        int keep;
+        const uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
+        uint64_t *kept;
         if (it && p->ray[i].light < 0) {
             sfield__lists lists;
             float fade = 4 * (1 - sqrtf(p->ray[i].d2) / it->reach);
@@ -294,15 +298,15 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        keep = cache && slot < cache->lights;
-        if (!fresh && !sparse && (keep || (it && !it->map))) {
+        kept = sfield__keeps(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        if (kept && *kept == hash[slot]) continue;
+        if (!fresh && !sparse && (kept || (it && !it->map))) {
             (void)sfield_haar_forward(s->side, p->t, p->haar);
             fresh = 1;
         }
-        if (keep) {
-            size_t at = index * cache->lights + slot;
-            if (cache->hash[at] != hash[slot]) sfield__keep_wavelets(p, cache, at);
-            cache->hash[at] = hash[slot];
+        if (kept) {
+            sfield__keep_wavelets(p, cache, index * cache->lights + slot);
+            *kept = hash[slot];
         } else if (it) sfield__add_light(p, it, x, p->haar);
         else if (s->has_sky || s->has_sun) sfield__add_sky(p);
     }
@@ -314,58 +318,106 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
     }
 }
 
+/* Writes what T of each light depends on: the occluders before it on the way from near to far; 0 for lights
+   that are not asked for. Returns how many rays have to be walked, the environment as the last: to the last
+   light whose T is not kept or out of date. */
+static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t count, uint64_t *hash)
+{
+    const sfield_scene *s = p->s;
+    const sfield_cache *cache = p->set->cache;
+    const int sky = s->has_sky || s->has_sun;
+    uint64_t before = p->stand;
+    uint32_t i, until = 0;
+    for (i = 0; i <= s->light_count; i++) hash[i] = 0;
+    for (i = 0; i <= count; i++) {
+        const uint32_t slot = i < count ? (uint32_t)p->ray[i].light : s->light_count;
+        if (i < count && p->ray[i].light < 0) {
+            before = sfield__hash(before, s->item[p->ray[i].item].body);
+            continue;
+        }
+        if (i == count && !sky && !p->set->ambient) continue;
+        hash[slot] = before | 1;
+        if (sfield__keeps(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+            p->stats.reused += i < count || sky;
+        else
+            until = i + 1;
+    }
+    return until;
+}
+
+/* Returns the light of a sky of 1 by the T that is kept for the environment: sums of whole faces. */
+static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cache *c, size_t slot)
+{
+    float sum = 0;
+    size_t i, at = slot * SFIELD__CACHED;
+    for (i = at; i < at + SFIELD__CACHED; i++)
+        if (c->index[i] % (s->side * s->side) == 0)
+            sum += (float)c->value[i] * c->scale[slot] * (float)s->side * 0.318309886f;
+    return sum;
+}
+
+/* Shades a point that can be shaded, into p->rgb, and *ambient if it is wanted. */
+static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint64_t *hash, float *ambient)
+{
+    const sfield_scene *s = p->s;
+    sfield_cache *cache = p->set->cache;
+    const int kept = sfield__keeps(cache, s->light_count);
+    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
+    uint32_t j;
+    if (until)
+        sfield__walk_rays(p, index, x, n, count, hash, until, p->set->ambient && !kept ? ambient : NULL);
+    for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
+        if (!hash[j]) continue;                 /* the own entity's */
+        else if (j < s->light_count)
+            sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+        else if (s->has_sky || s->has_sun)
+            sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
+    if (p->set->ambient && kept)
+        *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
+}
+
 static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
-    sfield_cache *cache = set->cache;
+    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* for its way of loading */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t count, i, j, k, slots = s->light_count + 1, stale = !cache || cache->lights < slots;
-    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
+    uint32_t k, wanted = sfield__wanted(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
+        p->stats.points += points;
+        p->stats.lights += points * lights;
+        p->stats.reused += points * lights;
+        return;
+    }
     memset(&one, 0, sizeof one);
     one.s = s;
     one.set = set;
     one.first = index;
     one.lanes = 1;
     sfield__load_lanes(&one);
+    for (k = 0; k < 3; k++) {
+        x[k] = one.p[16 * k];
+        n[k] = one.n[16 * k];
+    }
     p->rgb = rgb;
     if (one.visible) {
-        for (k = 0; k < 3; k++) {
-            x[k] = one.p[16 * k];
-            n[k] = one.n[16 * k];
-        }
         p->stats.points++;
         p->stats.lights += lights;
-        count = sfield__find_rays(p, x, n);
-        for (j = 0; j < slots; j++) hash[j] = 0;
-        for (i = 0; i <= count; i++) {          /* the occluders before each light */
-            uint64_t h = p->stand;
-            uint32_t slot = i < count ? (uint32_t)p->ray[i].light : slots - 1;
-            if (i < count && p->ray[i].light < 0) continue;
-            for (k = 0; k < i; k++)
-                if (p->ray[k].light < 0) h = sfield__hash(h, p->ray[k].item);
-            hash[slot] = h | 1;
-            if (cache && slot < cache->lights && cache->hash[index * cache->lights + slot] != hash[slot])
-                stale = 1;
-        }
-        if (stale) sfield__walk_rays(p, index, x, n, count, cache, hash, set->ambient ? &ambient : NULL);
-        else p->stats.reused += lights;
-        for (j = 0; cache && j < slots && j < cache->lights; j++)
-            if (!hash[j]) continue;             /* the own entity's */
-            else if (j < s->light_count)
-                sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
-            else if (s->has_sky || s->has_sun)
-                sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
-        if (set->ambient && !stale) {
-            size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;
-            for (i = 0; i < SFIELD__CACHED; i++)
-                if (cache->index[at + i] % (s->side * s->side) == 0)
-                    ambient += (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] *
-                               (float)s->side * 0.318309886f;
-        }
+        sfield__light_point(p, index, x, n, hash, &ambient);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
     if (set->ambient) set->ambient[index] = ambient;
+    if (set->cache) {
+        sfield__last now;
+        memset(&now, 0, sizeof now);
+        now.seen = sfield__hash(p->stand, s->now_hash);
+        memcpy(now.middle, x, sizeof now.middle);
+        now.shown = wanted;
+        now.active = one.active;
+        sfield__keep_results(set, index, index, 1, &now);
+    }
 }

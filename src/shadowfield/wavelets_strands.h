@@ -1,8 +1,8 @@
 /* ---- wavelets: what sixteen points share ---- */
 
-/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face: texels,
-   wavelets and sums are planes of sixteen, so that directions, sky and the samples that several points lie between are
-   read once for all of them. */
+/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face:
+   texels, wavelets and sums are planes of sixteen, so that directions, sky and the samples that several
+   points lie between are read once for all of them. */
 enum { SFIELD__STRANDS = 32, SFIELD__STRAND_LISTS = 256, SFIELD__BLOCK = 64, SFIELD__FEWEST = 3 };
 
 typedef struct sfield__listing {    /* what is kept at a sample, and how much of it each point takes */
@@ -15,7 +15,8 @@ typedef struct sfield__strand {     /* an entity in the order */
     uint32_t item, lanes, count;
     int      light;                 /* its number, -1 an occluder, -2 the own visibility */
     float    d2[SFIELD__LANES];
-    sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2 frames */
+    sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2
+                                       frames */
 } sfield__strand;
 
 typedef struct sfield__bundle {

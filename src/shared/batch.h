@@ -2,7 +2,7 @@
 
 typedef struct P_batch { void (*task)(void *context, size_t index); void *context; size_t first; } P_batch;
 
-/* A task itself; context: the batch. */
+/* The task of a batch, with the batch as its context. */
 static inline void P_batch_task(void *context, size_t index)
 {
     const P_batch *b = (const P_batch *)context;

@@ -8,15 +8,17 @@ static inline uint32_t P_popcount(uint64_t x)
     return (uint32_t)(x * 0x0101010101010101u >> 56);
 }
 
-/* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
+/* Returns eight bytes: each is 1 if the same byte of `bytes`, which lies in 0..127, is at least x, otherwise
+   0. */
 static inline uint64_t P_bytes_from(uint64_t bytes, uint32_t x)
 {
     const uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
     return (((bytes | tops) - x * ones) & tops) >> 7;
 }
 
-/* Position of the bit that is set and has this number (from 0) among those; 64 where there are not so many. From the
-   counts of bits up to each byte, then from those up to each bit of the right byte. */
+/* Returns the position of the set bit that has this number, counted from 0, among the set bits of x; 64 if x
+   has fewer. The counts of bits up to each byte give the byte, those up to each bit of that byte the
+   position. */
 static inline uint32_t P_select_bit(uint64_t x, uint32_t number)
 {
     const uint64_t ones = 0x0101010101010101u;
@@ -30,6 +32,7 @@ static inline uint32_t P_select_bit(uint64_t x, uint32_t number)
     at = 64u - 8u * (uint32_t)(P_bytes_from(upto, number) * ones >> 56);
     if (at == 64) return 64;
     number -= (uint32_t)(upto << 8 >> at) & 255u;
-    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones; /* a bit in each byte */
+    /* The byte's eight bits, one in each byte. */
+    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;
     return at + 8u - (uint32_t)(P_bytes_from(upto * ones, number) * ones >> 56);
 }

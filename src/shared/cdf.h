@@ -1,19 +1,24 @@
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
-/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
-   cell i, sums[count] the total; the array is the caller's. */
+/* A distribution over cells. sums[i] is the sum of the weights before cell i and sums[count] that of all;
+   the array is the caller's. Sums are double, since a float sum of 1e6 small weights is wrong in the third
+   digit. */
 typedef struct P_cdf { const double *sums; uint32_t count; } P_cdf;
 
 typedef struct P_cdf_sample {
     uint32_t index;
     float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
-    float    probability;   /* of the cell; 0 only where all weights are 0 */
+    float    probability;   /* of the cell; 0 only if all weights are 0 */
 } P_cdf_sample;
 
-/* Doubles that a distribution over count cells needs; 0 where that overflows. */
-static inline size_t P_cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
+/* Returns how many doubles a distribution over count cells needs; 0 if their size overflows. */
+static inline size_t P_cdf_doubles(size_t count)
+{
+    return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u;
+}
 
-/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
+/* Makes a distribution of weights, each times `scale`, which is 1 for most callers. Negative, NaN and
+   infinite weights count as 0; their number is returned. */
 static inline size_t P_cdf_build(P_cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
 {
     size_t bad = 0;
@@ -42,8 +47,8 @@ static inline float P_cdf_probability(const P_cdf *cdf, uint32_t index)
     return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
 }
 
-/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
-   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
+/* Returns the cell i with sums[i] <= u * total < sums[i + 1]. The strict upper bound keeps empty cells out,
+   even at u = 0, and keeps the index in range for u below 1. u outside [0, 1) is clamped. */
 static inline P_cdf_sample P_cdf_sample_at(const P_cdf *cdf, float u)
 {
     P_cdf_sample s;
@@ -62,7 +67,7 @@ static inline P_cdf_sample P_cdf_sample_at(const P_cdf *cdf, float u)
         if (cdf->sums[mid] <= x) lo = mid;
         else hi = mid;
     }
-    /* Only where x rounded up to a total of denormal size. */
+    /* This happens only if x was rounded up to a total of denormal size. */
     while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
     width = cdf->sums[lo + 1u] - cdf->sums[lo];
     f = (x - cdf->sums[lo]) / width;
@@ -72,7 +77,7 @@ static inline P_cdf_sample P_cdf_sample_at(const P_cdf *cdf, float u)
     return s;
 }
 
-/* Rows first: marginal over the rows, then the row's own distribution. */
+/* A distribution over the cells of a grid: `rows` is the one over whole rows, `sums` has that of each row. */
 typedef struct P_cdf2 { const double *rows, *sums; uint32_t width, height; } P_cdf2;
 
 typedef struct P_cdf2_sample {
@@ -81,7 +86,7 @@ typedef struct P_cdf2_sample {
     float    probability;   /* of the cell */
 } P_cdf2_sample;
 
-/* Doubles for width * height cells; 0 where that overflows. */
+/* Returns how many doubles a distribution over width * height cells needs; 0 if their size overflows. */
 static inline size_t P_cdf2_doubles(uint32_t width, uint32_t height)
 {
     size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
@@ -89,8 +94,9 @@ static inline size_t P_cdf2_doubles(uint32_t width, uint32_t height)
     return row * height + rows;
 }
 
-/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
-   does. Returns the number of bad weights, as P_cdf_build. */
+/* Makes a distribution of weights that are given row by row. row_scale, NULL for 1, multiplies whole rows,
+   as the solid angle of the rows of a latitude-longitude map does. Returns the number of bad weights, as
+   P_cdf_build. */
 static inline size_t P_cdf2_build(P_cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
                                   uint32_t width, uint32_t height)
 {

@@ -1,12 +1,13 @@
 /* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
 
-/* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
-   enough to read. */
+/* Returns the checksum of data that follows data with the checksum crc; crc is 0 for the first piece. The
+   table has 16 entries: four bits a step are fast enough for files, and the table is small enough to read. */
 static inline uint32_t P_crc32(uint32_t crc, const void *data, size_t size)
 {
     static const uint32_t table[16] = {
-        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
-        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
+        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
     };
     const uint8_t *p = (const uint8_t *)data;
     size_t i;

@@ -1,6 +1,7 @@
 /* unit disc, needs trig: the square mapped to the disc */
 
-/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
+/* Writes where a point s, t of the unit square goes on the unit disc by Shirley and Chiu's concentric map,
+   which keeps areas in proportion. */
 static inline void P_concentric(float s, float t, float *x, float *y)
 {
     float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;

@@ -1,8 +1,10 @@
 /* unit hilbert: Hilbert curves in 1 to 3 dimensions */
 
-/* Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 2004: the index's bits dealt out to the axes are
-   Gray-decoded, then exchanges and inversions are undone from the finest level up. A cube of 2^bits cells a side,
-   dims * bits <= 32; index < 2^(dims * bits), cell[i] < 2^bits. Neighbours on the curve share a face. */
+/* Writes the cell that has this index on the Hilbert curve through a cube of 2^bits cells a side in `dims`
+   (1..3) dimensions. Neighbours on the curve share a face. dims * bits is at most 32, index below 2^(dims *
+   bits), and each cell[i] below 2^bits. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707,
+   2004: the bits of the index are dealt out to the axes and Gray-decoded; then exchanges and inversions are
+   undone from the finest level up. */
 static inline void P_hilbert_cell(uint32_t index, uint32_t bits, uint32_t dims, uint32_t *cell)
 {
     uint32_t i, b, q, t;

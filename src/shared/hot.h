@@ -1,13 +1,14 @@
 /* unit hot, needs fp_begin: what compilers are told of hot code */
 
-/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
+/* P_HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
+   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !P_FINITE_MATH
 #define P_HOT __attribute__((optimize("O3")))
 #else
 #define P_HOT
 #endif
 
-/* Into kernels of several targets. */
+/* P_INLINE stands before what must be inlined into kernels of several targets. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define P_INLINE static inline __attribute__((always_inline))
 #elif defined(_MSC_VER)

@@ -11,7 +11,8 @@ static inline uint32_t P_reverse_bits(uint32_t x)
 
 static inline float P_radical2(uint32_t i) { return P_to_unit(P_reverse_bits(i)); }
 
-/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
+/* Returns the radical inverse of i in base 3. The digits are turned round as an integer below 3^20, so that
+   one rounding happens; i counts modulo 3^20. */
 static inline float P_radical3(uint32_t i)
 {
     uint32_t r = 0, k;
@@ -19,15 +20,17 @@ static inline float P_radical3(uint32_t i)
     return P_to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
 }
 
-/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
+/* Writes point i of Roberts' R2 sequence: the fractions of i / g and i / g^2 with g^3 = g + 1, in 32-bit
+   fixed point. */
 static inline void P_r2(uint32_t i, float *u, float *v)
 {
     *u = P_to_unit(0x80000000u + i * 3242174889u);
     *v = P_to_unit(0x80000000u + i * 2447445413u);
 }
 
-/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
-   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
+/* Returns x after Owen scrambling, by the hash of Laine and Karras as tuned in Burley, "Practical hash-based
+   Owen scrambling", JCGT 9(4), 2020. It works on reversed bits: a bit depends on the more significant ones
+   alone. */
 static inline uint32_t P_owen(uint32_t x, uint32_t seed)
 {
     x = P_reverse_bits(x) + seed;
@@ -38,8 +41,8 @@ static inline uint32_t P_owen(uint32_t x, uint32_t seed)
     return P_reverse_bits(x);
 }
 
-/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
-   different seeds may be combined to more dimensions. */
+/* Writes point i of a scrambled (0, 2)-sequence, which has the first two dimensions of Sobol's. The order is
+   shuffled, too, so that sequences of different seeds may be combined to more dimensions. */
 static inline void P_sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 {
     uint32_t x, y = 0, d = 0x80000000u, k;

@@ -2,7 +2,8 @@
 
 static inline P_v3 P_m4_point(const float *m, P_v3 p)
 {
-    return P_v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+    return P_v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
@@ -12,7 +13,7 @@ static inline P_v3 P_m4_direction(const float *m, P_v3 d)
                      m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
-/* Finite, with 0 0 0 1 as its last row. */
+/* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int P_m4_is_affine(const float *m)
 {
     int i;
@@ -21,31 +22,26 @@ static inline int P_m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
-   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
-   on points. out may be m. */
+/* Writes the inverse of m, which may be out itself, and returns 1. Returns 0, with out untouched, if m is
+   singular to float precision; the test compares the determinant with the product of the column lengths and
+   is therefore free of scale. The arithmetic is double, since the inverse of a badly scaled matrix is used
+   on points. */
 static inline int P_m4_affine_inverse(float *out, const float *m)
 {
-    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
-    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
-    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
-    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
-    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
-    double det = a * ca + b * cb + c * cc;
-    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
-    double r[12];
-    int i;
+    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    int i, j;
 
+    for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
+    for (i = 0; i < 3; i++)         /* cofactors: rows and columns in turn give them their signs */
+        for (j = 0; j < 3; j++)
+            r[3 * j + i] = n[(j + 1) % 3][(i + 1) % 3] * n[(j + 2) % 3][(i + 2) % 3] -
+                           n[(j + 1) % 3][(i + 2) % 3] * n[(j + 2) % 3][(i + 1) % 3];
+    det = n[0][0] * r[0] + n[0][1] * r[1] + n[0][2] * r[2];
+    size = sqrt((n[0][0] * n[0][0] + n[1][0] * n[1][0] + n[2][0] * n[2][0]) *
+                (n[0][1] * n[0][1] + n[1][1] * n[1][1] + n[2][1] * n[2][1])) *
+           sqrt(n[0][2] * n[0][2] + n[1][2] * n[1][2] + n[2][2] * n[2][2]);
     if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
-    r[0] = ca / det;
-    r[1] = cb / det;
-    r[2] = cc / det;
-    r[3] = (c * h - b * k) / det;
-    r[4] = (a * k - c * g) / det;
-    r[5] = (b * g - a * h) / det;
-    r[6] = (b * f - c * e) / det;
-    r[7] = (c * d - a * f) / det;
-    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 9; i++) r[i] /= det;
     for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
     for (i = 0; i < 12; i++)
         if (!P_finite((float)r[i])) return 0;
@@ -58,8 +54,9 @@ static inline int P_m4_affine_inverse(float *out, const float *m)
     return 1;
 }
 
-/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
-   and at right angles within 1e-4, which is what products of float rotations reach. */
+/* Returns 1 and writes *scale if m is a rotation times one scale > 0, without mirroring, and a translation.
+   Its columns must be of equal length and at right angles within 1e-4, which products of float rotations
+   reach. */
 static inline int P_m4_is_rigid_uniform(const float *m, float *scale)
 {
     P_v3 x = P_v3_load(m), y = P_v3_load(m + 4), z = P_v3_load(m + 8);

@@ -18,7 +18,7 @@ static inline void P_default_free(void *memory, void *user)
     free(memory);
 }
 
-/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+/* Writes a * b and returns 1; returns 0, with *out untouched, if the product does not fit. */
 static inline int P_mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b) return 0;
@@ -33,13 +33,14 @@ static inline int P_add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+/* Returns 1 if so many bytes may lie between elements of floats that are `standard` bytes large: 0, which
+   stands for `standard`, or a multiple of 4 with which elements do not overlap. */
 static inline int P_stride_valid(size_t stride, size_t standard)
 {
     return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
-/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+/* Returns 1 if the functions of a public allocator are both there or both NULL. */
 static inline int P_allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
     return (alloc_fn == NULL) == (free_fn == NULL);
@@ -55,7 +56,7 @@ static inline P_allocator P_allocator_make(void *(*alloc_fn)(size_t, void *),
     return a;
 }
 
-/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
 static inline void *P_alloc(const P_allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

@@ -1,13 +1,14 @@
 /* unit message: one line for the caller's log that says why a call failed */
 
-/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+/* P_COLD stands before functions that are needed only by calls that fail: compilers make these functions
+   small, and take branches to them for unlikely. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define P_COLD __attribute__((cold))
 #else
 #define P_COLD
 #endif
 
-/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
 typedef struct P_logger {
     void (*log)(void *user, const char *message);
     void *user;
@@ -16,7 +17,7 @@ typedef struct P_logger {
 
 typedef struct P_message { char text[256]; size_t used; } P_message;
 
-/* What does not fit is cut off. */
+/* Appends a text; what does not fit is cut off. */
 static inline P_COLD void P_message_text(P_message *m, const char *s)
 {
     while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
@@ -33,8 +34,8 @@ static inline P_COLD void P_message_count(P_message *m, uint64_t value)
     P_message_text(m, digits + at);
 }
 
-/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
-   one. value > 0, finite. */
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
 static inline P_COLD int P_message_digits(double value, char digits[8], int *exponent)
 {
     uint32_t whole;
@@ -53,7 +54,8 @@ static inline P_COLD int P_message_digits(double value, char digits[8], int *exp
     return count;
 }
 
-/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
 static inline P_COLD void P_message_number(P_message *m, double value)
 {
     char digits[8], first[2] = { 0, 0 };
@@ -93,7 +95,7 @@ static inline P_COLD void P_message_number(P_message *m, double value)
     for (i = count; i <= exponent; i++) P_message_text(m, "0");
 }
 
-/* "FUNCTION: FIELD", the begin of every line. */
+/* Begins a line: "FUNCTION: FIELD". */
 static inline P_COLD void P_message_begin(P_message *m, const P_logger *logger, const char *field)
 {
     m->used = 0;
@@ -102,7 +104,7 @@ static inline P_COLD void P_message_begin(P_message *m, const P_logger *logger, 
     P_message_text(m, field);
 }
 
-/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+/* Logs "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
 static inline P_COLD void P_log_text(const P_logger *logger, const char *field, const char *text)
 {
     P_message m;
@@ -113,8 +115,10 @@ static inline P_COLD void P_log_text(const P_logger *logger, const char *field, 
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
-static inline P_COLD void P_log_value(const P_logger *logger, const char *field, double value, const char *wanted)
+/* Logs "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or
+   4..1024". */
+static inline P_COLD void P_log_value(const P_logger *logger, const char *field, double value,
+                                      const char *wanted)
 {
     P_message m;
     if (!logger->log) return;
@@ -126,10 +130,10 @@ static inline P_COLD void P_log_value(const P_logger *logger, const char *field,
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
-   1 (0.97..1.03), or 0". */
-static inline P_COLD void P_log_element(const P_logger *logger, const char *array, uint64_t index, const char *what,
-                                 double value, const char *wanted)
+/* Logs "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length
+   0.5; it must be 1 (0.97..1.03), or 0". */
+static inline P_COLD void P_log_element(const P_logger *logger, const char *array, uint64_t index,
+                                        const char *what, double value, const char *wanted)
 {
     P_message m;
     if (!logger->log) return;
@@ -145,9 +149,10 @@ static inline P_COLD void P_log_element(const P_logger *logger, const char *arra
     logger->log(logger->user, m.text);
 }
 
-/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
-static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh, uint64_t position, uint64_t index,
-                               uint64_t vertex_count)
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh, uint64_t position,
+                                      uint64_t index, uint64_t vertex_count)
 {
     P_message m;
     if (!logger->log) return;

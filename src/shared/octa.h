@@ -1,7 +1,8 @@
 /* unit octa, needs v3 trig: equal-area map between the unit square and the sphere, +Y at its centre */
 
-/* Clarberg, "Fast equal-area mapping of the (hemi)sphere using SIMD", J. Graphics Tools 13(3), 2008. The inner diamond
-   is the hemisphere y >= 0; neighbouring cells of the square are neighbours on the sphere. */
+/* Returns the unit direction of a point of the unit square. The inner diamond is the hemisphere y >= 0;
+   neighbouring cells of the square are neighbours on the sphere. Clarberg, "Fast equal-area mapping of the
+   (hemi)sphere using SIMD", J. Graphics Tools 13(3), 2008. */
 static inline P_v3 P_octa_direction(float u, float v)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, x = fabsf(a), z = fabsf(b);
@@ -13,7 +14,8 @@ static inline P_v3 P_octa_direction(float u, float v)
                      b < 0.0f ? -f * s : f * s);
 }
 
-/* n of unit length. 1 - |y| by x^2 + z^2, which is exact near the poles. u and v in [0, 1]. */
+/* Writes the point u, v in [0, 1] of a unit direction n. 1 - |y| is computed from x^2 + z^2, which is exact
+   near the poles. */
 static inline void P_octa_square(P_v3 n, float *u, float *v)
 {
     float r = sqrtf((n.x * n.x + n.z * n.z) / (1.0f + fabsf(n.y)));

@@ -1,6 +1,7 @@
 /* unit rng: hashes and random numbers, the same on every machine */
 
-/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
 static inline uint32_t P_hash32(uint32_t x)
 {
     uint32_t state = x * 747796405u + 2891336453u;
@@ -13,10 +14,11 @@ static inline uint32_t P_hash_combine(uint32_t a, uint32_t b)
     return P_hash32(a + 0x9e3779b9u * P_hash32(b));
 }
 
-/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float P_to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+/* Returns number i, in [0, 1), of the stream (seed, stream). There is no state, so that threads and tiles
+   can draw their own numbers. */
 static inline float P_random(uint32_t seed, uint32_t stream, uint32_t i)
 {
     return P_to_unit(P_hash_combine(P_hash_combine(seed, stream), i));

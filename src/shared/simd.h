@@ -1,19 +1,20 @@
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for P_lanes: P_LANE_COUNT floats, computed P_WIDTH at a time by the instruction set P_SET.
-   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
-   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
-   128 bits of WebAssembly, or one float at a time); then, where P_SIMD_SETS says so, by the header that includes itself
-   with P_SET, P_WIDTH and P_LANE_COUNT defined anew: avx2 and 8, avx512 and 16. P_simd_level says which one to call.
-   With P_NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if P_COMPILER_VECTORS is
-   defined. P_FILE is the header's name; a header that was pasted into another file cannot include itself and stays
-   with "plain".
+/* A kernel is written once, for P_lanes: P_LANE_COUNT floats, which the instruction set P_SET computes
+   P_WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   P_SIMD_SETS is 1, the header includes itself with P_SET, P_WIDTH and P_LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. P_simd_level returns which set to call. With P_NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if P_COMPILER_VECTORS is defined. P_FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes P_lanes_add the name
    P_lanes_add_avx2 in set avx2; the header has such a list for its kernels. P_KERNEL stands before a kernel,
    P_IN_KERNEL before what is inlined into kernels.
 
-   Every set gives the same bits, but for P_lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+   Every set gives the same bits, but for P_lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
 #if defined(P_NO_SIMD) && (!defined(P_COMPILER_VECTORS) || defined(__i386__))
 #define P_SCALAR 1
 #else
@@ -102,7 +103,7 @@
 #define P_ints_keep P_NAME_IN_SET(P_ints_keep, P_SET)
 #define P_ints_equal P_NAME_IN_SET(P_ints_equal, P_SET)
 
-/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
 static inline int P_simd_level(void)
 {
     if (!P_SIMD_SETS || !P_cpu_has_avx2()) return 0;

@@ -8,17 +8,23 @@
 
 #if P_WIDTH == 16
 #define P_KERNEL P_TARGET_AVX512
-#define P_INTEL(name) _mm512_##name
 #elif P_WIDTH == 8
 #define P_KERNEL P_TARGET_AVX2
-#define P_INTEL(name) _mm256_##name
 #else
 #define P_KERNEL
+#endif
+
+#if P_WIDTH == 16
+#define P_INTEL(name) _mm512_##name
+#elif P_WIDTH == 8
+#define P_INTEL(name) _mm256_##name
+#else
 #define P_INTEL(name) _mm_##name
 #endif
 
-/* P_IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
-   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+/* P_IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define P_IN_KERNEL __attribute__((always_inline)) P_KERNEL
 #else
@@ -30,8 +36,8 @@
 #define P_IN_LARGE_KERNEL inline P_IN_KERNEL
 #endif
 
-/* Does something with every piece of P_WIDTH lanes. With constants for the pieces, so that compilers keep them in
-   registers. */
+/* P_EACH executes statements for every piece of P_WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
 #if P_WIDTH > 1 && P_LANE_COUNT == P_WIDTH
 #define P_EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
 #elif P_WIDTH > 1 && P_LANE_COUNT == 2 * P_WIDTH

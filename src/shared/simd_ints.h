@@ -1,4 +1,4 @@
-/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask one after the other, single bits */
+/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask in a row, single bits */
 
 #define P_ints_mul P_NAME_IN_SET(P_ints_mul, P_SET)
 #define P_ints_greater P_NAME_IN_SET(P_ints_greater, P_SET)
@@ -18,7 +18,7 @@
 #define P_ints_and P_NAME_IN_SET(P_ints_and, P_SET)
 #define P_ints_gather P_NAME_IN_SET(P_ints_gather, P_SET)
 
-/* Of a product the low 32 bits, so that signs do not matter. */
+/* Returns the low 32 bits of products, so that signs do not matter. */
 static inline P_IN_KERNEL P_lane_ints P_ints_mul(P_lane_ints k, P_lane_ints n)
 {
 #if P_WIDTH > 4
@@ -126,9 +126,10 @@ static inline P_IN_KERNEL P_lane_ints P_ints_and(P_lane_ints k, P_lane_ints n)
 /* from[at] of each lane. */
 static inline P_IN_KERNEL P_lane_ints P_ints_gather(const int32_t *from, P_lane_ints at)
 {
-#if P_WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))    /* gcc -O0's turns signs */
-    const __m512i none = _mm512_setzero_si512();
-    P_EACH(at.v[piece] = _mm512_mask_i32gather_epi32(none, (__mmask16)0xffff, at.v[piece], (const void *)from, 4))
+#if P_WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))
+    const __m512i none = _mm512_setzero_si512();        /* the gather of gcc -O0 turns signs */
+    P_EACH(at.v[piece] = _mm512_mask_i32gather_epi32(
+               none, (__mmask16)0xffff, at.v[piece], (const void *)from, 4))
     return at;
 #elif P_WIDTH == 8
     P_EACH(at.v[piece] = _mm256_i32gather_epi32((const int *)from, at.v[piece], 4))
@@ -142,7 +143,7 @@ static inline P_IN_KERNEL P_lane_ints P_ints_gather(const int32_t *from, P_lane_
 #endif
 }
 
-/* How many lanes there are in a mask. */
+/* Returns how many lanes are in a mask. */
 static inline P_IN_KERNEL uint32_t P_mask_count(P_lane_mask m)
 {
 #if P_WIDTH > 4
@@ -152,7 +153,7 @@ static inline P_IN_KERNEL uint32_t P_mask_count(P_lane_mask m)
 #endif
 }
 
-/* Number of the lowest bit that is set, of some. */
+/* Returns the number of the lowest set bit; bits is not 0. */
 static inline P_IN_KERNEL uint32_t P_first_bit(uint32_t bits)
 {
 #if P_WIDTH > 4
@@ -187,7 +188,8 @@ static inline P_IN_KERNEL uint32_t P_nth_bit(uint64_t bits, uint32_t number)
 /* P_halves_up_to of sixteen words, from which on there are count. */
 static inline P_IN_KERNEL uint32_t P_halves_of16(const uint32_t *words, uint32_t count, uint32_t limit)
 {
-    const __m256i limits = _mm256_set1_epi16((short)limit), end = _mm256_set1_epi16((short)(count < 32u ? count : 32u));
+    const __m256i limits = _mm256_set1_epi16((short)limit);
+    const __m256i end = _mm256_set1_epi16((short)(count < 32u ? count : 32u));
     const __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)words);
     __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(words + 8));
@@ -198,8 +200,8 @@ static inline P_IN_KERNEL uint32_t P_halves_of16(const uint32_t *words, uint32_t
 }
 #endif
 
-/* How many of the first count half words are at most the limit; they ascend, the low half of each word first. Words are
-   read sixteen at a time. */
+/* Returns how many of the first count half words, which ascend, the low half of each word first, are at most
+   the limit. Words are read sixteen at a time. */
 static inline P_IN_KERNEL uint32_t P_halves_up_to(const uint32_t *words, uint32_t count, uint32_t limit)
 {
 #if P_WIDTH > 4
@@ -229,7 +231,9 @@ static inline P_IN_KERNEL __m256i P_lanes_first(uint32_t bits)
 static inline P_IN_KERNEL void P_lanes_append(float *to, P_lane_mask m, P_lanes a)
 {
 #if P_WIDTH == 16
-    P_EACH(_mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v[piece], a.v[piece])); to += _mm_popcnt_u32(m.v[piece]))
+    P_EACH(
+        _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v[piece], a.v[piece]));
+        to += _mm_popcnt_u32(m.v[piece]))
 #elif P_WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
     P_EACH(
         const uint32_t bits = (uint32_t)_mm256_movemask_ps(m.v[piece]);

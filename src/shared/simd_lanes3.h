@@ -33,9 +33,12 @@ static inline P_IN_KERNEL P_lanes3 P_lanes3_load_packed(const float *xyz)
 #elif P_WIDTH == 8                          /* in each half: a = x y z x, b = y z x y, c = z x y z */
     P_EACH(
         const float *at = xyz + 3 * P_WIDTH * piece;
-        const __m256 a = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1);
-        const __m256 b = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 4)), _mm_loadu_ps(at + 16), 1);
-        const __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 8)), _mm_loadu_ps(at + 20), 1);
+        const __m256 a = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1);
+        const __m256 b = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at + 4)), _mm_loadu_ps(at + 16), 1);
+        const __m256 c = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_loadu_ps(at + 8)), _mm_loadu_ps(at + 20), 1);
         const __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
         const __m256 bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
         v.x.v[piece] = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0));

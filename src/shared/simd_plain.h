@@ -13,7 +13,7 @@ typedef uint32_t P_piece_words;
 #endif
 typedef struct P_lanes { P_piece v[P_LANE_COUNT / P_WIDTH]; } P_lanes;
 typedef struct P_lane_ints { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_ints;
-typedef struct P_lane_mask { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_mask;    /* all bits of a lane */
+typedef struct P_lane_mask { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_mask;    /* lanes of 0 or -1 */
 
 static inline P_IN_KERNEL P_lanes P_lanes_load(const float *from)
 {
@@ -39,7 +39,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline P_IN_KERNEL P_lane_mask P_lanes_greater(P_lanes a, P_lanes b)
 {
     P_lane_mask m;
@@ -73,11 +73,12 @@ static inline P_IN_KERNEL P_lane_mask P_lanes_differ(P_lanes a, P_lanes b)
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a, P_lanes b)
 {
 #if P_SIMD_VECTORS
-    P_EACH(a.v[piece] = (P_piece)((m.v[piece] & (P_piece_ints)a.v[piece]) | (~m.v[piece] & (P_piece_ints)b.v[piece])))
+    P_EACH(a.v[piece] = (P_piece)((m.v[piece] & (P_piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (P_piece_ints)b.v[piece])))
 #else
     P_EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
 #endif
@@ -108,20 +109,20 @@ static inline P_IN_KERNEL P_lanes P_lanes_div(P_lanes a, P_lanes b)
     return a;
 }
 
-/* a b + c. */
+/* Returns a b + c. */
 static inline P_IN_KERNEL P_lanes P_lanes_muladd(P_lanes a, P_lanes b, P_lanes c)
 {
     P_EACH(a.v[piece] = a.v[piece] * b.v[piece] + c.v[piece])
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline P_IN_KERNEL P_lanes P_lanes_max(P_lanes a, P_lanes b)
 {
     return P_lanes_select(P_lanes_greater(a, b), a, b);
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline P_IN_KERNEL P_lanes P_lanes_min(P_lanes a, P_lanes b)
 {
     return P_lanes_select(P_lanes_greater(b, a), a, b);
@@ -162,7 +163,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_negate(P_lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline P_IN_KERNEL P_lanes P_lanes_keep(P_lane_mask m, P_lanes a)
 {
 #if P_SIMD_VECTORS
@@ -173,7 +174,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_keep(P_lane_mask m, P_lanes a)
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline P_IN_KERNEL P_lane_ints P_lanes_truncate(P_lanes a)
 {
     P_lane_ints k;
@@ -210,7 +211,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_of_shorts(const int16_t *from)
     return a;
 }
 
-/* from[k] of every lane's k. */
+/* Returns from[k] for each lane's k. */
 static inline P_IN_KERNEL P_lanes P_lanes_gather(const float *from, P_lane_ints k)
 {
     P_lanes a;
@@ -237,7 +238,7 @@ static inline P_IN_KERNEL P_lane_mask P_mask_or(P_lane_mask m, P_lane_mask n)
     return m;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline P_IN_KERNEL uint32_t P_mask_bits(P_lane_mask m)
 {
     uint32_t bits = 0;
@@ -318,7 +319,7 @@ static inline P_IN_KERNEL P_lane_ints P_ints_or(P_lane_ints k, P_lane_ints n)
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline P_IN_KERNEL P_lane_ints P_ints_keep(P_lane_mask m, P_lane_ints k)
 {
     P_EACH(k.v[piece] = m.v[piece] & k.v[piece])

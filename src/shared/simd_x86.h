@@ -35,7 +35,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_all(float x)
     return a;
 }
 
-/* Comparisons are false if one is not a number, but for differ. */
+/* Comparisons with what is not a number are false, but for differ, which is true. */
 static inline P_IN_KERNEL P_lane_mask P_lanes_greater(P_lanes a, P_lanes b)
 {
     P_lane_mask m;
@@ -75,7 +75,7 @@ static inline P_IN_KERNEL P_lane_mask P_lanes_differ(P_lanes a, P_lanes b)
     return m;
 }
 
-/* m ? a : b. */
+/* Returns m ? a : b in each lane. */
 static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a, P_lanes b)
 {
 #if P_WIDTH == 16
@@ -112,7 +112,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_div(P_lanes a, P_lanes b)
     return a;
 }
 
-/* a b + c. */
+/* Returns a b + c. */
 static inline P_IN_KERNEL P_lanes P_lanes_muladd(P_lanes a, P_lanes b, P_lanes c)
 {
 #if P_WIDTH > 4
@@ -123,7 +123,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_muladd(P_lanes a, P_lanes b, P_lanes c
     return a;
 }
 
-/* a > b ? a : b, so that b is the answer if one is not a number. */
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline P_IN_KERNEL P_lanes P_lanes_max(P_lanes a, P_lanes b)
 {
 #if P_WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
@@ -134,7 +134,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_max(P_lanes a, P_lanes b)
     return a;
 }
 
-/* a < b ? a : b. */
+/* Returns a < b ? a : b. */
 static inline P_IN_KERNEL P_lanes P_lanes_min(P_lanes a, P_lanes b)
 {
 #if P_WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
@@ -167,7 +167,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_negate(P_lanes a)
     return a;
 }
 
-/* m ? a : 0. */
+/* Returns m ? a : 0. */
 static inline P_IN_KERNEL P_lanes P_lanes_keep(P_lane_mask m, P_lanes a)
 {
 #if P_WIDTH == 16
@@ -178,7 +178,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_keep(P_lane_mask m, P_lanes a)
     return a;
 }
 
-/* Towards 0; of floats that an int32_t can hold. */
+/* Rounds towards 0. An int32_t must be able to hold each float. */
 static inline P_IN_KERNEL P_lane_ints P_lanes_truncate(P_lanes a)
 {
     P_lane_ints k;
@@ -221,7 +221,7 @@ static inline P_IN_KERNEL P_lanes P_lanes_of_shorts(const int16_t *from)
     return a;
 }
 
-/* from[k] of every lane's k. */
+/* Returns from[k] for each lane's k. */
 static inline P_IN_KERNEL P_lanes P_lanes_gather(const float *from, P_lane_ints k)
 {
     P_lanes a;
@@ -264,7 +264,7 @@ static inline P_IN_KERNEL P_lane_mask P_mask_or(P_lane_mask m, P_lane_mask n)
     return m;
 }
 
-/* Bit l is that of lane l. */
+/* Returns the mask as bits: bit l is that of lane l. */
 static inline P_IN_KERNEL uint32_t P_mask_bits(P_lane_mask m)
 {
     uint32_t bits = 0;
@@ -361,7 +361,7 @@ static inline P_IN_KERNEL P_lane_ints P_ints_or(P_lane_ints k, P_lane_ints n)
     return k;
 }
 
-/* m ? k : 0. */
+/* Returns m ? k : 0. */
 static inline P_IN_KERNEL P_lane_ints P_ints_keep(P_lane_mask m, P_lane_ints k)
 {
 #if P_WIDTH == 16

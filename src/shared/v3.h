@@ -40,7 +40,7 @@ static inline P_v3 P_v3_scale(P_v3 a, float s)
     return P_v3_make(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + b s */
+/* Returns a + b s. */
 static inline P_v3 P_v3_madd(P_v3 a, P_v3 b, float s)
 {
     return P_v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -71,8 +71,8 @@ static inline P_v3 P_v3_max(P_v3 a, P_v3 b)
     return P_v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
-   The zero vector stays zero. */
+/* Returns a with length 1. The largest component scales the others first, so that neither tiny nor huge
+   vectors leave the range of floats. The zero vector stays zero. */
 static inline P_v3 P_v3_normalize(P_v3 a)
 {
     float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
@@ -87,7 +87,8 @@ static inline P_v3 P_v3_normalize(P_v3 a)
     return P_v3_make(a.x / m, a.y / m, a.z / m);
 }
 
-/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+/* Returns 1 if x is finite, by its exponent bits: under -ffast-math compilers may take isfinite() for always
+   true. */
 static inline int P_finite(float x)
 {
     uint32_t bits;
@@ -102,8 +103,8 @@ static inline int P_v3_finite(P_v3 a)
     return P_finite(a.x) && P_finite(a.y) && P_finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+/* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
+   et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void P_v3_basis(P_v3 n, P_v3 *b1, P_v3 *b2)
 {
     float s = n.z >= 0.0f ? 1.0f : -1.0f;

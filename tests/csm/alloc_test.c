@@ -84,6 +84,16 @@ static cohsm_result act_open(plan *p, const cohsm_allocator *a)
     return r;
 }
 
+static cohsm_result act_open_fast(plan *p, const cohsm_allocator *a)
+{
+    cohsm_desc d = services(a);
+    cohsm_maps *maps = (cohsm_maps *)UNTOUCHED;
+    cohsm_result r = cohsm_open_as(p->file, p->file_size, COHSM_LAYOUT_FAST, 0, &d.system, &maps);
+    if (r == COHSM_OK) cohsm_free(maps);
+    else assert_ptr_equal(maps, UNTOUCHED);
+    return r;
+}
+
 static cohsm_result act_pack(plan *p, const cohsm_allocator *a)
 {
     cohsm_desc d = services(a);
@@ -231,6 +241,9 @@ static void build_survives(void **state)
         p.desc.order = COHSM_ORDER_ZIGZAG;
         fail_everywhere("build", act_build, &p, 1);
     }
+    p.desc.layout = COHSM_LAYOUT_FAST;
+    fail_everywhere("build in the fast layout", act_build, &p, 1);
+    p.desc.layout = COHSM_LAYOUT_COMPACT;
     p.desc.order = COHSM_ORDER_DEFAULT;
     fail_everywhere("build with a trial of orders", act_build, &p, 1);
 }
@@ -255,6 +268,7 @@ static void other_calls_survive(void **state)
     fail_everywhere("verify", act_verify, &made, 1);
     fail_everywhere("merge", act_merge, &made, 1);
     fail_everywhere("open", act_open, &made, 1);
+    fail_everywhere("open as fast", act_open_fast, &made, 1);
     fail_everywhere("pack and open", act_pack, &made, 1);
     fail_everywhere("budget", act_budget, &made, 97);
 }
@@ -264,6 +278,8 @@ static void builder_survives(void **state)
     plan p = made;
     (void)state;
     fail_everywhere("builder", act_builder, &p, 1);
+    p.desc.layout = COHSM_LAYOUT_FAST;
+    fail_everywhere("builder, fast layout", act_builder, &p, 1);
     p.desc.layers = COHSM_LAYERS_Z1Z3_SPHERE;
     fail_everywhere("builder, three layers", act_builder, &p, 1);
 }

@@ -306,11 +306,10 @@ static void lights_agree(gl_test *t, const lsamp_light_kind *shapes, int count)
 static void each_light_agrees(void **state)
 {
     GL_TEST(t, state)
-    static const lsamp_light_kind flat[] = { LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_DISC, LSAMP_LIGHT_ENVIRONMENT };
-    static const lsamp_light_kind hard[] = { LSAMP_LIGHT_SUN, LSAMP_LIGHT_POINT, LSAMP_LIGHT_SPOT };
-    static const lsamp_light_kind round[] = { LSAMP_LIGHT_SPHERE, LSAMP_LIGHT_LINE, LSAMP_LIGHT_CALLBACK };
-    int bit = gl_this_way()->bit;
-    lights_agree(t, bit == GL_CORE33 ? flat : bit == GL_CORE45 ? round : hard, 3);
+    static const lsamp_light_kind all[] = { LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_DISC, LSAMP_LIGHT_ENVIRONMENT,
+                                            LSAMP_LIGHT_SUN, LSAMP_LIGHT_POINT, LSAMP_LIGHT_SPOT,
+                                            LSAMP_LIGHT_SPHERE, LSAMP_LIGHT_LINE, LSAMP_LIGHT_CALLBACK };
+    lights_agree(t, all, 9);
 }
 
 /* Frames add up; patterns shift after the 256th; a reset begins anew. */

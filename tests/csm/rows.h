@@ -350,6 +350,53 @@ static void t67_an_occluder_beyond_the_light_casts_no_shadow(void **state)
     model_free(&m);
 }
 
+/* Lights and points all round a sphere, in no line with its centre: the answer is that of the segment between them,
+   known where its distance from the centre is a sixth of the radius away from it. */
+static void t67_a_light_at_a_place_shadows_along_segments(void **state)
+{
+    enum { N = 6000 };
+    model m = model_sphere(64, 40, 0);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 64, 96);
+    cohsm_maps *maps = build(&d, &m);
+    static float p[N][3], l[N][3], v[N];
+    static double away[N];
+    uint64_t seed = 47;
+    uint32_t i, asked[2] = { 0, 0 }, right[2] = { 0, 0 };
+    int c;
+    ROW_TEST(state)
+    for (i = 0; i < N; i++) {
+        double along = 0, squared = 0, from = 0, share;
+        double near = rnd_in(&seed, 1.2, 3), far = rnd_in(&seed, 1.7, 4);
+        rnd_direction(&seed, p[i]);
+        rnd_direction(&seed, l[i]);
+        for (c = 0; c < 3; c++) {
+            p[i][c] *= (float)near;
+            l[i][c] *= (float)far;
+            along -= (double)p[i][c] * (double)(l[i][c] - p[i][c]);
+            squared += pow((double)(l[i][c] - p[i][c]), 2);
+        }
+        share = along / squared < 0 ? 0 : along / squared > 1 ? 1 : along / squared;
+        for (c = 0; c < 3; c++) from += pow((double)p[i][c] + share * (double)(l[i][c] - p[i][c]), 2);
+        away[i] = sqrt(from);
+    }
+    {
+        cohsm_query q = query_of(p[0], N, l[0], COHSM_LIGHT_POSITION, COHSM_FILTER_NEAREST);
+        rows_visible(maps, &q, v, NULL);
+    }
+    for (i = 0; i < N; i++) {
+        if (away[i] < 5.0 / 6) asked[0]++, right[0] += v[i] == 0.0f;
+        if (away[i] > 7.0 / 6) asked[1]++, right[1] += v[i] == 1.0f;
+    }
+    print_message("T67: of segments through the sphere %u of %u dark, of those past it %u of %u lit\n", right[0],
+                  asked[0], right[1], asked[1]);
+    assert_true(asked[0] > 500 && asked[1] > 500);
+    CONFORM("T67", "share dark of segments through a sphere, in no line with its centre", 1,
+            (double)right[0] / asked[0], 0);
+    CONFORM("T67", "share lit of segments that pass it", 1, (double)right[1] / asked[1], 0);
+    rows_free(maps);
+    model_free(&m);
+}
+
 static void t68_a_light_inside_the_hull_is_refused_and_counted(void **state)
 {
     enum { N = 4096 };
@@ -645,6 +692,7 @@ static void irradiance_of_area_lights(void **state)
     X(t62_other_objects_behind_and_inside_the_sphere)                           \
     X(t66_object_and_light_moved_together_give_the_same_answers)                \
     X(t67_an_occluder_beyond_the_light_casts_no_shadow)                         \
+    X(t67_a_light_at_a_place_shadows_along_segments)                            \
     X(t68_a_light_inside_the_hull_is_refused_and_counted)                       \
     X(t69_agreement_is_exactly_one_or_zero)                                     \
     X(t70_cube_faces_agree_with_ray_casts)                                      \

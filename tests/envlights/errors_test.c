@@ -309,6 +309,8 @@ static void failed_calls_say_why(void **state)
     m.width = 0;
     assert_int_equal(envlt_residual(l, &m, rest), ENVLT_ERR_ARGUMENT);
     assert_string_equal(logged, "envlt_residual: map.width or map.height is 0");
+    assert_int_equal(envlt_jitter(l, 0, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_jitter: out is NULL");
     envlt_free(l);
     m = day.map;
     m.width = 16;                                   /* a square, which might be a cube's face */
@@ -320,9 +322,51 @@ static void failed_calls_say_why(void **state)
     envlt_free(l);
 }
 
+static size_t left;                     /* allocations that succeed until the next one fails */
+
+static void *some_memory(size_t bytes, void *user)
+{
+    (void)user;
+    if (!left) return NULL;
+    left--;
+    return malloc(bytes);
+}
+
+static void back(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* Whichever allocation fails, the log says so, once. */
+static void missing_memory_is_told(void **state)
+{
+    envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, 10);
+    envlt_lights *l = NULL;
+    envlt_result result = ENVLT_ERR_ALLOC;
+    size_t most;
+    (void)state;
+    d.system.log = keep;
+    d.system.user = logged;
+    d.system.allocator.alloc_fn = some_memory;
+    d.system.allocator.free_fn = back;
+    for (most = 0; result != ENVLT_OK; most++) {
+        logged[0] = 0;
+        left = most;
+        result = envlt_create(&d, &day.map, &l, NULL);
+        if (result != ENVLT_OK) assert_string_equal(logged, "envlt_create: system.allocator returned no memory");
+    }
+    assert_true(most > 5);
+    left = 0;
+    assert_int_equal(envlt_follow(l, &day.map, 0, NULL), ENVLT_ERR_ALLOC);
+    assert_string_equal(logged, "envlt_follow: system.allocator returned no memory");
+    envlt_free(l);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(missing_memory_is_told),
         cmocka_unit_test(maps_are_checked),
         cmocka_unit_test(odd_maps_work),
         cmocka_unit_test(lights_are_checked),

@@ -506,6 +506,78 @@ static void failed_calls_say_why(void **state)
     envsh_maps_free(m);
 }
 
+static size_t left;                     /* allocations that succeed until the next one fails */
+
+static void *some_memory(size_t bytes, void *user)
+{
+    (void)user;
+    if (!left) return NULL;
+    left--;
+    return malloc(bytes);
+}
+
+static void back(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* Whichever allocation fails, the log says so, once. */
+static void missing_memory_is_told(void **state)
+{
+    envsh_maps_desc d;
+    envsh_maps *m = NULL;
+    envsh_result result = ENVSH_ERR_ALLOC;
+    size_t most;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.map_side = 16;
+    d.system.log = keep;
+    d.system.user = &log_calls;
+    d.system.allocator.alloc_fn = some_memory;
+    d.system.allocator.free_fn = back;
+    for (most = 0; result != ENVSH_OK; most++) {
+        log_calls = 0;
+        left = most;
+        result = envsh_maps_create(&d, 1, &m);
+        if (result != ENVSH_OK)
+            expect_log(result, ENVSH_ERR_ALLOC, "envsh_maps_create: system.allocator returned no memory");
+    }
+    assert_int_equal(most, 5);          /* the object, views, depths, cells; then all of them are there */
+    envsh_maps_free(m);
+}
+
+static envsh_result never(void *user, envsh_maps *m)
+{
+    (void)user;
+    (void)m;
+    fail();
+    return ENVSH_OK;
+}
+
+/* A light that cannot be used is named by its own number, not by that in its cluster, and before any drawing. */
+static void clusters_name_the_light(void **state)
+{
+    static const float directions[9] = { 0, 1, 0,  1, 0, 0,  0, 0.5f, 0 }, ones[9] = { 1, 1, 1, 1, 1, 1, 1, 1, 1 };
+    static const float point[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
+    envsh_lights lights = { 3, directions, ones, NULL, NULL, 0 };
+    envsh_points r = { 1, point, 0, up, 0, NULL, 0, 0 };
+    envsh_maps_desc d;
+    envsh_maps *m;
+    float e[3] = { 7, 7, 7 };
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.map_side = 16;
+    d.system.log = keep;
+    d.system.user = &log_calls;
+    log_calls = 0;
+    assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
+    expect_log(envsh_illuminate(m, &lights, box, never, NULL, NULL, &r, e), ENVSH_ERR_INPUT,
+               "envsh_illuminate: lights.directions[2] has the length 0.5; it must be 1 (0.97..1.03)");
+    assert_true(e[0] == 7 && e[1] == 7 && e[2] == 7);
+    envsh_maps_free(m);
+}
+
 /* Zero is the default, negative is none; the values that it stands for give the same bytes. */
 static void zero_is_the_default(void **state)
 {
@@ -717,6 +789,8 @@ int main(void)
         cmocka_unit_test(far_below_a_roof_it_is_dark),
         cmocka_unit_test(every_call_of_progress_may_cancel),
         cmocka_unit_test(failed_calls_say_why),
+        cmocka_unit_test(missing_memory_is_told),
+        cmocka_unit_test(clusters_name_the_light),
         cmocka_unit_test(zero_is_the_default),
         cmocka_unit_test(all_kinds_of_input_draw_the_same),
         cmocka_unit_test(queries_are_checked),

@@ -159,7 +159,7 @@ static void run_tool(gl_test *t, tool *x, glbk_envsh_maps *m, const envsh_query 
     glbk_pass pass;
     memset(&object, 0, sizeof object);
     memset(&pass, 0, sizeof pass);
-    object.lights[0] = light;
+    object.first_light = light;
     pass.target = &x->canvas.target;
     assert_glbk(t, glbk_buffer_update(&t->gl, &x->block, 0, sizeof object, &object));
     assert_glbk(t, glbk_begin(&t->gl, &pass, &x->program));
@@ -181,7 +181,7 @@ static const char tile_text[] =
     "layout(location = 0) out glbk_color result;\n"
     "void main()\n"
     "{\n"
-    "    uint light = glbk_envsh_object.lights.x;\n"
+    "    uint light = glbk_envsh_object.first_light;\n"
     "    result = glbk_pack(vec4(envsh_stored(light, ENVSH_TEXEL(8u * light + 6u).w, ivec2(gl_FragCoord.xy))));\n"
     "}\n";
 
@@ -262,7 +262,7 @@ static const char ask_text[] =
     "    uint index = uint(gl_FragCoord.y) * 32u + uint(gl_FragCoord.x);\n"
     "    vec3 p = uintBitsToFloat(texelFetch(asked, glbk_table_at(2u * index), 0).xyz);\n"
     "    vec3 n = uintBitsToFloat(texelFetch(asked, glbk_table_at(2u * index + 1u), 0).xyz);\n"
-    "    result = glbk_pack(vec4(envsh_visible(envsh_bound_query(), glbk_envsh_object.lights.x, p, n, index)));\n"
+    "    result = glbk_pack(vec4(envsh_visible(envsh_bound_query(), glbk_envsh_object.first_light, p, n, index)));\n"
     "}\n";
 
 typedef struct asked { float point[4], normal[4]; } asked;
@@ -304,7 +304,7 @@ static void visibility_is_the_twins(void **state)
     double worst = 0;
 
     make_points(points);
-    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
+    assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
     render_maps(t, &m, &r);
     for (q = 0; q < sizeof questions / sizeof questions[0]; q++) {
         char defines[] = "ENVSH_RGBA=1 ENVSH_FILTER=0";
@@ -460,7 +460,7 @@ static void clusters_make_the_same_light(void **state)
 }
 
 /* T23: an even sky gives pi in the open, nothing under a roof that nothing passes. */
-static void open_ground_and_a_roof(void **state)
+static void open_ground_is_lit_and_a_roof_dark(void **state)
 {
     GL_TEST(t, state)
     static asked points[POINTS];
@@ -498,7 +498,7 @@ static void open_ground_and_a_roof(void **state)
 }
 
 /* Points inside a box with walls of 16 texels see nothing of a sun of 2,000 W/(sr m^2). */
-static void sealed_box_is_dark(void **state)
+static void a_sealed_box_is_dark(void **state)
 {
     GL_TEST(t, state)
     static asked points[POINTS];
@@ -539,7 +539,7 @@ static const char checker_vertex[] =
     "out float envsh_depth;\n"
     "void main()\n"
     "{\n"
-    "    uint light = glbk_envsh_object.lights.x + glbk_envsh_object.lights.y * uint(gl_InstanceID);\n"
+    "    uint light = glbk_envsh_object.first_light + glbk_envsh_object.light_step * uint(gl_InstanceID);\n"
     "    vec4 job = glbk_envsh_object.world[3];\n"
     "    bool full = ((light & 1u) == 1u) != (job.y > 0.0 && light != uint(job.x));\n"
     "    ENVSH_CAST(full ? position : vec3(0.0))\n"
@@ -594,7 +594,7 @@ static void tiles_do_not_bleed(void **state)
         d.capacity = r.count;
         d.rgba = rgba;
         assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
-        assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
+        assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
         t->gl.gl.UseProgram(ask.program.name);
         t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(ask.program.name, "asked"), 15);
         for (light = 0; light < r.count; light++) {
@@ -728,7 +728,7 @@ static const char group_text[] =
     "                if (round_of == 0u)\n"
     "                    g = envsh_group(min(g.low, p), max(g.high, p), min(g.n_low, n), max(g.n_high, n),\n"
     "                                    min(g.flat_low, f), max(g.flat_high, f));\n"
-    "                for (uint i = 0u; round_of == 1u && i < glbk_envsh_scene.range.x; i++) {\n"
+    "                for (uint i = 0u; round_of == 1u && i < glbk_envsh_scene.light_count; i++) {\n"
     "                    int known = envsh_group_visible(q, g, i);\n"
     "                    if (known < 0) continue;\n"
     "                    float wanted = dot(f, envsh_direction(i)) > 0.0 ? float(known) : 0.0;\n"
@@ -736,7 +736,7 @@ static const char group_text[] =
     "                    if (dot(n, envsh_direction(i)) > 0.0 && seen != wanted) counts.w += 1.0;\n"
     "                }\n"
     "            }\n"
-    "    for (uint i = 0u; i < glbk_envsh_scene.range.x && g.low.x < 3e38; i++) {\n"
+    "    for (uint i = 0u; i < glbk_envsh_scene.light_count && g.low.x < 3e38; i++) {\n"
     "        int known = envsh_group_visible(q, g, i);\n"
     "        bool under = envsh_all_under(g.flat_low, g.flat_high, envsh_direction(i));\n"
     "        if (!under) counts[known > 0 ? 0 : known == 0 ? 1 : 2] += 1.0;\n"
@@ -1087,7 +1087,7 @@ static void cells_are_whole_after_a_failure(void **state)
     free_rig(t, &r);
 }
 
-static void a_lost_context(void **state)
+static void a_lost_context_comes_out(void **state)
 {
     GL_TEST(t, state)
     static asked points[POINTS];
@@ -1180,7 +1180,7 @@ static void watched_frame(gl_test *t, rig *r, int rgba, const glbk_target *scree
     GL_SAME(t, free_view(&t->gl, &to));
 }
 
-static void from_a_hostile_state(void **state)
+static void light_is_the_same_from_a_hostile_state(void **state)
 {
     GL_TEST(t, state)
     static float calm[2][2][4 * POINTS], harsh[2][2][4 * POINTS];
@@ -1208,15 +1208,21 @@ static void from_a_hostile_state(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(tiles_are_those_of_the_rasteriser), gl_unit_test(visibility_is_the_twins),
-        gl_unit_test(clusters_make_the_same_light),      gl_unit_test(open_ground_and_a_roof),
-        gl_unit_test(sealed_box_is_dark),                gl_unit_test(tiles_do_not_bleed),
-        gl_unit_test(compute_is_the_core_path),  gl_unit_test(groups_know_what_their_pixels_see),
-        gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
-        gl_unit_test(a_draw_without_instances_is_an_error), gl_unit_test(failures_leave_nothing),
-        gl_unit_test(a_lost_context),
+        gl_unit_test(tiles_are_those_of_the_rasteriser),
+        gl_unit_test(visibility_is_the_twins),
+        gl_unit_test(clusters_make_the_same_light),
+        gl_unit_test(open_ground_is_lit_and_a_roof_dark),
+        gl_unit_test(a_sealed_box_is_dark),
+        gl_unit_test(tiles_do_not_bleed),
+        gl_unit_test(compute_is_the_core_path),
+        gl_unit_test(groups_know_what_their_pixels_see),
+        gl_unit_test(masks_of_the_users_and_a_drawn_picture),
+        gl_unit_test(bad_arguments_are_named),
+        gl_unit_test(a_draw_without_instances_is_an_error),
+        gl_unit_test(failures_leave_nothing),
+        gl_unit_test(a_lost_context_comes_out),
         gl_unit_test(cells_are_whole_after_a_failure),
-        gl_unit_test(from_a_hostile_state),
+        gl_unit_test(light_is_the_same_from_a_hostile_state)
     };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit != GL_CORE33) unsetenv("CONFORMANCE");      /* one line a row */

@@ -70,27 +70,27 @@ static void textures_and_tables(void **state)
     REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 4, 3, 1, 0, words));
     REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 1, 3, 1, 3, words));
 
-    assert_glbk(t, glbk_table_create(gl, GLBK_FORMAT_R32UI, words, 2048, &table));
-    assert_glbk(t, glbk_table_update(gl, &table, 2000, 48, words));
-    REFUSED(glbk_table_update(NULL, &table, 2000, 48, words));
-    REFUSED(glbk_table_update(gl, NULL, 2000, 48, words));
-    REFUSED(glbk_table_update(gl, &(glbk_texture){ 0 }, 2000, 48, words));
-    REFUSED(glbk_table_update(gl, &x, 0, 8, words));                    /* not a table: 8 wide */
-    REFUSED(glbk_table_update(gl, &table, 2000, 48, NULL));
-    REFUSED(glbk_table_update(gl, &table, room + 1, 0, words));
-    REFUSED(glbk_table_update(gl, &table, 2000, 49, words));
+    assert_glbk(t, glbk__table_create(gl, GLBK_FORMAT_R32UI, words, 2048, &table));
+    assert_glbk(t, glbk__table_update(gl, &table, 2000, 48, words));
+    REFUSED(glbk__table_update(NULL, &table, 2000, 48, words));
+    REFUSED(glbk__table_update(gl, NULL, 2000, 48, words));
+    REFUSED(glbk__table_update(gl, &(glbk_texture){ 0 }, 2000, 48, words));
+    REFUSED(glbk__table_update(gl, &x, 0, 8, words));                    /* not a table: 8 wide */
+    REFUSED(glbk__table_update(gl, &table, 2000, 48, NULL));
+    REFUSED(glbk__table_update(gl, &table, room + 1, 0, words));
+    REFUSED(glbk__table_update(gl, &table, 2000, 49, words));
     {
         glbk_texture flat = table;
         flat.layers = 0;                                                /* a 2D texture as wide as a table */
-        REFUSED(glbk_table_update(gl, &flat, 0, 8, words));
+        REFUSED(glbk__table_update(gl, &flat, 0, 8, words));
         flat = table;
-        REFUSED(glbk_table_create(gl, GLBK_FORMAT_R32UI, words, 2048, NULL));
-        MAKES(flat, glbk_table_create(NULL, GLBK_FORMAT_R32UI, words, 2048, &flat));
-        MAKES(flat, glbk_table_create(gl, GLBK_FORMAT_R32UI, words, 0, &flat));
-        assert_int_equal(glbk_table_create(gl, GLBK_FORMAT_R32UI, NULL, ((size_t)gl->max_layers << 20) + 1, &flat),
+        REFUSED(glbk__table_create(gl, GLBK_FORMAT_R32UI, words, 2048, NULL));
+        MAKES(flat, glbk__table_create(NULL, GLBK_FORMAT_R32UI, words, 2048, &flat));
+        MAKES(flat, glbk__table_create(gl, GLBK_FORMAT_R32UI, words, 0, &flat));
+        assert_int_equal(glbk__table_create(gl, GLBK_FORMAT_R32UI, NULL, ((size_t)gl->max_layers << 20) + 1, &flat),
                          GLBK_ERR_LIMIT);
         gl->lost = 1;
-        assert_int_equal(glbk_table_create(gl, GLBK_FORMAT_R32UI, NULL, ((size_t)gl->max_layers << 20) + 1, &flat),
+        assert_int_equal(glbk__table_create(gl, GLBK_FORMAT_R32UI, NULL, ((size_t)gl->max_layers << 20) + 1, &flat),
                          GLBK_ERR_LOST);
         gl->lost = 0;
     }
@@ -728,7 +728,6 @@ static void csm_builders(void **state)
     glbk_context *gl = &t->gl;
     glbk_csm_builder_desc d = { 4, COHSM_LAYERS_Z1Z3_FAR, 8, 8, 0, 0, flat_view, draw_nothing, NULL };
     glbk_csm_builder b, none;
-    float depths[16];
     uint32_t last = 99;
 
     memset(&none, 0, sizeof none);
@@ -749,21 +748,12 @@ static void csm_builders(void **state)
     assert_glbk(t, glbk_csm_builder_create(gl, &d, &b));
     IS_EARLY(glbk_csm_builder_replay(gl, &b, refuse_second, &last));     /* no view yet */
     IS_EARLY(glbk_csm_builder_compress(gl, &b));                         /* nothing drawn */
-    IS_EARLY(glbk_csm_builder_layers(gl, &b, 0, 0, depths));
     assert_glbk(t, glbk_csm_builder_draw(gl, &b, 0, 3));
     REFUSED(glbk_csm_builder_draw(NULL, &b, 0, 3));
     REFUSED(glbk_csm_builder_draw(gl, NULL, 0, 3));
     REFUSED(glbk_csm_builder_draw(gl, &none, 0, 3));
     REFUSED(glbk_csm_builder_draw(gl, &b, 0, 0));
     REFUSED(glbk_csm_builder_draw(gl, &b, 0, b.batch + 1));
-    assert_glbk(t, glbk_csm_builder_layers(gl, &b, 2, 2, depths));
-    assert_true(depths[15] > 1);
-    REFUSED(glbk_csm_builder_layers(NULL, &b, 2, 2, depths));
-    REFUSED(glbk_csm_builder_layers(gl, NULL, 2, 2, depths));
-    IS_EARLY(glbk_csm_builder_layers(gl, &b, 3, 2, depths));
-    REFUSED(glbk_csm_builder_layers(gl, &b, 2, 3, depths));
-    REFUSED(glbk_csm_builder_layers(gl, &b, 2, 2, NULL));
-    BAD_IS(GLBK_ERR_ORDER, b.drawn_from, 3, glbk_csm_builder_layers(gl, &b, 2, 2, depths));
     REFUSED(glbk_csm_builder_compress(NULL, &b));
     REFUSED(glbk_csm_builder_compress(gl, NULL));
     BAD_IS(GLBK_ERR_ORDER, b.drawn_from, 1, glbk_csm_builder_compress(gl, &b));   /* a view would be left out */
@@ -1469,7 +1459,7 @@ static void ism_settings(glbk_context *gl, glbk_ism_renderer *r, const glbk_gbuf
 static void ism_pixels(void **state)
 {
     GL_TEST(t, state)
-    static float atlas[8 * 8], rgba[4 * SIDE * SIDE];
+    static float rgba[4 * SIDE * SIDE];
     glbk_context *gl = &t->gl;
     const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
     const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0 }, NULL };
@@ -1504,11 +1494,6 @@ static void ism_pixels(void **state)
     REFUSED(glbk_ism_draw(gl, NULL, 0));
     REFUSED(glbk_ism_draw(gl, &none, 0));
     assert_true(m.side == 8);
-    assert_glbk(t, glbk_ism_maps_read(gl, &m, atlas));
-    REFUSED(glbk_ism_maps_read(NULL, &m, atlas));
-    REFUSED(glbk_ism_maps_read(gl, NULL, atlas));
-    REFUSED(glbk_ism_maps_read(gl, &none, atlas));
-    REFUSED(glbk_ism_maps_read(gl, &m, NULL));
     REFUSED(glbk_ism_bind(NULL, &m, NULL, NULL));
     REFUSED(glbk_ism_bind(gl, NULL, NULL, NULL));
     REFUSED(glbk_ism_bind(gl, &none, NULL, NULL));

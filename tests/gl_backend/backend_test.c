@@ -42,7 +42,7 @@ static void blocks_are_those_named(void **state)
     static const char *const texts[] = {
         "layout(location = 0) out glbk_color result;\nvoid main() { result = glbk_pack(vec4(glbk_csm_scene_unread)); }\n",
         "layout(location = 0) out glbk_color result;\n"
-        "void main() { result = glbk_pack(vec4(glbk_csm_scene.table) * 0.5); }\n"
+        "void main() { result = glbk_pack(vec4(glbk_csm_scene.count) * 0.5); }\n"
     };
     gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, 4, 4, 0);
     int k;
@@ -95,7 +95,7 @@ static uint32_t link_programs(gl_test *t, const glbk_part *part)
             glbk_result result;
             snprintf(defines, sizeof defines, "%.*s", (int)strcspn(s, "|"), s);
             /* Those of the techniques read the G-buffer by files of gl_gbuffer.h's part. */
-            if (part == glbk_base_part()) result = glbk_program_create(&t->gl, part, name, defines, &program);
+            if (part == glbk_base_part()) result = glbk__program_create(&t->gl, part, name, defines, &program);
             else result = glbk__gbuffer_program(&t->gl, part, name, defines, &program);
             assert_glbk(t, result);
             glbk_program_use(&t->gl, &program);
@@ -148,9 +148,9 @@ static void errors_name_file_and_line(void **state)
     assert_string_equal(t->log, "glbk_program_compile: source must have one of fragment and compute");
     s.fragment = NULL;
     if (!t->gl.compute) assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_FEATURE);
-    assert_int_equal(glbk_program_create(&t->gl, NULL, "nothing.frag", NULL, &p), GLBK_ERR_NAME);
-    assert_int_equal(glbk_program_create(&t->gl, NULL, "screen.vert", NULL, &p), GLBK_ERR_NAME);
-    assert_int_equal(glbk_program_create(&t->gl, NULL, NULL, NULL, &p), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk__program_create(&t->gl, NULL, "nothing.frag", NULL, &p), GLBK_ERR_NAME);
+    assert_int_equal(glbk__program_create(&t->gl, NULL, "screen.vert", NULL, &p), GLBK_ERR_NAME);
+    assert_int_equal(glbk__program_create(&t->gl, NULL, NULL, NULL, &p), GLBK_ERR_ARGUMENT);
 }
 
 /* Every embedded file is found by its name, and only whole names are. */
@@ -266,7 +266,7 @@ static void written_glsl_runs(void **state)
         gl->DeleteShader(shaders[i]);
     }
     gl->LinkProgram(program);
-    assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", NULL, &other));
+    assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", NULL, &other));
     gl->UseProgram(other.name);
     assert_glbk(t, glbk_set_slots(&t->gl, NULL, NULL, program));          /* not the one in use, which stays so */
     gl->GetIntegerv(0x8B8D /* CURRENT_PROGRAM */, &used);
@@ -401,8 +401,7 @@ static void compute_writes_images(void **state)
 
     if (!t->gl.compute) {
         glbk_program none = { 1, 0, { NULL }, { { 0, 0 } } };
-        glbk_buffer four = { 1, 16 };
-        assert_int_equal(glbk_dispatch_indirect(&t->gl, &none, &four, 4), GLBK_ERR_FEATURE);
+        assert_int_equal(glbk_dispatch(&t->gl, &none, 1, 1, 2), GLBK_ERR_FEATURE);
         return;
     }
     s.compute = fill;
@@ -420,7 +419,10 @@ static void compute_writes_images(void **state)
     glbk_bind_image(&t->gl, 2, &picture);
     glbk_bind_storage(&t->gl, 1, &groups);
     assert_glbk(t, glbk_dispatch(&t->gl, &p[0], SIDE / 8, SIDE / 8, 2));
-    assert_glbk(t, glbk_dispatch_indirect(&t->gl, &p[1], &groups, 4));
+    glbk_program_use(&t->gl, &p[1]);
+    t->gl.gl.BindBuffer(GLBK_GL_DISPATCH_INDIRECT_BUFFER, groups.name);
+    t->gl.gl.DispatchComputeIndirect(4);
+    t->gl.gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
     assert_glbk(t, glbk_target_read(&t->gl, &target, 0, 0, 0, SIDE, SIDE, out));
     for (y = 0; y < SIDE; y++)
         for (x = 0; x < SIDE; x++) {
@@ -429,9 +431,7 @@ static void compute_writes_images(void **state)
             assert_true(texel[0] == twice * (float)x && texel[1] == twice * (float)y);
             assert_true(texel[2] == twice && texel[3] == 0.5f * twice);
         }
-    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], &groups, 2), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], &groups, 8), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], NULL, 0), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_dispatch(&t->gl, NULL, 1, 1, 1), GLBK_ERR_ARGUMENT);
     glbk_target_free(&t->gl, &target);
     glbk_texture_free(&t->gl, &picture);
     glbk_buffer_free(&t->gl, &groups);
@@ -460,7 +460,7 @@ static void copies_floats(void **state)
     d.data = in;
     assert_glbk(t, glbk_texture_create(&t->gl, &d, &source));
     assert_int_equal(source.format, t->gl.float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI);
-    assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", NULL, &copy));
+    assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", NULL, &copy));
     pass.target = &c.target;
     assert_glbk(t, glbk_begin(&t->gl, &pass, &copy));
     glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_source, &source);
@@ -528,7 +528,7 @@ static void slots_can_be_moved(void **state)
     d.width = d.height = 1;
     d.data = in;
     assert_int_equal(glbk_texture_create(&other, &d, &source), GLBK_OK);
-    assert_int_equal(glbk_program_create(&other, NULL, "copy.frag", NULL, &copy), GLBK_OK);
+    assert_int_equal(glbk__program_create(&other, NULL, "copy.frag", NULL, &copy), GLBK_OK);
     pass.target = &c.target;
     assert_int_equal(glbk_begin(&other, &pass, &copy), GLBK_OK);
     glbk_bind_texture(&other, GLBK_SLOT_glbk_source, &source);
@@ -597,7 +597,7 @@ static void tables_hold_and_change(void **state)
 
     assert_non_null(words);
     for (i = 0; i < COUNT; i++) words[i] = hash(i + 77);
-    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, COUNT, &table));
+    assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_R32UI, words, COUNT, &table));
     assert_int_equal(table.layers, 2);
     check_table(t, &table, words, "COUNT=1500000");
     for (i = 0; i < 60; i++) {      /* runs of every kind: inside a row, over rows, over the layers' border */
@@ -605,17 +605,17 @@ static void tables_hold_and_change(void **state)
         if (i == 0) first = (1 << 20) - 700, count = 5000;
         if (count > COUNT - first) count = COUNT - first;
         for (k = 0; k < count; k++) words[first + k] = hash((uint32_t)k ^ i << 24);
-        assert_glbk(t, glbk_table_update(&t->gl, &table, first, count, words + first));
+        assert_glbk(t, glbk__table_update(&t->gl, &table, first, count, words + first));
     }
     check_table(t, &table, words, "COUNT=1500000");
-    assert_int_equal(glbk_table_update(&t->gl, &table, 1 << 21, 1, words), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk__table_update(&t->gl, &table, 1 << 21, 1, words), GLBK_ERR_ARGUMENT);
     glbk_texture_free(&t->gl, &table);
-    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, 5, &table));
+    assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_R32UI, words, 5, &table));
     check_table(t, &table, words, "COUNT=5");
     glbk_texture_free(&t->gl, &table);
-    assert_int_equal(glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, (size_t)t->gl.max_layers << 20 | 1, &table),
+    assert_int_equal(glbk__table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, (size_t)t->gl.max_layers << 20 | 1, &table),
                      GLBK_ERR_LIMIT);
-    assert_int_equal(glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, 0, &table), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk__table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, 0, &table), GLBK_ERR_ARGUMENT);
     free(words);
 }
 

@@ -73,8 +73,8 @@ static void every_call(gl_test *t, picture *out)
     d.data = NULL;
     d.format = GLBK_FORMAT_DEPTH24;
     GL_SAME(t, assert_glbk(t, glbk_texture_create(&t->gl, &d, &depth)));
-    GL_SAME(t, assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, 1500, &table)));
-    GL_SAME(t, assert_glbk(t, glbk_table_update(&t->gl, &table, 3, 1400, words)));
+    GL_SAME(t, assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_R32UI, words, 1500, &table)));
+    GL_SAME(t, assert_glbk(t, glbk__table_update(&t->gl, &table, 3, 1400, words)));
     GL_SAME(t, assert_glbk(t, glbk_buffer_create(&t->gl, sizeof words, words, &buffer)));
     GL_SAME(t, assert_glbk(t, glbk_indices_create(&t->gl, sizeof words, words, &indices)));
     GL_SAME(t, assert_glbk(t, glbk_buffer_update(&t->gl, &indices, 4, 8, words)));
@@ -84,7 +84,7 @@ static void every_call(gl_test *t, picture *out)
     targets.color[0] = &color;
     targets.depth = &depth;
     GL_SAME(t, assert_glbk(t, glbk_target_create(&t->gl, &targets, &target)));
-    GL_SAME(t, assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", NULL, &copy)));
+    GL_SAME(t, assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", NULL, &copy)));
     text.fragment = "layout(location = 0) out glbk_color c;\n"
                     "void main() { c = glbk_pack(vec4(gl_FragCoord.xyz, gl_FrontFacing ? 1.0 : 0.0)); }\n";
     GL_SAME(t, assert_glbk(t, glbk_program_compile(&t->gl, &text, &mine)));
@@ -267,8 +267,8 @@ static void a_program_pending_deletion(void **state)
     glbk_state saved;
     int32_t now = -1;
 
-    assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &theirs));
-    assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &ours));
+    assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &theirs));
+    assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &ours));
     t->gl.gl.UseProgram(theirs.name);
     glbk_program_free(&t->gl, &theirs);
     glbk_state_save(&t->gl, &saved);

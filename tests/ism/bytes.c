@@ -6,6 +6,11 @@
 
 #include <stdio.h>
 
+/* As in ism_desc: 0 is the default. core.c has none. */
+#ifndef BYTES_NEAR_POINTS
+#define BYTES_NEAR_POINTS 0
+#endif
+
 static uint32_t next(uint32_t *state)
 {
     *state = *state * 1664525u + 1013904223u;
@@ -79,6 +84,7 @@ static int bytes_lines(FILE *lines)
         frame.points = &view;
         frame.index = 0;
         d.vpl_count = 64;
+        d.near_point_count = BYTES_NEAR_POINTS;
         d.surfel_count = 256;
         d.tile_side = 32;
         d.projection = (ism_projection)(1 + projection % 4);

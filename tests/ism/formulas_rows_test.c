@@ -132,11 +132,11 @@ static void solid_angles(void **state)
     double sum = 0;
     size_t t;
     (void)state;
-    CONFORM("T52", "octant triangle", UTIL_PI / 2, ism_solid_angle(x, y, z), 1e-6);
-    CONFORM("T52", "degenerate triangle", 0, ism_solid_angle(x, x, z) + ism_solid_angle(x, y, x), 0);
+    CONFORM("T52", "octant triangle", UTIL_PI / 2, ism__solid_angle(x, y, z), 1e-6);
+    CONFORM("T52", "degenerate triangle", 0, ism__solid_angle(x, x, z) + ism__solid_angle(x, y, x), 0);
     s.triangles = 0;
     soup_box(&s, lo, hi, -1, 3);
-    for (t = 0; t < s.triangles; t++) sum += (double)ism_solid_angle(s.p + 9 * t, s.p + 9 * t + 3, s.p + 9 * t + 6);
+    for (t = 0; t < s.triangles; t++) sum += (double)ism__solid_angle(s.p + 9 * t, s.p + 9 * t + 3, s.p + 9 * t + 6);
     CONFORM("T52", "closed mesh from inside", 4 * UTIL_PI, sum, 1e-4);   /* atan2: 4e-7 each, 108 triangles */
 }
 
@@ -148,7 +148,7 @@ static void dither_has_five_levels(void **state)
     for (level = 0; level <= 4; level++) {
         int drawn = 0;
         for (y = 0; y < 2; y++)
-            for (x = 0; x < 2; x++) drawn += ism_dither((uint32_t)x + 6, (uint32_t)y + 10, 0.25f * (float)level);
+            for (x = 0; x < 2; x++) drawn += ism__dither((uint32_t)x + 6, (uint32_t)y + 10, 0.25f * (float)level);
         wrong += drawn != level;
     }
     CONFORM("T58", "levels of 0, .25, .5, .75, 1 over 2 x 2 pixels that are not exact", 0, wrong, 0);

@@ -203,7 +203,7 @@ static size_t compare_maps(gl_test *t, pair *p, const char *what)
         assert_non_null(atlas[i]);
         assert_glbk(t, glbk_ism_draw(&p->gl[i], &p->maps[i], 0));
         assert_glbk(t, glbk_target_read(&p->gl[i], &p->maps[i].plane_target, 0, 0, 0, side, side, surfels[i]));
-        assert_glbk(t, glbk_ism_maps_read(&p->gl[i], &p->maps[i], atlas[i]));
+        assert_glbk(t, gl_read_atlas(&p->gl[i], &p->maps[i], atlas[i]));
     }
     for (size_t i = 0; i < texels; i++) surfaces += atlas[1][i] < 1e30f;
     off[0] = differences(surfels[0], surfels[1], 4 * texels);
@@ -218,7 +218,7 @@ static size_t compare_maps(gl_test *t, pair *p, const char *what)
     return surfaces;
 }
 
-static void tiles_of_every_size(void **state)
+static void tiles_of_every_size_agree(void **state)
 {
     GL_TEST(t, state)
     pair p;
@@ -240,7 +240,7 @@ static void tiles_of_every_size(void **state)
 
 /* Holes, pull and push alone, of noise in patches: dense ones have holes, thin ones look for texels far away, across
    the borders of the squares that large tiles are cut into. */
-static void fill_of_noise(void **state)
+static void noise_is_filled_alike(void **state)
 {
     GL_TEST(t, state)
     enum { SIZE = 256 };
@@ -262,7 +262,7 @@ static void fill_of_noise(void **state)
     for (int way = 0; way < 2; way++) {
         assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].planes, 0, 0, 0, 0, SIZE, SIZE, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&p.gl[way], &p.maps[way]));
-        assert_glbk(t, glbk_ism_maps_read(&p.gl[way], &p.maps[way], atlas[way]));
+        assert_glbk(t, gl_read_atlas(&p.gl[way], &p.maps[way], atlas[way]));
     }
     for (i = 0; i < SIZE * SIZE; i++) {
         const float had = surfels[4 * i + 3], has = atlas[1][i];
@@ -276,7 +276,7 @@ static void fill_of_noise(void **state)
 }
 
 /* Eight rounds of discs that mostly cover more than 64 texels. */
-static void wide_discs(void **state)
+static void discs_of_many_texels_agree(void **state)
 {
     GL_TEST(t, state)
     pair p;
@@ -288,7 +288,7 @@ static void wide_discs(void **state)
     pair_close(&p);
 }
 
-static void nothing_to_draw(void **state)
+static void nothing_to_draw_leaves_empty_maps(void **state)
 {
     GL_TEST(t, state)
     pair p;
@@ -305,7 +305,7 @@ static void nothing_to_draw(void **state)
 }
 
 /* Points are counted in 16 bits: of more, as phases of 63 round 65,536 up to, maps are the core path's. */
-static void too_many_points(void **state)
+static void more_surfels_than_16_bits_take_the_core_path(void **state)
 {
     GL_TEST(t, state)
     ism_desc d = sizes(1, 65536, 8, ISM_PROJECTION_COSINE, 64);
@@ -376,7 +376,7 @@ static void compare_light(gl_test *t, pair *p, pictures *of, const ism_shading *
     assert_true(lit > PIXELS / 2 && dark == (PIXELS + 28) / 29);
 }
 
-static void light_is_the_same(void **state)
+static void light_of_both_paths_agrees(void **state)
 {
     GL_TEST(t, state)
     pair p;
@@ -404,7 +404,7 @@ static void light_is_the_same(void **state)
 }
 
 /* More classes of pixels than VPLs: what has none is dark. */
-static void classes_without_vpls(void **state)
+static void classes_without_vpls_are_dark(void **state)
 {
     GL_TEST(t, state)
     const ism_desc d = sizes(8, 64, 8, ISM_PROJECTION_COSINE, 1);
@@ -492,12 +492,17 @@ static void bounded_passes_make_the_same_light(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(tiles_of_every_size), gl_unit_test(wide_discs),
-                                  gl_unit_test(fill_of_noise),
-                                  gl_unit_test(nothing_to_draw),     gl_unit_test(too_many_points),
-                                  gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls),
-                                  gl_unit_test(bounded_draws_make_the_same_maps),
-                                  gl_unit_test(bounded_passes_make_the_same_light) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(tiles_of_every_size_agree),
+        gl_unit_test(discs_of_many_texels_agree),
+        gl_unit_test(noise_is_filled_alike),
+        gl_unit_test(nothing_to_draw_leaves_empty_maps),
+        gl_unit_test(more_surfels_than_16_bits_take_the_core_path),
+        gl_unit_test(light_of_both_paths_agrees),
+        gl_unit_test(classes_without_vpls_are_dark),
+        gl_unit_test(bounded_draws_make_the_same_maps),
+        gl_unit_test(bounded_passes_make_the_same_light)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45);
 }

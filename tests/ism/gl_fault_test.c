@@ -15,6 +15,7 @@
 #include "gl_test.h"
 #include "gl_fake.h"
 #include "gl_state.h"
+#include "gl_util.h"
 
 enum { SIDE = 8, POINTS = 64 };
 
@@ -86,7 +87,7 @@ static glbk_result draw(gl_test *t, scene *s)
 static glbk_result look(gl_test *t, scene *s)
 {
     glbk_result result = GLBK_OK;
-    GL_THEN_SAME(t, result, glbk_ism_maps_read(&t->gl, &s->maps, s->atlas));
+    GL_THEN_SAME(t, result, gl_read_atlas(&t->gl, &s->maps, s->atlas));
     GL_THEN_SAME(t, result, glbk_ism_read(&t->gl, &s->renderer, s->light));
     return result;
 }
@@ -154,7 +155,7 @@ static void indices_of_16_bits_are_taken(void **state)
 }
 
 /* Passes do not make a driver or a browser answer. */
-static void a_frame_asks_nothing(void **state)
+static void a_frame_asks_gl_nothing(void **state)
 {
     GL_TEST(t, state)
     static scene s;
@@ -167,7 +168,7 @@ static void a_frame_asks_nothing(void **state)
     destroy(t, &s);
 }
 
-static void memory_runs_out(void **state)
+static void failed_allocations_leave_nothing(void **state)
 {
     GL_TEST(t, state)
     static scene s;
@@ -191,7 +192,7 @@ static void memory_runs_out(void **state)
     assert_true(given > 10);
 }
 
-static void a_lost_context(void **state)
+static void a_lost_context_comes_out(void **state)
 {
     GL_TEST(t, state)
     static scene s;
@@ -219,7 +220,7 @@ static void a_lost_context(void **state)
 
 /* ---- state ---- */
 
-static void hostile_state(void **state)
+static void light_is_the_same_from_a_hostile_state(void **state)
 {
     GL_TEST(t, state)
     static scene clean, odd;
@@ -248,9 +249,14 @@ static void hostile_state(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context),
-                                  gl_unit_test(memory_runs_out), gl_unit_test(a_frame_asks_nothing),
-                                  gl_unit_test(every_error_comes_out), gl_unit_test(indices_of_16_bits_are_taken) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(light_is_the_same_from_a_hostile_state),
+        gl_unit_test(a_lost_context_comes_out),
+        gl_unit_test(failed_allocations_leave_nothing),
+        gl_unit_test(a_frame_asks_gl_nothing),
+        gl_unit_test(every_error_comes_out),
+        gl_unit_test(indices_of_16_bits_are_taken)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

@@ -169,7 +169,7 @@ static float *engine_atlas(engine *e, uint32_t *side)
 {
     float *atlas = (float *)malloc((size_t)e->maps.side * e->maps.side * sizeof *atlas);
     assert_non_null(atlas);
-    assert_glbk(now, glbk_ism_maps_read(&now->gl, &e->maps, atlas));
+    assert_glbk(now, gl_read_atlas(&now->gl, &e->maps, atlas));
     *side = e->maps.side;
     return atlas;
 }
@@ -261,9 +261,12 @@ static void windows_agree(void **state)
     in[4] = in[5] = 0;
     in[8] = in[9] = 1;
     memcpy(fours, in, sizeof in);
-    gl_ask(t, glbk_ism_part(), GL_ASK("    r.xy = ism_zoom(uint(layer(0).z), 64u, 8u, layer(0).xy);\n"
-                     "    r.zw = ism_unzoom(uint(layer(0).z), 64u, 8u, 64.0 * layer(0).xy);\n"), "ism_map", NULL, NULL,
-           NULL, fours, 1, COUNT, 1, fours);
+    gl_ask(t, glbk_ism_part(), GL_ASK("    vec4 x, y;\n"
+                     "    vec2 uv = layer(0).xy, at = 64.0 * uv;\n"
+                     "    ism_axes(uint(layer(0).z), 64u, 8u, x, y);\n"
+                     "    r.xy = vec2(ism_zoom_axis(x, 64.0, 8.0, uv.x), ism_zoom_axis(y, 64.0, 8.0, uv.y));\n"
+                     "    r.zw = vec2(ism_unzoom_axis(x, 64.0, 8.0, at.x), ism_unzoom_axis(y, 64.0, 8.0, at.y));\n"),
+           "ism_map", NULL, NULL, NULL, fours, 1, COUNT, 1, fours);
     for (i = 0; i < COUNT; i++) {
         float at[4];
         ism_zoom((uint32_t)in[4 * i + 2], 64, 8, in + 4 * i, at);
@@ -292,7 +295,7 @@ static void pull_and_push(void **state)
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
-    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
+    assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
     for (i = 0; i < 4096; i++) empty += depth[i] < ISM_FAR;
     for (i = 0; i < 4096; i++) {
         const float uv[2] = { ((float)(i % 64) + 0.5f) / 64, ((float)(i / 64) + 0.5f) / 64 };
@@ -312,7 +315,7 @@ static void pull_and_push(void **state)
         }
         assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
-        assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
+        assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {
             const float *w = directions + 4 * i;
             double truth = 1 / (0.3 * (double)w[0] - 0.2 * (double)w[1] + 0.5 * (double)w[2]);
@@ -374,7 +377,7 @@ static void silhouettes_and_borders(void **state)
         }
         assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
-        assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
+        assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {
             const int x = (int)(i % 64), y = (int)(i / 64), inside = x > 7 && y > 7 && x < 56 && y < 56;
             if (trial < 128) grown[trial % 2] += inside && !(surfels[4 * i + 3] < ISM_FAR) && depth[i] < ISM_FAR;

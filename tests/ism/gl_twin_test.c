@@ -140,7 +140,7 @@ static double atlas_difference(gl_test *t, const stage *s, glbk_ism_maps *m, con
     assert_non_null(gl);
     assert_int_equal(side, m->side);
     assert_glbk(t, glbk_ism_draw(&t->gl, m, 0));
-    assert_glbk(t, glbk_ism_maps_read(&t->gl, m, gl));
+    assert_glbk(t, gl_read_atlas(&t->gl, m, gl));
     for (i = 0; i < (size_t)side * side; i++) {
         size_t tile = i / side / s->desc.tile_side * tiles + i % side / s->desc.tile_side;
         if (tile >= VPLS) continue;
@@ -335,7 +335,7 @@ static void near_points_agree(void **state)
 }
 
 /* Triangles that move keep their points; a frame sends one phase; both splats draw the same. */
-static void frames_follow(void **state)
+static void light_follows_moving_triangles(void **state)
 {
     GL_TEST(t, state)
     ism_desc d;
@@ -374,7 +374,7 @@ static void frames_follow(void **state)
 
 /* ---- your own program ---- */
 
-static void functions_to_paste(void **state)
+static void pasted_functions_agree(void **state)
 {
     GL_TEST(t, state)
     static const char text[] =
@@ -448,7 +448,7 @@ static void functions_to_paste(void **state)
 
 /* ---- nothing, and too much ---- */
 
-static void empty_and_wrong_input(void **state)
+static void nothing_is_dark_and_too_much_is_refused(void **state)
 {
     GL_TEST(t, state)
     static const float triangle[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
@@ -474,7 +474,7 @@ static void empty_and_wrong_input(void **state)
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, 4, 4, &r));
     gl_see(&t->gl, 4, 4, nothing, nothing, NULL, &seen);
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));                               /* no mesh, no VPLs: all far */
-    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, atlas));
+    assert_glbk(t, gl_read_atlas(&t->gl, &m, atlas));
     for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
     assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0));
     assert_glbk(t, glbk_ism_read(&t->gl, &r, rgba));
@@ -484,7 +484,7 @@ static void empty_and_wrong_input(void **state)
     assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &m, 0, surfels));            /* all of area 0 */
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
-    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, atlas));
+    assert_glbk(t, gl_read_atlas(&t->gl, &m, atlas));
     for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
     glbk_ism_renderer_free(&t->gl, &r);
     glbk_ism_renderer_free(&t->gl, &r);
@@ -496,10 +496,14 @@ static void empty_and_wrong_input(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(empty_and_wrong_input), gl_unit_test(functions_to_paste),
-                                  gl_unit_test(light_agrees), gl_unit_test(near_points_agree),
-                                  gl_unit_test(frames_follow),
-                                  gl_unit_test(atlases_agree) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(nothing_is_dark_and_too_much_is_refused),
+        gl_unit_test(pasted_functions_agree),
+        gl_unit_test(light_agrees),
+        gl_unit_test(near_points_agree),
+        gl_unit_test(light_follows_moving_triangles),
+        gl_unit_test(atlases_agree)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -48,4 +48,17 @@ static inline void gl_light_of(glbk_context *gl, const glbk_ism_renderer *r, con
     free(rgba);
 }
 
+/* The depths of all maps, side x side as ism_atlas has them. */
+static inline glbk_result gl_read_atlas(glbk_context *gl, const glbk_ism_maps *m, float *depths)
+{
+    uint32_t *words = (uint32_t *)malloc(16 * (size_t)m->side * m->side);
+    glbk_result result;
+    size_t i;
+    assert_non_null(words);
+    result = glbk_target_read(gl, &m->atlas_target, 0, 0, 0, m->side, m->side, words);
+    for (i = 0; i < (size_t)m->side * m->side && result == GLBK_OK; i++) memcpy(depths + i, words + 4 * i, 4);
+    free(words);
+    return result;
+}
+
 #endif

@@ -167,6 +167,49 @@ static void a_bad_index_is_named_with_its_triangle(void **state)
     ism_free(w.maps);
 }
 
+static void a_bad_opacity_is_named_with_its_triangle(void **state)
+{
+    static const float bad[] = { 1.5f, -0.5f, NAN };
+    static const char *const lines[] = { "ism_render: mesh.opacities[3] is 1.5; it must be 0..1",
+                                         "ism_render: mesh.opacities[3] is -0.5; it must be 0..1",
+                                         "ism_render: mesh.opacities[3] is not a number; it must be 0..1" };
+    static float opacities[4096];
+    float out[3 * W * H];
+    world w;
+    notes n;
+    int i;
+    (void)state;
+    open_world(&w, &n);
+    w.mesh.opacities = opacities;
+    for (i = 0; i < 3; i++) {
+        opacities[3] = bad[i];
+        SAYS(ism_render(w.maps, &w.frame, NULL, out, NULL), ISM_ERR_INPUT, lines[i]);
+    }
+    opacities[3] = 1;
+    assert_int_equal(ism_render(w.maps, &w.frame, NULL, out, NULL), ISM_OK);
+    ism_free(w.maps);
+}
+
+/* A VPL's flux is divided by the probability of its choice; also of the brightest texels it stays one that
+   ism_set_vpls takes. */
+static void chosen_lights_can_be_given_back(void **state)
+{
+    static ism_vpl own[16];
+    const ism_vpl *vpls;
+    world w;
+    notes n;
+    size_t count, i;
+    (void)state;
+    open_world(&w, &n);
+    for (i = 0; i < 3 * 8 * 8; i++) lit.f[i] = i % 7 ? 1e24f : 1e30f;
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    vpls = ism_vpls(w.maps, &count);
+    assert_int_equal(count, 16);
+    memcpy(own, vpls, sizeof own);
+    assert_int_equal(ism_set_vpls(w.maps, own, count), ISM_OK);
+    ism_free(w.maps);
+}
+
 /* 0.97 to 1.03 is unit; 0 0 0 and what is not finite is left out; the rest is an error that names the element. */
 static void vectors_that_are_not_unit_are_named(void **state)
 {
@@ -359,7 +402,10 @@ int main(void)
         cmocka_unit_test(lists_of_points_name_what_is_wrong),
         cmocka_unit_test(a_desc_field_is_named_with_its_range),
         cmocka_unit_test(pointers_counts_and_strides_are_named),
-        cmocka_unit_test(a_bad_index_is_named_with_its_triangle), cmocka_unit_test(vectors_that_are_not_unit_are_named),
+        cmocka_unit_test(a_bad_index_is_named_with_its_triangle),
+        cmocka_unit_test(a_bad_opacity_is_named_with_its_triangle),
+        cmocka_unit_test(chosen_lights_can_be_given_back),
+        cmocka_unit_test(vectors_that_are_not_unit_are_named),
         cmocka_unit_test(shading_fields_are_named), cmocka_unit_test(sixteen_bit_indices_give_the_same_light),
         cmocka_unit_test(progress_never_falls_within_a_call),
     };

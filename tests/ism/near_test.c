@@ -59,7 +59,7 @@ static void beside_the_floor(const float *light, double *rmse, double *ratio)
             c[3 * k + 1] = -seen.p[3 * i + 1];
             c[3 * k + 2] = corner[k][1] - seen.p[3 * i + 2];
         }
-        e = (double)ism_form_factor(back, c);
+        e = (double)util_form_factor(back, c);
         sum += ((double)light[3 * i] - e) * ((double)light[3 * i] - e);
         mean += e;
         all += (double)light[3 * i];
@@ -317,7 +317,7 @@ static void an_ornament_before_a_wall(void **state)
                 c[3 * k + 1] = a[1] + 0.3f * corner[k][1] - wall.p[3 * i + 1];
                 c[3 * k + 2] = a[2];
             }
-            e = (double)ism_form_factor(back, c);
+            e = (double)util_form_factor(back, c);
             mean += e / SEEN;
             error[gather] += ((double)light[3 * i] - e) * ((double)light[3 * i] - e) / SEEN;
             all[gather] += (double)light[3 * i] / SEEN;

@@ -34,7 +34,7 @@ static void row_coordinates(ism_projection p, float exponent, const float *d, si
 static void row_form_factors(const float normal[3], const float *corners, size_t count, float *f)
 {
     size_t i;
-    for (i = 0; i < count; i++) f[i] = ism_form_factor(normal, corners + 12 * i);
+    for (i = 0; i < count; i++) f[i] = util_form_factor(normal, corners + 12 * i);
 }
 
 struct engine { ism_maps *maps; ism_points view; };

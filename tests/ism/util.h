@@ -213,4 +213,17 @@ static inline void backwards(void *user, size_t count, ism_task task, void *cont
     for (i = count; i-- > 0;) task(context, i);
 }
 
+#ifdef ISM_IMPLEMENTATION
+/* The form factor from a point at the origin to a flat quadrilateral, 0 if it is seen from behind. */
+static inline float util_form_factor(const float normal[3], const float corners[12])
+{
+    ism__v3 c[4];
+    float f;
+    int k;
+    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
+    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
+    return f > 0 ? f : 0;
+}
+#endif
+
 #endif

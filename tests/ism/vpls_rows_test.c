@@ -162,6 +162,62 @@ static glide glide_of(float eps, int unstable)
 /* The way is O(eps): bounded by the same factors for two eps of which one is a quarter of the other. Measured medians
    1.5 and 1.0; 95th percentiles 16 and 9, where the row of the map that a VPL's number picks changes. A texel would be
    62 and 250 eps; other random numbers every frame take VPLs right across the floor. */
+/* A sky of three directions of equal flux over a level floor: overhead, 0.2 above the horizon, below it. What a unit of
+   flux does to the floor is its cosine, so VPLs go by that and by the share of flux_share, and the flux that they carry
+   is the sky's. Rows of the source are drawn in even steps: counts are exact but for 1. */
+static void skies_are_chosen_by_the_cosine(void **state)
+{
+    enum { N = 1200 };
+    static const double cosine[3] = { 1, 0.2, 0 };
+    const float a[3] = { -1, 0, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    float p[9] = { 0, 1, 0, 0, 0.2f, 0, 0, -1, 0 }, f[9];
+    ism_source sky;
+    ism_points floor_points;
+    ism_frame frame;
+    ism_desc d;
+    ism_maps *maps;
+    const ism_vpl *vpls;
+    double share = 0.1, least, sum[3] = { 0, 0, 0 };
+    size_t count, i;
+    int k;
+    (void)state;
+    p[3] = (float)sqrt(1 - 0.04);
+    for (k = 0; k < 9; k++) f[k] = 2;
+    memset(&sky, 0, sizeof sky);
+    sky.kind = ISM_SOURCE_DIRECTIONS;
+    sky.width = 1;
+    sky.height = 3;
+    sky.positions = p;
+    sky.fluxes = f;
+    grid_fill(&eye, 16, 16, a, u, v, up, 0);
+    floor_points = grid_view(&eye);
+    memset(&frame, 0, sizeof frame);
+    frame.sources = &sky;
+    frame.source_count = 1;
+    frame.points = &floor_points;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = N;
+    assert_int_equal(ism_create(&d, &maps), ISM_OK);
+    assert_int_equal(ism_choose(maps, &frame), ISM_OK);
+    vpls = ism_vpls(maps, &count);
+    assert_int_equal(count, N);
+    least = 1.2 / 3 * share / (1 - 0.999 * share);
+    for (i = 0; i < count; i++) {
+        sum[vpls[i].texel] += 1;
+        for (k = 0; k < 3; k++) {
+            assert_true(fabsf(vpls[i].position[k] - p[3 * vpls[i].texel + (size_t)k]) < 1e-6f);
+            assert_true(fabsf(vpls[i].normal[k] + vpls[i].position[k]) < 1e-6f);      /* it looks down from the sky */
+        }
+        assert_true(fabs((double)vpls[i].flux[0] * N * (cosine[vpls[i].texel] + least) / (2 * (1.2 + 3 * least)) - 1) <
+                    1e-4);
+    }
+    for (k = 0; k < 3; k++) {
+        double expected = N * (cosine[k] + least) / (1.2 + 3 * least);
+        if (!(fabs(sum[k] - expected) <= 1)) fail_msg("direction %d: %g VPLs, expected %g", k, sum[k], expected);
+    }
+    ism_free(maps);
+}
+
 static void vpls_glide(void **state)
 {
     const glide coarse = glide_of(0.002f, 0), fine = glide_of(0.0005f, 0), loose = glide_of(0.002f, 1);
@@ -381,6 +437,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(power_is_kept),
+        cmocka_unit_test(skies_are_chosen_by_the_cosine),
         cmocka_unit_test(vpls_glide),
         cmocka_unit_test(vpls_stay_before_a_bent_sheet),
         cmocka_unit_test(a_sheet_is_dark_from_behind),

@@ -143,7 +143,7 @@ static void discs_keep_their_solid_angle(void **state)
     (void)state;
     d = one_vpl(&view);
     d.no_fill = 1;
-    exact = (double)ism_form_factor(up, corners);
+    exact = (double)util_form_factor(up, corners);
     d.window_rim = -1;
     maps = maps_of(&d, &view);
     assert_int_equal(ism_vpls(maps, NULL)->window, 0);

@@ -282,7 +282,7 @@ static inline void gl_hostile_make(gl_test *t, gl_hostile *h)
     assert_glbk(t, glbk_buffer_create(&t->gl, 4096, NULL, &h->buffer));
     assert_glbk(t, glbk_indices_create(&t->gl, 4096, NULL, &h->indices));
     assert_glbk(t, glbk_buffer_create(&t->gl, 4096, NULL, &h->pixels));
-    assert_glbk(t, glbk_program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &h->program));
+    assert_glbk(t, glbk__program_create(&t->gl, NULL, "copy.frag", "TO_COLOR=1", &h->program));
     gl_extra.GenSamplers(2, h->samplers);
     gl_extra.SamplerParameteri(h->samplers[0], 0x2802, 0x2901);    /* repeats, where our textures clamp */
     gl_extra.SamplerParameteri(h->samplers[0], 0x884C, 0x884E);     /* COMPARE_MODE, COMPARE_REF_TO_TEXTURE */

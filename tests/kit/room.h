@@ -60,7 +60,8 @@ static inline void room_write(const char *pane)
 static inline void room_need(void)
 {
     room_write("\"doubleSided\":true");
-    if (run("render", "--technique csm --scene room.gltf --size 8x8 --set side=1 --set m=4 --out a.pfm") == 0) return;
+    if (run("render", "--technique csm --scene room.gltf --size 8x8 --set side=1 --set map_side=4 --out a.pfm") == 0)
+        return;
     if (!strstr(output, "libtinygltf-dev")) fail_msg("%s", output);
     printf("skip: needs tinygltf\n");
     skip();

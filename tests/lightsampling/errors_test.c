@@ -285,6 +285,32 @@ static void elements_of_points_are_named(void **state)
     LOBE(w.lobes[0].exponent = -1, "has a lobe with the exponent -1; it must be 0..100000");
 }
 
+static void surface(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
+{
+    (void)user;
+    (void)time;
+    position[0] = x[0];
+    position[1] = normal[0] = normal[2] = 0;
+    position[2] = x[1];
+    normal[1] = *area = 1;
+}
+
+/* A light keeps the system that it was made with. */
+static void a_light_says_why_it_has_no_domain(void **state)
+{
+    lsamp_light_desc d = light_of(LSAMP_LIGHT_CALLBACK);
+    lsamp_domain domain;
+    lsamp_light *light;
+    (void)state;
+    memset(&domain, 0x31, sizeof domain);
+    d.shape_fn = surface;
+    assert_int_equal(lsamp_light_init(&d, memory, sizeof memory, &light, NULL), LSAMP_OK);
+    said(lsamp_light_domain(light, &domain), LSAMP_ERR_ARGUMENT,
+         "lsamp_light_domain: light is a callback, which has no domain");
+    assert_int_equal(domain.location_count, (size_t)0x3131313131313131u);
+    said(lsamp_light_domain(light, NULL), LSAMP_ERR_ARGUMENT, "lsamp_light_domain: out is NULL");
+}
+
 /* Calls without a desc have no log; what they refuse they leave alone. */
 static void calls_without_a_log_refuse_as_well(void **state)
 {
@@ -336,6 +362,7 @@ int main(void)
         cmocka_unit_test(memory_and_pointers_are_named),
         cmocka_unit_test(arrays_and_strides_of_points_are_named),
         cmocka_unit_test(elements_of_points_are_named),
+        cmocka_unit_test(a_light_says_why_it_has_no_domain),
         cmocka_unit_test(calls_without_a_log_refuse_as_well),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

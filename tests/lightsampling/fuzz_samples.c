@@ -183,7 +183,7 @@ static int in_unit(const float *x)
     return x[0] >= 0 && x[0] < 1 && x[1] >= 0 && x[1] < 1 && x[2] >= 0 && x[2] < 1;
 }
 
-static void use_light(input *in, room *r, const lsamp_light *light)
+static void use_light(input *in, room *r, const lsamp_light *light, int *lines)
 {
     lsamp_sample_desc d;
     lsamp_points p;
@@ -205,7 +205,8 @@ static void use_light(input *in, room *r, const lsamp_light *light)
     out.distances = r->distances;
     out.coords = r->coords;
     out.weights = r->weights;
-    (void)lsamp_light_domain(light, &domain);
+    *lines = 0;
+    need((lsamp_light_domain(light, &domain) != LSAMP_OK) == (*lines == 1));
     if (lsamp_sample(&d, light, &p, &out, &useful) != LSAMP_OK) {
         need(useful == 77);
         return;
@@ -223,11 +224,11 @@ static void use_light(input *in, room *r, const lsamp_light *light)
     for (i = 0; i < 3 * POINTS; i++) need(sums[i] >= 0);
 }
 
-/* A desc is refused with one line in the log, which names the function. */
+/* A desc, or the question for a domain, is refused with one line in the log, which names the function. */
 static void heard(void *user, const char *message)
 {
     ++*(int *)user;
-    need(strncmp(message, "lsamp_light_init: ", 18) == 0);
+    need(strncmp(message, "lsamp_light_init: ", 18) == 0 || strncmp(message, "lsamp_light_domain: ", 20) == 0);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -249,6 +250,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     need((result != LSAMP_OK) == (lines == 1));
     need((result == LSAMP_OK) == (light != NULL));
     need(bytes != 0 || result == LSAMP_ERR_DESC);
-    if (result == LSAMP_OK) use_light(&in, &r, light);
+    if (result == LSAMP_OK) use_light(&in, &r, light, &lines);
     return 0;
 }

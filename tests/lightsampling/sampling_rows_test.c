@@ -1267,6 +1267,14 @@ static void test_patterns(void **state)
                 assert_true(!seen[cell]++);
             }
         }
+        /* No two patterns have the same second numbers: neighbouring pixels would have the same noise. */
+        for (j = 1; n >= 7 && j < 256; j++)
+            for (k = 0; k < j; k++) {
+                const float *at = a + (size_t)j * n * 2u, *other = a + (size_t)k * n * 2u;
+                uint32_t i, same = 0;
+                for (i = 0; i < n; i++) same += !(at[2 * i + 1] < other[2 * i + 1] || at[2 * i + 1] > other[2 * i + 1]);
+                assert_true(same < n);
+            }
         free(a);
         free(b);
         free(seen);

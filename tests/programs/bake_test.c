@@ -98,7 +98,7 @@ static int files_with(const char *text)
     return n;
 }
 
-#define KNOT "csm builtin:knot --set side=10 --set m=32 "
+#define KNOT "csm builtin:knot --set side=10 --set map_side=32 "
 #define FIELD "shadowfield builtin:cornell --set position_side=3 --set shells=5 "
 
 static void shards_and_parts_are_the_whole(void **state)
@@ -139,7 +139,7 @@ static void files_are_described_and_verified(void **state)
     done(KNOT "-o @/v.csm");
     done(FIELD "-o @/v.sf");
     assert_int_equal(run(text, sizeof text, "info @/v.csm"), 0);
-    assert_non_null(strstr(text, "\"maps\": 100, \"m\": 32"));
+    assert_non_null(strstr(text, "\"maps\": 100, \"map_side\": 32"));
     assert_int_equal(run(text, sizeof text, "info @/v.sf"), 0);
     assert_non_null(strstr(text, "\"shells\": 5, \"position_side\": 3"));
     assert_int_equal(run(text, sizeof text, "verify @/v.csm builtin:knot"), 0);
@@ -174,7 +174,7 @@ static void a_budget_of_memory_chooses_the_size(void **state)
     done("merge -o @/b.csm @/b.csm.1 @/b.csm.2");
     same("b0.csm", "b.csm");
     assert_int_equal(run(text, sizeof text, "csm builtin:knot --set budget=0.001 -o @/b.none"), 1);
-    assert_non_null(strstr(text, "budget below what side 8 and m 16 take"));
+    assert_non_null(strstr(text, "budget below what side 8 and map_side 16 take"));
     assert_int_equal(files_with("b.none"), 0);
 }
 
@@ -246,7 +246,7 @@ static void bad_arguments_and_files(void **state)
                 { "info /dev/null", 1, "neither" },
                 { "csm builtin:nothing -o @/o", 1, "" },
                 { "csm @/none.glb -o @/o", 1, "" },
-                { "csm builtin:knot -o @/no/folder/o --set side=2 --set m=8", 1, "cannot write" },
+                { "csm builtin:knot -o @/no/folder/o --set side=2 --set map_side=8", 1, "cannot write" },
                 { "csm builtin:knot -o @/o --set node=nobody", 1, "no node" },
                 { FIELD "-o @/o --shard 6/6", 1, "more shards" },
                 { "merge -o @/o @/none", 1, "cannot read" },
@@ -279,7 +279,7 @@ static int find(const char *end, char *name, size_t room)
     return found;
 }
 
-#define LONGER "--set side=48 --set m=64 "
+#define LONGER "--set side=48 --set map_side=64 "
 
 /* Killed as soon as its second part is there. That finished parts are not baked again shows when one of them is another
    object's: then the parts do not belong together. */
@@ -292,7 +292,7 @@ static void a_killed_bake_goes_on(void **state)
     assert_true(child >= 0);
     snprintf(out, sizeof out, "%s/killed.csm", folder);
     if (child == 0) {
-        execl(program, program, "csm", "builtin:knot", "-o", out, "--set", "side=48", "--set", "m=64", "--set",
+        execl(program, program, "csm", "builtin:knot", "-o", out, "--set", "side=48", "--set", "map_side=64", "--set",
               "parts=8", "--threads", "1", (char *)NULL);
         _exit(127);
     }

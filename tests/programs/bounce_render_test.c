@@ -40,7 +40,7 @@ static const bounds rsm_indirect = { 0.15, 0.02, 0.95 };
 /* 256 VPLs against 1024 paths, whose noise is 0.048; measured 0.140, mean 1.001, ssim 0.966. Without shadows (against
    4096 paths) it is 0.266, 1.14 and 0.927: each bound alone tells. */
 static const bounds ism_indirect = { 0.2, 0.04, 0.95 };
-#define ISM "--set vpls=256 --set points=4096 --samples 256"
+#define ISM "--set vpl_count=256 --set surfel_count=4096 --samples 256"
 #define ISM_REFERENCE "--samples 1024 --set bounces=1"
 
 static void direct_light_of_rsm(void **state)
@@ -96,7 +96,7 @@ static void shadow_map_of_ism_counts(void **state)
     for (int i = 0; i < 2; i++) {
         char line[256];
         snprintf(line, sizeof line, "--technique ism --backend %s --scene builtin:knot --size 16x12 --set bounces=0 "
-                 "--set shadow=64 --out now.pfm --json - --light ", ways[i]);
+                 "--set shadow_map_side=64 --out now.pfm --json - --light ", ways[i]);
         strcat(line, "point:0,2,0");
         render_or_skip(line);
         assert_true(number("memory_bytes") == 32 * 32 * 4 && number("peak_bytes") == 32 * 32 * 4);
@@ -126,7 +126,7 @@ static void light_from_the_ground(const char *technique)
 {
     static const bounds most = { 0.25, 0.05, 0.8 };
     char arguments[128];
-    snprintf(arguments, sizeof arguments, "%s %s", technique, "--set lights=32");
+    snprintf(arguments, sizeof arguments, "%s %s", technique, "--set light_point_count=32");
     compare_parts(KNOT " --env builtin:sky", "indirect", strncmp(technique, "rsm", 3) == 0 ? arguments : technique,
                   RSM_REFERENCE, most);
     compare_parts(KNOT " --light sun:0.48,0.8,0.36", "indirect", technique, RSM_REFERENCE, most);
@@ -147,7 +147,7 @@ static void light_from_the_ground_of_rsm_on_gl(void **state)
 static void light_from_the_ground_of_ism(void **state)
 {
     (void)state;
-    light_from_the_ground("ism --set visibility=0 --samples 1024");
+    light_from_the_ground("ism --set no_maps=1 --samples 1024");
 }
 
 /* Maps of directions cover the ground near the knot, not to the horizon: there, no shadow was left (0.274, mean 1.07,

@@ -195,15 +195,18 @@ static void render_arguments(void **state)
         { KNOT "--camera 1,2,3,0,0,0,180", "fovy" }, { KNOT "--camera 1,2,3,0,0,nan,40", "--camera" },
         { KNOT "--light lamp:1,2,3", "lamp" }, { KNOT "--light sun:0,0,0", "zero" }, { KNOT "--light sun:0,1", "sun:" },
         { KNOT "--light sun:0,1,0,1,2", "sun:" }, { KNOT "--light sun:0,1,0,-1", "negative" },
-        { KNOT "--light sun:0,1,0,1e13", "1e12" },
+        { KNOT "--light sun:0,1,0,1e13", "1e12" }, { KNOT "--light sphere:0,3,0,1e38,1", "-1e9 to 1e9" },
+        { KNOT "--light rect:0,3,0,1e39,0,0,0,0,1", "-1e9 to 1e9" }, { KNOT "--camera 0,0,1e39,0,0,0,40", "1e9" },
         { KNOT "--light sphere:0,1,0,0", "radius" }, { KNOT "--light rect:0,0,0,1,0,0,2,0,0", "area" },
         { KNOT "--light line:0,0,0,0,0,0,1", "length" }, { KNOT "--light spot:0,0,0,0,1,0,400", "degrees" },
         { KNOT "--light disc:0,0,0,0,1,0,1,inf", "disc:" },
-        { KNOT "--set bounces", "key=value" }, { KNOT "--set colour=1", "unknown key" },
+        { KNOT "--set bounces", "key=value" }, { KNOT "--set colour=1", "unknown key for this technique (see" },
+        { KNOT_OF("ism") "--set tile=64", "unknown key for this technique; nearest is tile_side (see" },
+        { KNOT_OF("rsm") "--set light_points=4", "nearest is light_point_count" },
         { KNOT "--set ev=bright", "auto" },
         { KNOT "--set materials=shiny", "diffuse|full" }, { KNOT "--set aa=0", "1 to 16" },
         { KNOT_OF("rsm") "--set interleave=3", "0|1|2|4|8" }, { KNOT_OF("rsm") "--set step=9", "8|16" },
-        { KNOT_OF("ism") "--set tile=9", "8|16" }, { KNOT_OF("ism") "--samples 0", "1 to 16384" },
+        { KNOT_OF("ism") "--set tile_side=9", "8|16" }, { KNOT_OF("ism") "--samples 0", "1 to 16384" },
         { FIELD "--set shells=1", "0 or an integer from 2 to 64" }, { FIELD "--set position_side=1", "from 2 to 64" },
     };
     static const char *const bad_reference[][2] = {
@@ -230,7 +233,7 @@ static void render_fails(void **state)
     expect_line("render", KNOT_OF("rsm") "--light sphere:0,9,0,2,1e12", 1, "light.value is ");     /* a header's log */
     expect_line("render", "--technique csm --scene builtin:knot --env %s/missing.hdr --out %s/x.png", 1,
                 "missing.hdr");
-    expect_line("render", "--technique csm --scene builtin:knot --size 8x6 --samples 1 --set side=2 --set m=4 "
+    expect_line("render", "--technique csm --scene builtin:knot --size 8x6 --samples 1 --set side=2 --set map_side=4 "
                 "--out %s/no/x.png", 1,
                 "x.png");
     if (has_reference())
@@ -305,6 +308,15 @@ static void bench_arguments(void **state)
     expect_line("bench", "", 2, "bench NAME|all");
 }
 
+static void gallery_arguments(void **state)
+{
+    (void)state;
+    expect_version("gallery");
+    expect_help("gallery", "--help", "usage: gallery");
+    expect_line("gallery", "", 2, "usage: gallery");
+    expect_line("gallery", "%s/nowhere", 1, "gallery.tsv");
+}
+
 /* Without a window: arguments are looked at first. */
 static void viewer_arguments(void **state)
 {
@@ -374,8 +386,8 @@ static void render_unlit_scene(void **state)
     assert_int_equal(run("render", UNLIT("rsm") "--out %s/none.pfm"), 0);
     assert_int_equal(run("render", UNLIT("rsm") "--light sun:0.48,0.8,0.36 --out %s/sun.pfm"), 0);
     same_files("none.pfm", "sun.pfm", 1);
-    assert_int_equal(run("render", UNLIT("ism") "--set vpls=16 --out %s/none.pfm"), 0);
-    assert_int_equal(run("render", UNLIT("ism") "--set vpls=16 --light sun:0.48,0.8,0.36 --out %s/sun.pfm"), 0);
+    assert_int_equal(run("render", UNLIT("ism") "--set vpl_count=16 --out %s/none.pfm"), 0);
+    assert_int_equal(run("render", UNLIT("ism") "--set vpl_count=16 --light sun:0.48,0.8,0.36 --out %s/sun.pfm"), 0);
     same_files("none.pfm", "sun.pfm", 1);
     assert_int_equal(run("render", UNLIT("envshadow") "--out %s/none.pfm"), 0);
     assert_int_equal(run("render", UNLIT("envshadow") "--env builtin:sky --out %s/sun.pfm"), 0);
@@ -487,6 +499,7 @@ int main(void)
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
         cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_help),
         cmocka_unit_test(bench_arguments),
+        cmocka_unit_test(gallery_arguments),
         cmocka_unit_test(viewer_arguments),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
         cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_unlit_scene),

@@ -252,13 +252,40 @@ static int close_all(void **state)
     return rmdir(folder);
 }
 
+static void a_thousand_lights_are_the_most(void **state)
+{
+    char error[EX_ERROR_SIZE];
+    (void)state;
+    for (long count = 1000; count <= 1001; count++) {
+        ex_scene scene;
+        FILE *file = fopen(file_name, "wb");
+        int result;
+        assert_non_null(file);
+        fputs("{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"KHR_lights_punctual\"],\"extensions\":"
+              "{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"point\"}]}}," TRIANGLE ",\"nodes\":[{\"mesh\":0}", file);
+        repeat(file, ",{\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}", count);
+        fputs("],\"scenes\":[{\"nodes\":[0", file);
+        for (long k = 1; k <= count; k++) fprintf(file, ",%ld", k);
+        fputs("]}]}", file);
+        assert_int_equal(fclose(file), 0);
+        result = ex_scene_load(&scene, file_name, error);
+        if (result != 0 && strstr(error, "libtinygltf-dev")) skip();
+        assert_int_equal(result, count > 1000 ? -1 : 0);
+        if (result == 0) {
+            assert_int_equal(scene.light_count, 1000);
+            ex_scene_free(&scene);
+        } else assert_non_null(strstr(error, "more than 1000 lights"));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arrays_in_arrays),       cmocka_unit_test(objects_in_objects),
         cmocka_unit_test(names_that_are_no_files), cmocka_unit_test(pictures_larger_than_memory),
         cmocka_unit_test(trees_deep_and_wide),    cmocka_unit_test(lists_of_millions),
-        cmocka_unit_test(names_a_terminal_obeys), cmocka_unit_test(the_limit_is_the_users)
+        cmocka_unit_test(names_a_terminal_obeys), cmocka_unit_test(the_limit_is_the_users),
+        cmocka_unit_test(a_thousand_lights_are_the_most)
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

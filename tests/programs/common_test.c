@@ -286,6 +286,49 @@ static void hdr_files_load(void **state)
     check_error(error);
 }
 
+/* Rows of run lengths: a whole file of two rows is read. With any byte missing at its end it is refused, and so are
+   runs of no texel, runs beyond the row, and a size that would take more than the limit. */
+static void damaged_hdr_files_are_refused(void **state)
+{
+    static const char head[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n";
+    static const char row[] = "\2\2\0\10" "\210\100" "\210\40" "\4\1\2\3\4\204\5" "\210\201";
+    static const char *const broken[] = { "\2\2\0\10\0\0\0\0\0\0",
+                                          "\2\2\0\10\211\100\210\40\210\5\210\201",
+                                          "\2\2\0\11\210\100\210\40\210\5\210\201" };
+    static const char *const sizes[] = { "-Y 100000 +X 100000", "-Y 0 +X 8", "-Y 8 -X 8", "-Y 4096 +X 8192" };
+    char text[200], error[EX_ERROR_SIZE];
+    size_t length = sizeof head - 1, all = length + 2 * (sizeof row - 1);
+    ex_sky sky;
+    (void)state;
+    memcpy(text, head, length);
+    memcpy(text + length, row, sizeof row - 1);
+    memcpy(text + length + sizeof row - 1, row, sizeof row - 1);
+    write_bytes("a.hdr", text, all);
+    if (ex_sky_load(&sky, in_folder("a.hdr"), error) != 0 && strstr(error, "without stb")) skip();
+    assert_int_equal(sky.height, 2);
+    assert_near(sky.rgb[3 * 8], 0.5, 1e-6);
+    assert_near(sky.rgb[3 * 10 + 2], 3 / 128.0, 1e-6);
+    ex_sky_free(&sky);
+    for (size_t cut = length - 3; cut < all; cut++) {
+        write_bytes("a.hdr", text, cut);
+        assert_int_equal(ex_sky_load(&sky, in_folder("a.hdr"), error), -1);
+        check_error(error);
+        assert_null(sky.rgb);
+    }
+    for (size_t i = 0; i < sizeof broken / sizeof *broken; i++) {
+        memcpy(text + length, broken[i], 10);
+        write_bytes("a.hdr", text, all);
+        assert_int_equal(ex_sky_load(&sky, in_folder("a.hdr"), error), -1);
+        assert_non_null(strstr(error, "damaged"));
+    }
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        int count = snprintf(text, sizeof text, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n%s\n", sizes[i]);
+        write_bytes("a.hdr", text, (size_t)count);
+        assert_int_equal(ex_sky_load(&sky, in_folder("a.hdr"), error), -1);
+        assert_non_null(strstr(error, i == 0 || i == 3 ? "--limit-memory" : "no line -Y"));
+    }
+}
+
 /* ---- scenes by code ---- */
 
 typedef struct edge { float p[2][3]; int direction; } edge;
@@ -564,6 +607,7 @@ int main(void)
         cmocka_unit_test(sky_lookup_returns_the_texel_at_its_centre),
         cmocka_unit_test(built_in_skies_have_their_energy),
         cmocka_unit_test(hdr_files_load),
+        cmocka_unit_test(damaged_hdr_files_are_refused),
         cmocka_unit_test(every_built_in_scene_is_sound),
         cmocka_unit_test(closed_meshes_are_closed_and_face_outwards),
         cmocka_unit_test(knot_is_a_tube_of_the_right_volume),

@@ -14,20 +14,20 @@ static void agree(const char *scene)
 static void sky_on_instances(void **state)
 {
     (void)state;
-    agree("--scene builtin:chess --samples 16 --set side=16 --set m=48 --set filter=pcf");
+    agree("--scene builtin:chess --samples 16 --set side=16 --set map_side=48 --set filter=pcf");
 }
 
 static void emitter_in_a_room(void **state)
 {
     (void)state;
-    agree("--scene builtin:cornell --samples 16 --set light_side=3 --set light_m=48");
+    agree("--scene builtin:cornell --samples 16 --set light_side=3 --set light_map_side=48");
 }
 
 static void sun_lamp_and_spot_on_glossy_leaves(void **state)
 {
     (void)state;
-    agree("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_m=48 "
-          "--set hard_m=128 --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
+    agree("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_map_side=48 "
+          "--set hard_map_side=128 --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
 }
 
 static void cornell_matches_reference(void **state)

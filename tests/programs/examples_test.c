@@ -68,9 +68,22 @@ static void probes_print_what_was_looked_at(void **state)
     assert_non_null(strstr(output, "three walls leave 0.3308 of all directions: wavelets 0.3308"));
 }
 
+/* What 06b writes for other APIs is a shader that compiles for Vulkan, a block and a light. */
+static void own_api_example_writes_a_shader(void **state)
+{
+    char command[200];
+    (void)state;
+    assert_int_equal(run("06b_csm_own_api", "own"), 0);
+    assert_non_null(strstr(output, "lights: 10 texels"));
+    if (system("command -v glslangValidator > /dev/null 2>&1") != 0) return;
+    snprintf(command, sizeof command, "cd %s && glslangValidator -V own.comp -o own.spv > /dev/null", folder);
+    assert_int_equal(system(command), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(examples_draw_what_was_looked_at),
-                                        cmocka_unit_test(probes_print_what_was_looked_at) };
+                                        cmocka_unit_test(probes_print_what_was_looked_at),
+                                        cmocka_unit_test(own_api_example_writes_a_shader) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -8,14 +8,15 @@
 
 static void agree(const char *scene)
 {
-    compare_back_ends("ism --size 48x36 --set vpls=64 --set points=256 --set tile=32 --set rsm=32 --set shadow=128",
+    compare_back_ends("ism --size 48x36 --set vpl_count=64 --set surfel_count=256 --set tile_side=32 "
+                      "--set rsm_side=32 --set shadow_map_side=128",
                       0.02, scene);
 }
 
 static void emitter_in_a_room(void **state)
 {
     (void)state;
-    agree("--scene builtin:cornell --set near=sphere");
+    agree("--scene builtin:cornell --set near_mode=sphere");
 }
 
 static void leaves_under_a_sky(void **state)
@@ -46,7 +47,7 @@ static void two_bounces_round_a_corner(void **state)
 static void moving_cloth(void **state)
 {
     (void)state;
-    agree("--scene builtin:cloth --frames 3 --set lazy=2");
+    agree("--scene builtin:cloth --frames 3 --set lazy_frames=2");
 }
 
 /* The share that a rule takes off light near by is the CPU's. 64 VPLs, 16 of them a pixel. Depths differ by rounding:
@@ -60,8 +61,8 @@ static void lost_energy(void **state)
         for (int gl = 0; gl < 2; gl++) {
             char arguments[512];
             snprintf(arguments, sizeof arguments, "--technique ism --backend %s --scene builtin:cornell --size 48x36 "
-                     "--samples 16 --set vpls=64 --set points=256 --set tile=32 --set rsm=32 --set only=indirect "
-                     "--set near=%s --json - --out lost.pfm", gl ? "gl" : "cpu", rules[i]);
+                     "--samples 16 --set vpl_count=64 --set surfel_count=256 --set tile_side=32 --set rsm_side=32 "
+                     "--set only=indirect --set near_mode=%s --json - --out lost.pfm", gl ? "gl" : "cpu", rules[i]);
             render_or_skip(arguments);
             lost[gl] = number("lost_energy");
         }

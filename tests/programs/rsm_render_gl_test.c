@@ -13,43 +13,43 @@ static void agree(const char *scene)
 static void emitter_in_a_room(void **state)
 {
     (void)state;
-    agree("--scene builtin:cornell --samples 64 --set m=64 --set lights=2");
+    agree("--scene builtin:cornell --samples 64 --set side=64 --set light_point_count=2");
 }
 
 static void spot_interpolated(void **state)
 {
     (void)state;
     agree("--scene builtin:cornell --set emitters=0 --light spot:0.278,0.54,0.1,0,-0.8,0.6,70,2 --set only=indirect "
-                      "--samples 100 --set m=64 --set mode=interpolated --set pattern=mixed");
+                      "--samples 100 --set side=64 --set mode=interpolated --set pattern=mixed");
 }
 
 static void lamps_denoised_over_frames(void **state)
 {
     (void)state;
     agree("--scene builtin:uroom --light point:0.3,1.2,0.2 --light spot:0,1.5,0.5,0,-1,0.1,150 --samples 64 "
-                      "--set m=48 --set mode=denoised --frames 3");
+                      "--set side=48 --set mode=denoised --frames 3");
 }
 
 static void sun_on_instances_and_leaves(void **state)
 {
     (void)state;
-    agree("--scene builtin:chess --samples 200 --set m=256");
-    agree("--scene builtin:plant --samples 200 --set m=256 --light sun:1,1,1");
+    agree("--scene builtin:chess --samples 200 --set side=256");
+    agree("--scene builtin:plant --samples 200 --set side=256 --light sun:1,1,1");
 }
 
 static void a_board_with_holes(void **state)
 {
     (void)state;
     need_masked();
-    agree("--scene " MASKED " --samples 100 --set m=256 --light sun:0.3,0.9,0.2");
+    agree("--scene " MASKED " --samples 100 --set side=256 --light sun:0.3,0.9,0.2");
 }
 
 static void cloth_moves(void **state)
 {
     (void)state;
-    agree("--scene builtin:cloth --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 --set "
-          "noise=1");
-    agree("--scene builtin:robots --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=poisson");
+    agree("--scene builtin:cloth --samples 100 --set side=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 "
+          "--set noise=1");
+    agree("--scene builtin:robots --samples 100 --set side=256 --light sun:1,2,1 --frames 2 --set pattern=poisson");
 }
 
 int main(void)

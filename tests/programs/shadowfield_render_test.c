@@ -4,7 +4,7 @@
 #include "program.h"
 
 /* Small fields: this is about what follows the time, not about quality. */
-#define SMALL " --set position_side=2 --set shells=3 --set spacing=0.1"
+#define SMALL " --set position_side=2 --set shells=3 --set point_spacing=0.1"
 
 /* Where render kept the first frame's field, the mean was 1.37 at frame 8 (and 26 at frame 40). 0.15: frames 8 and 16
    with fields this small are off by 0.01 and 0.09, frame 40 with position_side=6 by 0.02. */
@@ -16,8 +16,8 @@ static void video_follows_time(void **state)
     need_reference();
     snprintf(line, sizeof line, "--technique reference --samples 256 %s ref.pfm", scene);
     expect(0, "", line);
-    snprintf(line, sizeof line, "--technique shadowfield %s a.pfm" SMALL " --set source_side=3 --set source_shells=6",
-             scene);
+    snprintf(line, sizeof line, "--technique shadowfield %s a.pfm" SMALL " --set source_position_side=3 "
+             "--set source_shells=6", scene);
     expect(0, "", line);
     assert_int_equal(run("compare", "a.pfm ref.pfm"), 0);
     printf("frame 8 of a blast: mean_ratio %.3f\n", number("mean_ratio"));
@@ -37,14 +37,14 @@ static void deforming_meshes_are_refused(void **state)
 static void lazy_frames_are_the_same(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:knot --set still=1 --env builtin:overcast "
-                                "--size 32x18 --set position_side=2 --set shells=3 --set spacing=0.4";
+                                "--size 32x18 --set position_side=2 --set shells=3 --set point_spacing=0.4";
     char line[400];
     (void)state;
-    snprintf(line, sizeof line, "%s --set lamps=2 --frames 3 --out a.pfm", scene);
+    snprintf(line, sizeof line, "%s --set lamp_count=2 --frames 3 --out a.pfm", scene);
     expect(0, "", line);
-    snprintf(line, sizeof line, "%s --set lamps=2 --out first.pfm", scene);
+    snprintf(line, sizeof line, "%s --set lamp_count=2 --out first.pfm", scene);
     expect(0, "", line);
-    snprintf(line, sizeof line, "%s --set lamps=2 --frames 3 --set lazy=1 --out b.pfm --json -", scene);
+    snprintf(line, sizeof line, "%s --set lamp_count=2 --frames 3 --set lazy=1 --out b.pfm --json -", scene);
     expect(0, "", line);
     printf("points times lights that were kept: %.0f of %.0f\n", number("reused"), 3 * number("points"));
     assert_true(number("reused") > 0.9 * 3 * number("points"));      /* a lamp may have passed the knot's middle */
@@ -60,7 +60,7 @@ static void lazy_frames_are_the_same(void **state)
 static void baked_fields_are_used(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:knot --env builtin:overcast --size 32x18 "
-                                "--set shells=3 --set spacing=0.4";
+                                "--set shells=3 --set point_spacing=0.4";
     char line[400];
     (void)state;
     if (run("bake", "shadowfield builtin:knot -o knot.sf --set shells=3 --set position_side=4") != 0)
@@ -109,8 +109,8 @@ static void bake(const char *arguments)
     if (run("bake", arguments) != 0) fail_msg("bake %s: %s", arguments, output);
 }
 
-#define LAMP "--technique shadowfield --size 48x27 --camera 0,1.4,3.5,0,0.2,0,40 --set ground=0 --set spacing=0.1 " \
-             "--set shells=4 "
+#define LAMP "--technique shadowfield --size 48x27 --camera 0,1.4,3.5,0,0.2,0,40 --set ground=0 " \
+             "--set point_spacing=0.1 --set shells=4 "
 
 /* Of one lamp: with what bake wrote the picture is that of what render builds, to the bit; of another lamp the file is
    refused. position_side=2 would give another picture. */
@@ -135,13 +135,13 @@ static void baked_sources_are_used(void **state)
                  bases[b]);
         expect(0, "", line);
         assert_true(number("source_bytes") > 1000);
-        snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 --set source_side=2 "
-                 "--baked source.sf --out baked.pfm", bases[b]);
+        snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 "
+                 "--set source_position_side=2 --baked source.sf --out baked.pfm", bases[b]);
         expect(0, "", line);
         assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
         if (!(number("rmse") <= 0 && number("pixels") > 100)) fail_msg("%s: %s", bases[b], output);
-        snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 --set source_side=2 "
-                 "--out other.pfm", bases[b]);
+        snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 "
+                 "--set source_position_side=2 --out other.pfm", bases[b]);
         expect(0, "", line);
         assert_int_equal(run("compare", "other.pfm built.pfm"), 0);
         assert_true(number("relative_rmse") > 1e-4);
@@ -158,7 +158,7 @@ static void baked_sources_are_used(void **state)
 static void baked_files_go_together(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:robots --size 32x18 --set shells=4 "
-                                "--set spacing=0.2 --set position_side=3 ";
+                                "--set point_spacing=0.2 --set position_side=3 ";
     char line[500];
     (void)state;
     bake("shadowfield builtin:robots -o body.sf --set node=body --set shells=4 --set position_side=3");
@@ -171,7 +171,7 @@ static void baked_files_go_together(void **state)
     expect(0, "", line);
     assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
     assert_true(number("rmse") <= 0 && number("pixels") > 100);
-    snprintf(line, sizeof line, "%s --set spacing=0.21 --baked points.sf --out x.pfm", scene);
+    snprintf(line, sizeof line, "%s --set point_spacing=0.21 --baked points.sf --out x.pfm", scene);
     expect(1, "points.sf: the field of another object", line);
     snprintf(line, sizeof line, "%s --baked points.sf --baked none.sf --out x.pfm", scene);
     expect(1, "none.sf", line);
@@ -181,8 +181,8 @@ static void baked_files_go_together(void **state)
 /* The film of a fire: the file is of its first picture, and the next ones are built. */
 static void baked_video_goes_on(void **state)
 {
-    static const char scene[] = "--technique shadowfield --scene builtin:explosion --size 32x18 --set source_side=2 "
-                                "--set source_shells=3" SMALL;
+    static const char scene[] = "--technique shadowfield --scene builtin:explosion --size 32x18 "
+                                "--set source_position_side=2 --set source_shells=3" SMALL;
     char line[500];
     (void)state;
     bake("shadowfield builtin:explosion -o fire.sf --set kind=source --set node=fire --set shells=3 "

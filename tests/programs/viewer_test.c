@@ -201,7 +201,7 @@ static void shows_what_render_writes(void **state)
     if (!line || sscanf(line, "viewer-001.pfm, %u frames", &frames) != 1 || frames == 0) fail_msg("out: %s", text);
     snprintf(command, sizeof command,
              "%s/render --technique csm --scene builtin:uroom --size 160x120 --samples 16 --frames %u --set side=64 "
-             "--set m=64 --set order=hilbert --out %s/render.pfm",
+             "--set map_side=64 --set order=hilbert --out %s/render.pfm",
              build_folder(), frames, folder);
     assert_int_equal(system(command), 0);
     assert_true(relative_rmse("viewer-001.pfm", "render.pfm") < 1e-3);
@@ -284,6 +284,20 @@ static void fields_example_draws(void **state)
     assert_true(torus[0] > torus[2] + 10);
 }
 
+/* The bowl's rim and its outside throw shadows into it and onto the floor. */
+static void own_shadow_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("09b_shadowfield_gl_passes", 640, 400);
+    const unsigned char *lit = p + 3 * (150 * 640 + 270), *dark = p + 3 * (140 * 640 + 400);
+    const unsigned char *ground = p + 3 * (270 * 640 + 500), *shadow = p + 3 * (235 * 640 + 260);
+    (void)state;
+    assert_in_range(lit[0], 120, 200);
+    assert_true(dark[0] + 80 < lit[0]);
+    assert_in_range(ground[0], 180, 255);
+    assert_true(shadow[0] + 100 < ground[0]);
+    assert_true(lit[0] > lit[2] + 20);
+}
+
 /* The red floor lights the ceiling, gets none of its own light, and the block is darker towards it than the ceiling. */
 static void vpls_example_draws(void **state)
 {
@@ -292,6 +306,21 @@ static void vpls_example_draws(void **state)
     (void)state;
     assert_true(ceiling[0] > 150 && ceiling[0] > ceiling[2] + 5);
     assert_true(ground[0] < 10);
+}
+
+/* The red wall lights floor and ceiling, and the plate shadows the floor. The wall does not light itself. */
+static void shadowed_bounce_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("10b_rsm_ism_gl_minimal", 640, 480);
+    const unsigned char *ceiling = p + 3 * (80 * 640 + 220), *ground = p + 3 * (395 * 640 + 230);
+    const unsigned char *shadow = p + 3 * (382 * 640 + 420), *spot = p + 3 * (190 * 640 + 170);
+    const unsigned char *wall = p + 3 * (300 * 640 + 160);
+    (void)state;
+    assert_true(spot[0] > 200 && spot[0] > spot[2] + 60);
+    assert_true(ceiling[0] > 150 && ceiling[0] > ceiling[2] + 60);
+    assert_in_range(ground[0], 80, 160);
+    assert_true(shadow[0] < 50);
+    assert_true(wall[0] < 10);
 }
 
 /* The block's side away from the sun: the sky alone would make it blue, the sun's light from the red wall makes it red.
@@ -322,6 +351,34 @@ static void deferred_example_draws(void **state)
     assert_in_range(behind[2], 185, 187);
     assert_true(ring[0] > 240 && ring[0] > ring[2] + 60);
     assert_true(dark[0] + 40 < lit[0] && dark[0] > 60);
+}
+
+/* More than half of the pixels are lit ground, so the median is theirs: by the exposure of 0.3 over the middle of their
+   bin, a quarter of a power of two wide, they are 127 to 137. All pixels are counted, and the sky is the brightest. */
+static void compute_example_draws(void **state)
+{
+    static unsigned char picture[15 + 3 * 640 * 400 + 1];
+    const unsigned char *p = picture + 15, *lit = p + 3 * (380 * 640 + 320), *dark = p + 3 * (330 * 640 + 250);
+    const unsigned char *torus = p + 3 * (230 * 640 + 320);
+    char command[600], said[100] = "";
+    int status;
+    (void)state;
+    need();
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/14_own_compute_gl %s/own.ppm > %s/said",
+             build_folder(), folder, folder);
+    status = system(command);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 77) {
+        puts("skip: no OpenGL 4.3");
+        skip();
+    }
+    assert_int_equal(status, 0);
+    assert_int_equal(read_file("own.ppm", picture, sizeof picture), 15 + 3 * 640 * 400);
+    assert_in_range(read_file("said", (unsigned char *)said, sizeof said - 1), 20, 99);
+    assert_ptr_equal(strstr(said, "256000 pixels, from "), said);
+    assert_in_range(lit[0], 127, 137);
+    assert_true(dark[0] + 40 < lit[0] && dark[0] > 20);
+    assert_true(torus[0] > torus[2] + 10);
 }
 
 /* ---- drag and drop ---- */
@@ -454,8 +511,10 @@ int main(int count, char **values)
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
         cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
-        cmocka_unit_test(fields_example_draws), cmocka_unit_test(vpls_example_draws),
+        cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
+        cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
         cmocka_unit_test(sky_and_bounce_example_draws), cmocka_unit_test(deferred_example_draws),
+        cmocka_unit_test(compute_example_draws),
     };
     char path[600], here[512];
     if (count == 4 && strcmp(values[1], "--drop") == 0) return drop(values[2], values[3]);

@@ -58,25 +58,25 @@ static void csm(void **state)
 static void shadow_field(void **state)
 {
     (void)state;
-    same_after_others("shadowfield --scene builtin:knot --set position_side=2 --set spacing=0.3");
+    same_after_others("shadowfield --scene builtin:knot --set position_side=2 --set point_spacing=0.3");
 }
 
 static void envshadow(void **state)
 {
     (void)state;
-    same_after_others("envshadow --scene builtin:knot --set lights=16");
+    same_after_others("envshadow --scene builtin:knot --set light_count=16");
 }
 
 static void rsm(void **state)
 {
     (void)state;
-    same_after_others("rsm --scene builtin:cornell --samples 32 --set m=32 --set mode=interpolated");
+    same_after_others("rsm --scene builtin:cornell --samples 32 --set side=32 --set mode=interpolated");
 }
 
 static void ism(void **state)
 {
     (void)state;
-    same_after_others("ism --scene builtin:cornell --set vpls=64");
+    same_after_others("ism --scene builtin:cornell --set vpl_count=64");
 }
 
 int main(void)

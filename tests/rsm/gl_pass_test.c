@@ -110,7 +110,7 @@ static rsm_gather_desc by_flux(uint32_t samples)
 
 /* ---- errors ---- */
 
-static void bad_arguments(void **state)
+static void bad_arguments_are_refused(void **state)
 {
     GL_TEST(t, state)
     rsm_light good = lamp_of(RSM_LIGHT_SUN, 1), bad;
@@ -250,7 +250,7 @@ static glbk_result frame(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r, co
     return result;
 }
 
-static void gl_fails_in_every_call(void **state)
+static void an_error_of_gl_comes_out_of_every_call(void **state)
 {
     GL_TEST(t, state)
     glbk_rsm_map map;
@@ -303,7 +303,7 @@ static void gl_fails_in_every_call(void **state)
 static void *no_memory(size_t size, void *user) { return (void)size, (void)user, (void *)NULL; }
 static void release(void *memory, void *user) { (void)user, free(memory); }
 
-static void no_memory_and_no_context(void **state)
+static void no_memory_and_a_lost_context_come_out(void **state)
 {
     GL_TEST(t, state)
     glbk_rsm_map map;
@@ -360,7 +360,7 @@ static void no_memory_and_no_context(void **state)
 
 /* ---- state ---- */
 
-static void hostile_state(void **state)
+static void light_is_the_same_from_a_hostile_state(void **state)
 {
     GL_TEST(t, state)
     static float calm[4 * PIXELS];
@@ -401,8 +401,10 @@ static void hostile_state(void **state)
 int main(int count, char **arguments)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(bad_arguments), gl_unit_test(gl_fails_in_every_call), gl_unit_test(no_memory_and_no_context),
-        gl_unit_test(hostile_state)
+        gl_unit_test(bad_arguments_are_refused),
+        gl_unit_test(an_error_of_gl_comes_out_of_every_call),
+        gl_unit_test(no_memory_and_a_lost_context_come_out),
+        gl_unit_test(light_is_the_same_from_a_hostile_state)
     };
     (void)count;
     GL_TEST_MAIN(arguments, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);

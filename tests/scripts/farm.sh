@@ -13,7 +13,7 @@ trap 'exit 1' HUP INT TERM
 passed=0 failed=0 skipped=0
 BAKE=$PWD/$build/bake
 export BAKE
-settings='--set side=12 --set m=32'
+settings='--set side=12 --set map_side=32'
 
 check() {       # check NAME FILE [OTHER]: equal; without another file, to what one process has baked
     if cmp -s "${3:-$dir/whole.csm}" "$2"; then

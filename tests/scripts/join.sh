@@ -42,13 +42,23 @@ an_unknown_mark_is_refused() {
 an_unknown_header_is_refused() { ! "$join" none.h; }
 a_missing_part_is_refused() { echo 'none.h' >> src/csm/parts.txt; ! "$join" csm.h; }
 a_part_without_a_last_line_end_is_refused() { printf 'x' >> src/csm/order.h; ! "$join" csm.h; }
+a_lean_header_loses_what_nothing_uses() {
+    printf '\nstatic int cohsm__of_pack(void) { return cohsm__of_this(); }\n\n' >> src/csm/pack.h
+    printf '\nstatic int cohsm__of_this(void) { return 1; }\n' >> src/csm/order.h
+    printf '\n#ifdef COHSM_WITHOUT_PACK\nenum { COHSM__LEAN = 1 };\n#else\nenum { COHSM__WHOLE = 1 };\n#endif\n' >> src/csm/order.h
+    "$join" csm.h && "$join" --to lean --without pack csm.h && grep -q cohsm__of_this csm.h && ! grep -q cohsm__of_this lean/csm.h &&
+        grep -q COHSM__LEAN lean/csm.h && ! grep -q COHSM__WHOLE lean/csm.h && ! grep -q 'ifdef COHSM_WITHOUT' lean/csm.h
+}
+a_lean_header_does_not_go_back() { "$join" --to lean --without pack csm.h && cp -r src before && ! "$join" --back lean/csm.h && diff -r src before; }
+an_unknown_optional_part_is_refused() { ! "$join" --to lean --without 'pack x86' csm.h; }
 lines_name_parts() { mkdir lined && "$join" --lines --to lined csm.h && grep -q '^#line 1 "src/csm/order.h"' lined/csm.h; }
 
 fresh "$@" && check 'every header is what its parts make' same_everywhere "$@"
 check 'a part that differs is found and joined' a_difference_is_found
 for test in an_edit_goes_back an_edit_of_a_unit_is_refused an_unknown_mark_is_refused an_unknown_header_is_refused \
-    a_missing_part_is_refused a_part_without_a_last_line_end_is_refused lines_name_parts; do
-    fresh "$@" && mkdir mended && check "$(echo $test | tr _ ' ')" $test
+    a_missing_part_is_refused a_part_without_a_last_line_end_is_refused lines_name_parts \
+    a_lean_header_loses_what_nothing_uses a_lean_header_does_not_go_back an_unknown_optional_part_is_refused; do
+    fresh "$@" && mkdir mended lean && check "$(echo $test | tr _ ' ')" $test
 done
 
 echo "join: $passed passed, $failed failed, 0 skipped"

@@ -222,6 +222,30 @@ static void every_header_bit(void **state)
     assert_true(accepted > 0);
 }
 
+/* Scales and biases are bounded by what a build can make: 1e4 of what hides, 1e20 of what shines. */
+static void numbers_that_no_build_makes(void **state)
+{
+    static const float scales[] = { 9e23f, -9e23f, 1e21f, 1e5f, INFINITY, NAN };
+    int k, i;
+    (void)state;
+    for (k = 0; k < FILES; k++) {
+        const int haar = k & 1, shines = k == 2 || k == 3, self = k == 4 || k == 5;
+        const uint32_t shells = self ? 0 : 2, samples = sfield__get_u32(files[k].data + 60);
+        const size_t at = 128 + 4 * (size_t)(shells + (haar ? samples + 1 : 0));
+        uint8_t *data = (uint8_t *)malloc(files[k].size);
+        assert_non_null(data);
+        for (i = 0; i < (int)(sizeof scales / sizeof *scales); i++) {
+            uint32_t bits;
+            memcpy(data, files[k].data, files[k].size);
+            memcpy(&bits, &scales[i], 4);
+            sfield__put_u32(data + at, bits);
+            mend(data, files[k].size);
+            assert_int_equal(try_file(data, files[k].size, 1), i == 3 && shines ? SFIELD_OK : SFIELD_ERR_FORMAT);
+        }
+        free(data);
+    }
+}
+
 static void mutate(uint8_t *data, size_t size, uint64_t *seed)
 {
     uint32_t n = 1 + rnd_below(seed, 4), i;
@@ -272,6 +296,7 @@ int main(void)
         cmocka_unit_test(shards_merge_to_the_same_bytes),
         cmocka_unit_test(every_truncation_is_refused),
         cmocka_unit_test(every_header_bit),
+        cmocka_unit_test(numbers_that_no_build_makes),
         cmocka_unit_test(mutations),
     };
     return cmocka_run_group_tests(tests, make_files, free_files);

@@ -255,7 +255,8 @@ static void row_products(uint32_t bands, const float *a, const float *b, size_t 
                           "        a[k] = layer(k / 4)[k % 4];\n"
                           "        b[k] = layer(layers + k / 4)[k % 4];\n"
                           "    }\n"
-                          "    sfield_product(glbk_sfield_contents.parts.xy, a, b, v);\n"),
+                          "    uvec2 terms = uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count);\n"
+                          "    sfield_product(terms, a, b, v);\n"),
                in, (uint32_t)(2 * layers), count, r);
     ask_close(&w);
     free(in);

@@ -73,6 +73,55 @@ static void a_desc_says_which_field_has_which_value(void **state)
     model_free(&m);
 }
 
+/* What else a scene refuses, each with its value. */
+static void a_scene_says_what_it_refuses(void **state)
+{
+    static const float long_way[3] = { 0, 2, 0 }, up[3] = { 0, 1, 0 }, minus[3] = { 1, -1, 1 };
+    notes n = { "", 0 };
+    sfield_scene_desc desc;
+    sfield_scene *scene;
+    sfield_entity entity;
+    sfield_cache *cache;
+    sfield_points points;
+    uint32_t number[3];
+    size_t count;
+    float out[12];
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    memset(&entity, 0, sizeof entity);
+    memset(&points, 0, sizeof points);
+    desc.bands = 2;
+    desc.system.log = note;
+    desc.system.user = &n;
+    assert_int_equal(sfield_scene_create(&desc, &scene), SFIELD_OK);
+    entity.time = NAN;
+    said(&n, sfield_scene_entities(scene, &entity, 1), SFIELD_ERR_INPUT,
+         "sfield_scene_entities: entities[0] has a time that is not finite");
+    said(&n, sfield_scene_environment(scene, up, 1, 0, NULL), SFIELD_ERR_ARGUMENT,
+         "sfield_scene_environment: height is 0; it must be 1..65536");
+    said(&n, sfield_scene_environment(scene, up, 65537, 1, NULL), SFIELD_ERR_ARGUMENT,
+         "sfield_scene_environment: width is 65537; it must be 1..65536");
+    said(&n, sfield_scene_turn(scene, NULL), SFIELD_ERR_ARGUMENT, "sfield_scene_turn: rotation is NULL");
+    said(&n, sfield_scene_sun(scene, long_way, up), SFIELD_ERR_INPUT,
+         "sfield_scene_sun: the length of direction is 2; it must be 1 (0.97..1.03)");
+    said(&n, sfield_scene_sun(scene, up, minus), SFIELD_ERR_INPUT,
+         "sfield_scene_sun: irradiance[1] is -1; it must be 0..1e18");
+    said(&n, sfield_scene_sky(scene, NULL), SFIELD_ERR_ARGUMENT, "sfield_scene_sky: coefs is NULL");
+    said(&n, sfield_cache_create(scene, 1, 1, NULL), SFIELD_ERR_ARGUMENT, "sfield_cache_create: out is NULL");
+    said(&n, sfield_cache_create(scene, 0, 1, &cache), SFIELD_ERR_ARGUMENT,
+         "sfield_cache_create: point_count is 0; it must be 1..2^31 - 1");
+    said(&n, sfield_cache_create(scene, 1, 65537, &cache), SFIELD_ERR_ARGUMENT,
+         "sfield_cache_create: light_count is 65537; it must be 1..65536");
+    said(&n, sfield_sparse(&points, 1, &desc.system, number, &count, NULL, out), SFIELD_ERR_ARGUMENT,
+         "sfield_sparse: sources is NULL");
+    sfield_scene_free(scene);
+    desc.basis = SFIELD_BASIS_HAAR;
+    desc.bands = 0;
+    assert_int_equal(sfield_scene_create(&desc, &scene), SFIELD_OK);
+    said(&n, sfield_scene_sky(scene, out), SFIELD_ERR_MISMATCH, "sfield_scene_sky: scene has wavelets, not harmonics");
+    sfield_scene_free(scene);
+}
+
 static void a_bad_mesh_says_which_index_of_which_triangle(void **state)
 {
     static const float p[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
@@ -239,6 +288,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_desc_says_which_field_has_which_value),
+        cmocka_unit_test(a_scene_says_what_it_refuses),
         cmocka_unit_test(a_bad_mesh_says_which_index_of_which_triangle),
         cmocka_unit_test(indices_of_16_bits_build_the_same_bytes),
         cmocka_unit_test(files_and_tables_say_why_they_are_refused),

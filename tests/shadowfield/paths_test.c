@@ -423,7 +423,9 @@ static void bundles_are_as_single_points(void **state)
     }
 }
 
-static void a_video_seen_from_all_sides(void **state)
+/* Points all round a lamp of several frames, or so close together that they share the samples of its field: their light
+   is the dot product with what sfield_query mixes from the frames before and after. */
+static void see_a_video(int together)
 {
     enum { N = 35 };
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
@@ -435,7 +437,6 @@ static void a_video_seen_from_all_sides(void **state)
     float p[3 * N], n[3 * N], rgb[3 * N], coefs[3 * 16], bands[SFIELD_MAX_BANDS];
     uint64_t seed = 31;
     int simd, i, k, c;
-    (void)state;
     d.bands = 4;
     f = glow_field(&d);
     memset(&sd, 0, sizeof sd);
@@ -443,7 +444,7 @@ static void a_video_seen_from_all_sides(void **state)
         double v[3];
         rnd_direction(&seed, v);
         for (k = 0; k < 3; k++) {
-            p[3 * i + k] = (float)(v[k] * (1 + 0.1 * i));
+            p[3 * i + k] = (float)(together ? (k == 1 ? 2.0 : 0.7) + 1e-3 * v[k] : v[k] * (1 + 0.1 * i));
             n[3 * i + k] = (float)-v[k];
         }
     }
@@ -479,6 +480,18 @@ static void a_video_seen_from_all_sides(void **state)
         sfield_scene_free(s);
     }
     sfield_free(f);
+}
+
+static void a_video_seen_from_all_sides(void **state)
+{
+    (void)state;
+    see_a_video(0);
+}
+
+static void a_video_seen_from_one_place(void **state)
+{
+    (void)state;
+    see_a_video(1);
 }
 
 /* Suns taken away and set anew, and a sky that turns, are what setting all of it anew is, bit by bit. */
@@ -531,6 +544,7 @@ int main(void)
         cmocka_unit_test(wavelets_by_all_vectors),
         cmocka_unit_test(bundles_are_as_single_points),
         cmocka_unit_test(a_video_seen_from_all_sides),
+        cmocka_unit_test(a_video_seen_from_one_place),
         cmocka_unit_test(a_sun_moves_and_the_sky_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -351,6 +351,125 @@ static double stale_by(sfield_scene *s, sfield_points *set, size_t count, float 
     return worst;
 }
 
+/* A body that moves drops the T of lights behind it alone, and nothing where it is out of reach or below the horizon
+   (paper 4.2). What is kept equals what a fresh cache computes, to the bit. */
+static void t79_a_body_drops_what_lies_behind_it(void **state)
+{
+    enum { POINTS = 40, LIGHTS = 2, SLOTS = LIGHTS + 1 };
+    static const struct { int body, axis; float to; uint64_t reused; } moves[] = {
+        { 1, 1, 510, SLOTS * POINTS },      /* out of everybody's reach */
+        { 2, 1, -4, SLOTS * POINTS },       /* below the horizon of all */
+        { 0, 1, 4.001f, POINTS },           /* before the far lamp and the sky, behind the near lamp */
+        { 0, 1, 4.001f, SLOTS * POINTS },   /* nothing */
+        { 1, 1, 12, 2 * POINTS },           /* comes in behind both lamps */
+        { 1, 1, 12.5f, 2 * POINTS },
+        { 0, 1, 4.1f, POINTS },
+    };
+    int b;
+    size_t m, i;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[5];
+        sfield_points set;
+        sfield_scene_stats stats;
+        float p[3 * POINTS], n[3 * POINTS], lazy[3 * POINTS], most = 0;
+        uint64_t seed = 4;
+        for (i = 0; i < 3 * POINTS; i++) {
+            p[i] = (float)rnd_in(&seed, -0.2, 0.2);
+            n[i] = i % 3 == 1;
+        }
+        e[0] = at(ball[b], NULL, 0.5, 4, 0);
+        e[1] = at(blob[b], NULL, 0, 500, 0);
+        e[2] = at(ball[b], NULL, 1, -3, 0);
+        e[3] = at(NULL, lamp[b], 1.4, 1.5, 0);
+        e[4] = at(NULL, lamp[b], -1, 8, 0);
+        memset(&set, 0, sizeof set);
+        set.count = POINTS;
+        set.positions = p;
+        set.normals = n;
+        set.rgb = lazy;
+        assert_int_equal(sfield_scene_environment(s, sky_one, 1, 1, NULL), SFIELD_OK);
+        assert_int_equal(sfield_scene_entities(s, e, 5), SFIELD_OK);
+        assert_int_equal(sfield_cache_create(s, POINTS, SLOTS, &set.cache), SFIELD_OK);
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        for (m = 0; m < sizeof moves / sizeof *moves; m++) {
+            e[moves[m].body].transform[12 + moves[m].axis] = moves[m].to;
+            set.rgb = lazy;                                           /* stale_by had its own */
+            assert_int_equal(sfield_scene_entities(s, e, 5), SFIELD_OK);
+            assert_int_equal(sfield_shade(s, &set, 1, &stats), SFIELD_OK);
+            if (stats.reused != moves[m].reused)
+                fail_msg("basis %d, move %d: %u of %u reused, expected %u", b, (int)m, (unsigned)stats.reused,
+                         (unsigned)stats.lights, (unsigned)moves[m].reused);
+            assert_true((stats.products > 0) == (moves[m].reused < SLOTS * POINTS));
+            assert_true(stale_by(s, &set, POINTS, &most) == 0);
+        }
+        assert_true(most > 0.3f);
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+    }
+}
+
+/* Points that nothing touched get the results of the frame before, whatever is asked for from frame to frame: other
+   points, the other result, while a body moves out of reach, and a sky, a lamp and a body that come and go. */
+static void t79_what_nothing_touched_is_as_before(void **state)
+{
+    enum { POINTS = 40 };
+    static const float half[3] = { 0.5f, 0.5f, 0.5f };
+    int b, frame, i;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[3];
+        sfield_points set;
+        sfield_scene_stats stats;
+        float p[3 * POINTS], n[3 * POINTS], lazy[4][POINTS], fresh[4][POINTS];
+        uint8_t visible[POINTS];
+        uint64_t seed = 14, repeated = 0;
+        for (i = 0; i < 3 * POINTS; i++) {
+            p[i] = (float)rnd_in(&seed, -0.2, 0.2);
+            n[i] = i % 3 == 1;
+        }
+        n[3 * 17 + 1] = 0;                                            /* no receiver */
+        e[0] = at(ball[b], NULL, 0.5, 4, 0);
+        e[1] = at(blob[b], NULL, 0, 500, 0);
+        e[2] = at(NULL, lamp[b], 1.4, 1.5, 0);
+        memset(&set, 0, sizeof set);
+        set.count = POINTS;
+        set.positions = p;
+        set.normals = n;
+        assert_int_equal(sfield_scene_environment(s, sky_one, 1, 1, NULL), SFIELD_OK);
+        assert_int_equal(sfield_scene_entities(s, e, 3), SFIELD_OK);
+        assert_int_equal(sfield_cache_create(s, POINTS, 3, &set.cache), SFIELD_OK);
+        for (frame = 0; frame < 24; frame++) {
+            sfield_cache *kept = set.cache;
+            size_t bodies = frame == 20 ? 2 : 3;
+            for (i = 0; i < POINTS && frame % 5 == 0; i++) visible[i] = (uint8_t)(rnd(&seed) < 0.7);
+            e[1].transform[13] = frame == 14 ? 6.0f : 500.0f + (float)(frame / 2);
+            e[2].tint[0] = frame < 16 ? 1.0f : 2.0f;
+            if (frame == 18) assert_int_equal(sfield_scene_environment(s, half, 1, 1, NULL), SFIELD_OK);
+            assert_int_equal(sfield_scene_entities(s, e, bodies), SFIELD_OK);
+            set.visible = frame % 8 < 6 ? visible : NULL;
+            set.rgb = frame % 3 ? lazy[0] : NULL;
+            set.ambient = frame % 3 != 1 ? lazy[3] : NULL;
+            memset(lazy, 0, sizeof lazy);
+            memset(fresh, 0, sizeof fresh);
+            assert_int_equal(sfield_shade(s, &set, 1, &stats), SFIELD_OK);
+            repeated += stats.pairs == 0 && stats.points > 0;         /* no occluder was looked at */
+            assert_int_equal(sfield_cache_create(s, POINTS, 3, &set.cache), SFIELD_OK);
+            set.rgb = set.rgb ? fresh[0] : NULL;
+            set.ambient = set.ambient ? fresh[3] : NULL;
+            assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            sfield_cache_free(set.cache);
+            set.cache = kept;
+            if (memcmp(lazy, fresh, sizeof lazy) != 0) fail_msg("basis %d, frame %d: not as a fresh cache's", b, frame);
+        }
+        assert_true(repeated > 2);
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+    }
+}
+
 /* Points on an entity that shines and hides nothing: it moves without a new version, as lamps do, but they with it. */
 static void t79_points_on_a_lamp(void **state)
 {
@@ -1199,6 +1318,8 @@ int main(void)
         cmocka_unit_test(t78_order),
         cmocka_unit_test(t78_inside_a_tile),
         cmocka_unit_test(t79_lazy_cache),
+        cmocka_unit_test(t79_a_body_drops_what_lies_behind_it),
+        cmocka_unit_test(t79_what_nothing_touched_is_as_before),
         cmocka_unit_test(t79_points_on_a_lamp),
         cmocka_unit_test(t79_bodies_that_change),
         cmocka_unit_test(t80_overlaps),

@@ -123,6 +123,95 @@ static void same_as_by_directions(void **state)
     }
 }
 
+static int see_far_too_much(void *user, const sfield_views *views)
+{
+    size_t i;
+    for (i = 0; i < views->count * *(const size_t *)user; i++) views->values[i] = i % 7 ? 90.0f : -90.0f;
+    return 0;
+}
+
+/* Forty occluders that multiply what is seen by a hundred each leave no number. The cache keeps 0 in its place. */
+static void a_cache_keeps_no_infinity(void **state)
+{
+    static const float up[3] = { 0, 1, 0 }, origin[3] = { 0, 0, 0 }, white[3] = { 1, 1, 1 };
+    int haar, i;
+    (void)state;
+    for (haar = 0; haar < 2; haar++) {
+        sfield_desc d = desc_within(haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+        size_t size = haar ? CELLS : 9;
+        sfield_entity entities[40];
+        sfield_scene_desc desc;
+        sfield_scene *scene;
+        sfield_points points;
+        sfield_cache *cache;
+        sfield_field *f;
+        float rgb[3] = { -1, -1, -1 };
+        d.keep = 1;
+        assert_int_equal(sfield_build_views(&d, 0, NULL, see_far_too_much, &size, &f, NULL), SFIELD_OK);
+        memset(&desc, 0, sizeof desc);
+        desc.basis = d.basis;
+        desc.bands = d.bands;
+        desc.cube_side = SIDE;
+        assert_int_equal(sfield_scene_create(&desc, &scene), SFIELD_OK);
+        memset(entities, 0, sizeof entities);
+        for (i = 0; i < 40; i++) entities[i].occlusion = f;
+        assert_int_equal(sfield_scene_entities(scene, entities, 40), SFIELD_OK);
+        assert_int_equal(sfield_scene_environment(scene, white, 1, 1, NULL), SFIELD_OK);
+        assert_int_equal(sfield_cache_create(scene, 1, 1, &cache), SFIELD_OK);
+        memset(&points, 0, sizeof points);
+        points.count = 1;
+        points.positions = origin;
+        points.normals = up;
+        points.rgb = rgb;
+        assert_int_equal(sfield_shade(scene, &points, 1, NULL), SFIELD_OK);
+        assert_false(use_all_finite(rgb, 3));
+        points.cache = cache;
+        for (i = 0; i < 2; i++) {           /* when T is kept, and when it is recalled */
+            assert_int_equal(sfield_shade(scene, &points, 1, NULL), SFIELD_OK);
+            assert_true(use_all_finite(rgb, 3));
+        }
+        sfield_cache_free(cache);
+        sfield_scene_free(scene);
+        sfield_free(f);
+    }
+}
+
+static void shine_beyond_floats(void *user, float time, const float position[3], const float direction[3], float rgb[3])
+{
+    (void)user;
+    (void)time;
+    (void)position;
+    (void)direction;
+    rgb[0] = 3e38f;
+    rgb[1] = INFINITY;
+    rgb[2] = 1;
+}
+
+/* Radiance above 1e18 counts as 1e18, so that the sums of a texel are numbers, and the file can be opened. */
+static void a_callback_may_shine_as_it_likes(void **state)
+{
+    int haar;
+    (void)state;
+    for (haar = 0; haar < 2; haar++) {
+        sfield_desc d = desc_within(haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+        sfield_emitter e;
+        sfield_field *f, *again;
+        uint8_t *bytes;
+        memset(&e, 0, sizeof e);
+        e.kind = SFIELD_EMITTER_CALLBACK;
+        e.view_fn = shine_beyond_floats;
+        assert_int_equal(sfield_build_emitter(&d, &e, &f, NULL), SFIELD_OK);
+        assert_true(use_field(f));
+        bytes = (uint8_t *)malloc(sfield_bytes(f));
+        assert_non_null(bytes);
+        assert_int_equal(sfield_write(f, bytes, sfield_bytes(f)), SFIELD_OK);
+        assert_int_equal(sfield_open(bytes, sfield_bytes(f), NULL, &again), SFIELD_OK);
+        free(bytes);
+        sfield_free(again);
+        sfield_free(f);
+    }
+}
+
 /* The mesh gives its spheres, as in sfield_build. */
 static void spheres_of_a_mesh(void **state)
 {
@@ -289,8 +378,13 @@ static void refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(same_as_by_directions), cmocka_unit_test(spheres_of_a_mesh),
-                                        cmocka_unit_test(positions_inside_are_asked_again),
-        cmocka_unit_test(refused) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_as_by_directions),
+        cmocka_unit_test(a_cache_keeps_no_infinity),
+        cmocka_unit_test(a_callback_may_shine_as_it_likes),
+        cmocka_unit_test(spheres_of_a_mesh),
+        cmocka_unit_test(positions_inside_are_asked_again),
+        cmocka_unit_test(refused)
+    };
     return cmocka_run_group_tests(tests, fill_basis, NULL);
 }

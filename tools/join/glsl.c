@@ -12,6 +12,7 @@
 
 typedef struct file {
     char name[2 * MAX_NAME];    /* lib/NAME.glsl is for other files and for users, prog/NAME.frag is a program */
+    const char *owner;          /* begins the name of its array: one C file may hold several headers */
     text body;
     char block[MAX_NAME];       /* the uniform block that it declares, or empty */
 } file;
@@ -24,6 +25,7 @@ static file *add_file(files *all, const char *kind, const char *name)
     if (all->count == MAX_FILES) fail(name, "is one file too many");
     all->count++;
     memset(f, 0, sizeof *f);
+    f->owner = "glbk__glsl";
     print_to(f->name, sizeof f->name, "%s%s", kind, name);
     return f;
 }
@@ -32,21 +34,34 @@ static file *add_file(files *all, const char *kind, const char *name)
 
 typedef char arguments[MAX_ARGUMENTS][MAX_NAME];
 
-/* The text behind "#define NAME(X)", without its line ends and comments. */
-static void find_list(text *out, const text *own, const char *name)
+/* Appends the text behind "#define NAME(X)", without its line ends and comments; for another list that is named in it,
+   "OTHER(X)", that list's text. */
+static void append_list(text *out, const text *own, const char *name)
 {
-    char begin[MAX_NAME + 16];
+    char begin[MAX_NAME + 16], other[MAX_NAME];
     const char *s;
+    size_t n;
 
     print_to(begin, sizeof begin, "#define %s(X)", name);
     s = strstr(own->data, begin);
     if (!s) fail(name, "is not defined in any part");
-    append(out, "", 0);
     for (s += strlen(begin); *s && *s != '\n'; s++) {
+        n = strspn(s, "ABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789");
         if (*s == '\\' && s[1] == '\n') s++;
         else if (strncmp(s, "/*", 2) == 0) s = strstr(s, "*/") + 1;
-        else append(out, s, 1);
+        else if (n > 1 && n < MAX_NAME && strncmp(s + n, "(X)", 3) == 0) {
+            memcpy(other, s, n);
+            other[n] = 0;
+            append_list(out, own, other);
+            s += n + 2;
+        } else append(out, s, 1);
     }
+}
+
+static void find_list(text *out, const text *own, const char *name)
+{
+    append(out, "", 0);
+    append_list(out, own, name);
 }
 
 /* The next X(a, b, c) of a list; 0 at its end. */
@@ -154,24 +169,29 @@ static int ends_with(const char *s, const char *end)
     return n > m && strcmp(s + n - m, end) == 0;
 }
 
-static void add_folder(files *all, const char *folder)
+/* FOLDER/NAME, if it is GLSL: the file, else NULL. */
+static file *add_source(files *all, const char *folder, const char *name)
 {
     char path[1024];
+    int is_library = ends_with(name, ".glsl");
+    int is_program = ends_with(name, ".vert") || ends_with(name, ".frag") || ends_with(name, ".comp");
+    file *f;
+
+    if (!is_library && !is_program) return NULL;
+    f = add_file(all, is_library ? "lib/" : "prog/", name);
+    print_to(path, sizeof path, "%s/%s", folder, name);
+    if (!read_file(path, &f->body)) fail(path, "cannot be read");
+    if (!f->body.size || f->body.data[f->body.size - 1] != '\n') fail(path, "does not end with a new line");
+    return f;
+}
+
+static void add_folder(files *all, const char *folder)
+{
     DIR *dir = opendir(folder);
     struct dirent *entry;
 
     if (!dir) fail(folder, "is no folder");
-    while ((entry = readdir(dir)) != NULL) {
-        const char *name = entry->d_name;
-        int is_library = ends_with(name, ".glsl");
-        int is_program = ends_with(name, ".vert") || ends_with(name, ".frag") || ends_with(name, ".comp");
-        file *f;
-        if (!is_library && !is_program) continue;
-        f = add_file(all, is_library ? "lib/" : "prog/", name);
-        print_to(path, sizeof path, "%s/%s", folder, name);
-        if (!read_file(path, &f->body)) fail(path, "cannot be read");
-        if (!f->body.size || f->body.data[f->body.size - 1] != '\n') fail(path, "does not end with a new line");
-    }
+    while ((entry = readdir(dir)) != NULL) (void)add_source(all, folder, entry->d_name);
     closedir(dir);
 }
 
@@ -182,7 +202,8 @@ static int compare_names(const void *a, const void *b)
 
 /* ---- as C ---- */
 
-/* The value of a comment "// key: value", as a C string; of uses with the blocks that the file names. */
+/* Appends the value of a comment "// key: value" as a C string; to that of uses, the blocks that the file names. A
+   value that is too long for a line goes on in another one with the same key. */
 static void put_value(text *out, const files *all, const file *f, const char *key)
 {
     const char *s = f->body.data;
@@ -195,8 +216,8 @@ static void put_value(text *out, const files *all, const file *f, const char *ke
         if (strncmp(s, "// ", 3) == 0 && strncmp(s + 3, key, length) == 0 && s[3 + length] == ':') {
             s += 4 + length;
             while (*s == ' ') s++;
+            if (out->size > before) put(out, strcmp(key, "sets") == 0 ? " | " : " ");
             append(out, s, strcspn(s, "\n"));
-            break;
         }
         s = strchr(s, '\n');
         if (s) s++;
@@ -211,9 +232,10 @@ static void put_value(text *out, const files *all, const file *f, const char *ke
     put(out, "\"");
 }
 
-static void put_identifier(text *out, const char *name)
+static void put_identifier(text *out, const file *f)
 {
-    put(out, "glbk__glsl_");
+    const char *name = f->name;
+    put_format(out, "%s_", f->owner);
     for (; *name; name++) {
         char c = *name;
         if (!is_word(c)) c = '_';
@@ -245,11 +267,21 @@ static void put_escaped(text *out, const char *name, const char *s, size_t size)
 static int divides(char before, char after)
 {
     return (is_word(before) && is_word(after)) ||
-           (!is_word(before) && !is_word(after) && !strchr("(){}[],;", before) && !strchr("(){}[],;", after));
+           (!is_word(before) && !is_word(after) && !strchr("(){}[],;.", before) && !strchr("(){}[],;", after));
 }
 
-/* The text without comments and without blanks that divide nothing, of which a quarter of it is made. Lines stay lines,
-   so that a driver's message names the right one; those of the preprocessor stay whole. */
+/* Whether s begins a zero of a number that says nothing: that before the point of 0.5, that behind it in 1.0. */
+static int is_idle_zero(const text *out, const char *s)
+{
+    const char before = out->size ? out->data[out->size - 1] : ' ';
+    if (*s != '0') return 0;
+    if (s[1] == '.' && s[2] >= '0' && s[2] <= '9') return !is_word(before) && before != '.';
+    return before == '.' && out->size > 1 && out->data[out->size - 2] >= '0' && out->data[out->size - 2] <= '9' &&
+           !is_word(s[1]) && s[1] != '.';
+}
+
+/* The text without comments, without blanks that divide nothing, of which a quarter of it is made, and without idle
+   zeros. Lines stay lines, so that a driver's message names the right one; those of the preprocessor stay whole. */
 static void strip(text *out, const char *s)
 {
     int whole = 0, begins = 1;
@@ -271,7 +303,8 @@ static void strip(text *out, const char *s)
             while (out->size && out->data[out->size - 1] == ' ') out->data[--out->size] = 0;
             append(out, s++, 1);
             begins = 1;
-        } else if (*s == ' ' && !whole && (s[1] == ' ' || (out->size && !divides(out->data[out->size - 1], s[1])))) s++;
+        } else if (!whole && is_idle_zero(out, s)) s++;
+        else if (*s == ' ' && !whole && (s[1] == ' ' || (out->size && !divides(out->data[out->size - 1], s[1])))) s++;
         else append(out, s++, 1);
     }
 }
@@ -288,7 +321,7 @@ static unsigned long put_strings(text *out, const file *f)
 
     strip(&plain, f->body.data);
     put(out, "\nstatic const char *const ");
-    put_identifier(out, f->name);
+    put_identifier(out, f);
     put(out, "[] = {\n    \"");
     for (s = plain.data; *s; s += line) {
         if (length) {
@@ -318,7 +351,7 @@ static void put_table(text *out, const files *all, const char *table, const unsi
         put(out, "    { \"");
         put(out, f->name);
         put(out, "\", ");
-        put_identifier(out, f->name);
+        put_identifier(out, f);
         put(out, ", ");
         put_number(out, strings[i]);
         put(out, ", ");
@@ -334,15 +367,21 @@ static void put_table(text *out, const files *all, const char *table, const unsi
     }
 }
 
-void put_glsl(text *out, const char *folder, const text *own, const char *table)
+void put_glsl(text *out, const char *folder, const char *shared, const char *names, const text *own,
+              const char *table)
 {
     static files all;
     static unsigned long strings[MAX_FILES];
+    char name[MAX_NAME], path[2 * MAX_NAME];
     int i;
 
     all.count = 0;
     add_parts(&all, own);
     add_folder(&all, folder);
+    while (next_word(&names, name)) {
+        print_to(path, sizeof path, "%s.glsl", name);
+        add_source(&all, shared, path)->owner = table;
+    }
     qsort(all.at, (size_t)all.count, sizeof all.at[0], compare_names);
     for (i = 0; i < all.count; i++) {
         strings[i] = put_strings(out, &all.at[i]);

@@ -6,8 +6,10 @@
 
 #include "text.h"
 
-/* Everything as C strings. FOLDER holds the files; OWN is the text of the header's parts, where the lists stand
+/* Everything as C strings. FOLDER holds the files, and SHARED those library files that NAMES lists, separated by blanks
+   and without .glsl; OWN is the text of the header's parts, where the lists stand
    (GLBK_part_TEXTURES and so on); TABLE is the name of the array that is written last. */
-void put_glsl(text *out, const char *folder, const text *own, const char *table);
+void put_glsl(text *out, const char *folder, const char *shared, const char *names, const text *own,
+              const char *table);
 
 #endif

@@ -7,7 +7,9 @@
                               units and GLSL, which lie in FILE under other names or without comments, are shown only
 
    --to FOLDER                writes under FOLDER instead of over the headers
-   --without "NAME..."        leaves out optional parts, and defines PREFIX_WITHOUT_NAME for what else speaks of them
+   --without "NAME..."        leaves out optional parts, all of them for "all"; defines PREFIX_WITHOUT_NAME for what
+                              else speaks of them, decides every #if by it, and leaves out private functions
+                              that nothing calls any more
    --lines                    with #line directives, so that compilers and debuggers name the parts
 
    A parts.txt says in its lines, in the order of the header:
@@ -16,12 +18,15 @@
    prefix cohsm               the prefix of its names: a shared unit's P_v3 becomes cohsm__v3, its P_X86 COHSM__X86
    query.h                    a part
    pack.h optional pack       a part that --without "pack" leaves out
+   optional simd X86=0        without "simd", COHSM__X86 is 0 in every #if, which is decided by it
    units glbk_csm             another prefix for shared units alone: headers of one prefix that lie in one file
-   shared v3 m4               units of src/shared, without the functions and structs that this header does not use
-   glsl glbk__csm_files       the folder's GLSL and a table of this name (glsl.h)
+   shared v3 m4               units of src/shared, without functions, structs and macros that this header does not use
+   glsl glbk__csm_files       the folder's GLSL and a table of this name (glsl.h); behind it the names of files of
+                              src/shared that several headers have: glsl glbk__csm_files cohsm_math
    # ...                      a comment */
 
 #define _POSIX_C_SOURCE 200809L
+#include "fold.h"
 #include "glsl.h"
 #include "text.h"
 #include "units.h"
@@ -44,6 +49,7 @@ typedef struct part {
     kind what;
     char name[2 * MAX_NAME];    /* as its mark says it: src/csm/query.h */
     char table[MAX_NAME];
+    char shared[MAX_NAME];      /* of GLSL: files of src/shared, separated by blanks */
     int unit;
     text body;                  /* as it stands in the header */
 } part;
@@ -54,7 +60,9 @@ typedef struct header {
     part parts[MAX_PARTS];
     int count;
     units shared;
-    text left_out;              /* defines for optional parts that are not there */
+    text optional;              /* the names of its optional parts */
+    text left_out;              /* defines for those that are left out */
+    text values;                /* what #if are decided by in a lean header: see fold.h */
 } header;
 
 typedef struct options {
@@ -72,12 +80,15 @@ static part *add_part(header *h, kind what)
     return &h->parts[h->count++];
 }
 
+static const char *unit_prefix(const header *h) { return h->unit_prefix[0] ? h->unit_prefix : h->prefix; }
+
 /* The units named, after those that they need and that are not there yet, a part each. */
 static void add_units(header *h, const char *list)
 {
+    const char *values = h->left_out.size ? h->values.data : NULL;
     char name[MAX_NAME];
     int i = h->shared.count;
-    while (next_word(&list, name)) add_unit(&h->shared, SHARED, name);
+    while (next_word(&list, name)) add_unit(&h->shared, SHARED, name, unit_prefix(h), values);
     for (; i < h->shared.count; i++) {
         part *p = add_part(h, UNIT);
         p->unit = i;
@@ -85,15 +96,38 @@ static void add_units(header *h, const char *list)
     }
 }
 
-/* "PREFIX_WITHOUT_NAME", once. */
-static void put_left_out(header *h, const char *name)
+/* A name in capitals behind the prefix: "COHSM_WITHOUT_PACK" of "_WITHOUT_" and "pack". */
+static void make_macro(char macro[4 * MAX_NAME], const header *h, const char *between, const char *name)
 {
-    char macro[3 * MAX_NAME], line[4 * MAX_NAME];
     size_t i;
-    print_to(macro, sizeof macro, "%.*s_WITHOUT_%s", (int)strlen(h->prefix) - 2, h->prefix, name);
+    print_to(macro, 4 * MAX_NAME, "%.*s%s%s", (int)strlen(h->prefix) - 2, h->prefix, between, name);
     for (i = 0; macro[i]; i++) macro[i] = (char)toupper((unsigned char)macro[i]);
-    print_to(line, sizeof line, "#define %s\n", macro);
-    if (!h->left_out.data || !strstr(h->left_out.data, line)) put(&h->left_out, line);
+}
+
+/* Notes an optional part, once. Returns whether it is left out. */
+static int is_left_out(header *h, const char *name, const options *o)
+{
+    const int out = o->without && (find_word(o->without, name) || strcmp(o->without, "all") == 0);
+    char macro[4 * MAX_NAME];
+
+    if (h->optional.size && find_word(h->optional.data, name)) return out;
+    put_format(&h->optional, "%s ", name);
+    make_macro(macro, h, "_WITHOUT_", name);
+    put_format(&h->values, "%s%s ", macro, out ? "=1" : "");
+    if (out) put_format(&h->left_out, "#define %s\n", macro);
+    return out;
+}
+
+/* "simd X86=0 WIDTH=1", what #if know where simd is left out. */
+static void add_values(header *h, const char *s, const options *o)
+{
+    char word[MAX_NAME], macro[4 * MAX_NAME];
+    if (!next_word(&s, word)) fail(h->folder, "has a line optional without a name");
+    if (!is_left_out(h, word, o)) return;
+    while (next_word(&s, word)) {
+        make_macro(macro, h, "__", word);
+        put_format(&h->values, "%s ", macro);
+    }
 }
 
 static void add_file_part(header *h, const char *name, const char *rest, const options *o)
@@ -103,10 +137,7 @@ static void add_file_part(header *h, const char *name, const char *rest, const o
 
     if (next_word(&rest, word)) {
         if (strcmp(word, "optional") != 0 || !next_word(&rest, word)) fail(name, "may be followed by: optional NAME");
-        if (o->without && find_word(o->without, word)) {
-            put_left_out(h, word);
-            return;
-        }
+        if (is_left_out(h, word, o)) return;
     }
     p = add_part(h, PART);
     print_to(p->name, sizeof p->name, "%s/%s", h->folder, name);
@@ -116,7 +147,7 @@ static void add_file_part(header *h, const char *name, const char *rest, const o
 
 static void read_line(header *h, const char *s, const options *o)
 {
-    char word[MAX_NAME];
+    char word[MAX_NAME], list[MAX_NAME];
     part *p;
 
     if (*s == '#' || !next_word(&s, word)) return;
@@ -127,11 +158,13 @@ static void read_line(header *h, const char *s, const options *o)
     } else if (strcmp(word, "units") == 0) {
         next_word(&s, word);
         print_to(h->unit_prefix, sizeof h->unit_prefix, "%s__", word);
-    } else if (strcmp(word, "shared") == 0) add_units(h, s);
+    } else if (strcmp(word, "optional") == 0) add_values(h, s, o);
+    else if (strcmp(word, "shared") == 0) add_units(h, s);
     else if (strcmp(word, "glsl") == 0) {
         p = add_part(h, GLSL);
         print_to(p->name, sizeof p->name, "GLSL of %s", h->folder);
         next_word(&s, p->table);
+        while (next_word(&s, word)) print_to(p->shared, sizeof p->shared, "%s %s", strcpy(list, p->shared), word);
     } else add_file_part(h, word, s, o);
 }
 
@@ -160,27 +193,47 @@ static void free_header(header *h)
     int i;
     for (i = 0; i < h->count; i++) free_text(&h->parts[i].body);
     for (i = 0; i < h->shared.count; i++) free_text(&h->shared.texts[i]);
+    free_text(&h->optional);
     free_text(&h->left_out);
+    free_text(&h->values);
     free(h);
 }
 
 /* ---- joining ---- */
 
+/* Decides the #if of a lean header's parts and makes them items of which only the used ones are put. The first part is
+   for people. */
+static void make_lean(header *h)
+{
+    int i;
+    for (i = 0; i < h->count; i++) {
+        part *p = &h->parts[i];
+        if (p->what != PART) continue;
+        fold(&p->body, h->values.data);
+        if (!i) continue;
+        p->unit = add_part_as_unit(&h->shared, p->name, &p->body);
+        p->what = UNIT;
+    }
+}
+
 /* Fills in the bodies that are made from others. */
 static void make_bodies(header *h, int lines)
 {
-    const char *prefix = h->unit_prefix[0] ? h->unit_prefix : h->prefix;
     text own = { NULL, 0, 0 };
     int i;
 
     append(&own, "", 0);
     for (i = 0; i < h->count; i++)
         if (h->parts[i].what == PART) append(&own, h->parts[i].body.data, h->parts[i].body.size);
-    mark_used(&h->shared, &own, prefix);
+    if (h->left_out.size) make_lean(h);
+    mark_used(&h->shared, h->left_out.size ? &h->parts[0].body : &own);
     for (i = 0; i < h->count; i++) {
         part *p = &h->parts[i];
-        if (p->what == UNIT) put_unit(&p->body, &h->shared, p->unit, SHARED, prefix, lines);
-        if (p->what == GLSL) put_glsl(&p->body, h->folder, &own, p->table);
+        if (p->what == UNIT) {
+            free_text(&p->body);
+            put_unit(&p->body, &h->shared, p->unit, SHARED, lines);
+        }
+        if (p->what == GLSL) put_glsl(&p->body, h->folder, SHARED, p->shared, &own, p->table);
     }
     free_text(&own);
 }
@@ -252,6 +305,15 @@ static int take_back(part *p, const char *s, size_t size)
     return 0;
 }
 
+/* Its parts are not whole. */
+static int is_lean(const header *h, const char *file)
+{
+    char macro[4 * MAX_NAME], line[5 * MAX_NAME];
+    make_macro(macro, h, "_WITHOUT_", "");
+    print_to(line, sizeof line, "\n#define %s", macro);
+    return strstr(file, line) != NULL;
+}
+
 /* A piece ends before the blank line above the next mark. */
 static int back(header *h, const char *path)
 {
@@ -261,6 +323,7 @@ static int back(header *h, const char *path)
     int failed = 0;
 
     if (!read_file(path, &file)) fail(path, "cannot be read");
+    if (is_lean(h, file.data)) fail(path, "is without optional parts: mend the whole header");
     for (s = file.data; s; s = next) {
         next = strstr(s, "\n" MARK);
         failed |= take_back(p, s, next ? (size_t)(next - s) : strlen(s));
@@ -295,6 +358,14 @@ static int is_header(const header *h, const char *path)
     return strcmp(path + n - m, h->path + strlen(h->path) - m) == 0 && (n == m || path[n - m - 1] == '/');
 }
 
+/* A list with a name that means nothing is a mistake. */
+static void check_names(const header *h, const char *list)
+{
+    char name[MAX_NAME];
+    while (next_word(&list, name))
+        if (!h->optional.size || !find_word(h->optional.data, name)) fail(name, "is no optional part of this header");
+}
+
 static int treat_all(const options *o, char **names, int count)
 {
     glob_t lists;
@@ -307,9 +378,9 @@ static int treat_all(const options *o, char **names, int count)
         int wanted = o->back ? is_header(h, o->back) : is_wanted(h, names, count);
         if (wanted) {
             found++;
+            if (o->without && strcmp(o->without, "all") != 0) check_names(h, o->without);
             make_bodies(h, o->lines);
             differs |= o->back ? back(h, o->back) : write_header(h, o);
-            if (o->without && !h->left_out.size) fail(h->path, "has no optional part of these names");
         }
         free_header(h);
     }

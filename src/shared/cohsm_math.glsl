@@ -1,6 +1,7 @@
-// cohsm_math - elementary functions and random numbers with the answers of csm.h and lightsampling.h. Needs nothing.
+// cohsm_math - elementary functions with the answers of csm.h and lightsampling.h, of gl_csm.h and gl_ism.h. It needs
+// nothing.
 //
-// The polynomials are those of both headers (src/shared: trig.h, octa.h, v3.h, rng.h and lds.h), since the built-in
+// The polynomials are those of both headers (src/shared: trig.h, octa.h and v3.h), since the built-in
 // acos and atan of drivers are off by up to 1e-4, which would ask another map. C twins are private: cohsm__sincos of
 // csm.h, lsamp__sincos of lightsampling.h, and so on.
 
@@ -8,10 +9,21 @@
 #define COHSM_BELOW_1 0.99999994
 #define COHSM_HUGE 3.402823466e38
 
+// c ? a : b, where a and b are more than names: as arguments they are computed first, so that no compiler makes
+// two ways through the program of them (src/README.md).
+float cohsm_if(bool c, float a, float b) { return c ? a : b; }
+vec2 cohsm_if(bool c, vec2 a, vec2 b) { return c ? a : b; }
+vec3 cohsm_if(bool c, vec3 a, vec3 b) { return c ? a : b; }
+vec4 cohsm_if(bool c, vec4 a, vec4 b) { return c ? a : b; }
+int cohsm_if(bool c, int a, int b) { return c ? a : b; }
+uint cohsm_if(bool c, uint a, uint b) { return c ? a : b; }
+uvec2 cohsm_if(bool c, uvec2 a, uvec2 b) { return c ? a : b; }
+uvec4 cohsm_if(bool c, uvec4 a, uvec4 b) { return c ? a : b; }
+
 bool cohsm_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 bool cohsm_finite3(vec3 v) { return cohsm_finite(v.x) && cohsm_finite(v.y) && cohsm_finite(v.z); }
-float cohsm_clamp_unit(float u) { return u > 0.0 ? min(u, COHSM_BELOW_1) : 0.0; }
-float cohsm_safe_sqrt(float x) { return x > 0.0 ? sqrt(x) : 0.0; }
+float cohsm_clamp_unit(float u) { return cohsm_if(u > 0.0, min(u, COHSM_BELOW_1), 0.0); }
+float cohsm_safe_sqrt(float x) { return cohsm_if(x > 0.0, sqrt(x), 0.0); }
 
 // |x| with the sign bit of s; s = -0 counts as negative.
 float cohsm_copysign(float x, float s)
@@ -29,32 +41,32 @@ vec2 cohsm_sincos(float x)
     float z = r * r;
     float s = r + r * z * (-0.1666665494 + z * (0.008332178146 + z * -0.0001951729898));
     float c = (1.0 - 0.5 * z) + z * z * (0.04166664687 + z * (-0.001388736752 + z * 2.443845159e-5));
-    vec2 v = (k & 1) != 0 ? vec2(c, s) : vec2(s, c);
-    return vec2((k & 2) != 0 ? -v.x : v.x, ((k + 1) & 2) != 0 ? -v.y : v.y);
+    vec2 v = cohsm_if((k & 1) != 0, vec2(c, s), vec2(s, c));
+    return vec2(cohsm_if((k & 2) != 0, -v.x, v.x), cohsm_if(((k + 1) & 2) != 0, -v.y, v.y));
 }
 
 float cohsm_acos(float x)
 {
     float a = min(abs(x), 1.0), h = 0.5 * (1.0 - a);
     bool far = a > 0.5;
-    float s = far ? sqrt(h) : a, z = far ? h : a * a;
+    float s = cohsm_if(far, sqrt(h), a), z = cohsm_if(far, h, a * a);
     float p = s + s * z * (0.1666675393 + z * (0.07495241769 + z * (0.04547709903 + z * (0.02414760004 +
               z * 0.04221856856))));
-    p = far ? 2.0 * p : 1.57079633 - p;
-    return x < 0.0 ? 3.14159265 - p : p;
+    p = cohsm_if(far, 2.0 * p, 1.57079633 - p);
+    return cohsm_if(x < 0.0, 3.14159265 - p, p);
 }
 
 // All quadrants and zeros of either sign; atan2(0, 0) = 0.
 float cohsm_atan2(float y, float x)
 {
     float ax = abs(x), ay = abs(y), hi = max(ax, ay), lo = min(ax, ay);
-    float a = lo == hi && hi > 0.0 ? 1.0 : lo / (hi > 0.0 ? hi : 1.0);
+    float a = cohsm_if(lo == hi && hi > 0.0, 1.0, lo / (hi > 0.0 ? hi : 1.0));
     bool steep = a > 0.414213562;
-    float t = steep ? (a - 1.0) / (a + 1.0) : a, z = t * t;
+    float t = cohsm_if(steep, (a - 1.0) / (a + 1.0), a), z = t * t;
     float p = t + t * z * (-0.3333295525 + z * (0.1997792608 + z * (-0.1387984996 + z * 0.08060308882)));
-    p = steep ? p + 0.785398163 : p;
-    p = ay > ax ? 1.57079633 - p : p;
-    p = (floatBitsToUint(x) >> 31) != 0u ? 3.14159265 - p : p;
+    p = cohsm_if(steep, p + 0.785398163, p);
+    p = cohsm_if(ay > ax, 1.57079633 - p, p);
+    p = cohsm_if((floatBitsToUint(x) >> 31) != 0u, 3.14159265 - p, p);
     return cohsm_copysign(p, y);
 }
 
@@ -66,7 +78,7 @@ float cohsm_exp(float x)
     float r = (t - k * 0.693145752) - k * 1.42860677e-6;
     float p = 1.0 + (r + r * r * (0.500000008 + r * (0.166666669 + r * (0.0416662701 + r * (0.00833326438 +
               r * 0.00139460621)))));
-    return t < -87.0 ? 0.0 : p * uintBitsToFloat(uint(int(k) + 127) << 23);
+    return cohsm_if(t < -87.0, 0.0, p * uintBitsToFloat(uint(int(k) + 127) << 23));
 }
 
 // x > 0 and normal: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)): exact digits near 1.
@@ -119,8 +131,9 @@ vec3 cohsm_octa_direction(vec2 uv)
 {
     float a = 2.0 * uv.x - 1.0, b = 2.0 * uv.y - 1.0, x = abs(a), z = abs(b);
     float d = 1.0 - (x + z), r = 1.0 - abs(d), f = r * sqrt(2.0 - r * r);
-    vec2 sc = cohsm_sincos(r > 0.0 ? ((z - x) / r + 1.0) * 0.785398163 : 0.0);
-    return vec3(a < 0.0 ? -f * sc.y : f * sc.y, d < 0.0 ? r * r - 1.0 : 1.0 - r * r, b < 0.0 ? -f * sc.x : f * sc.x);
+    vec2 sc = cohsm_sincos(cohsm_if(r > 0.0, ((z - x) / r + 1.0) * 0.785398163, 0.0));
+    return vec3(cohsm_if(a < 0.0, -f * sc.y, f * sc.y), cohsm_if(d < 0.0, r * r - 1.0, 1.0 - r * r),
+                cohsm_if(b < 0.0, -f * sc.x, f * sc.x));
 }
 
 vec2 cohsm_octa_square(vec3 n)
@@ -133,7 +146,7 @@ vec2 cohsm_octa_square(vec3 n)
     }
     a = clamp(a, 0.0, 1.0);
     b = clamp(b, 0.0, 1.0);
-    return 0.5 * vec2(n.x < 0.0 ? 1.0 - a : 1.0 + a, n.z < 0.0 ? 1.0 - b : 1.0 + b);
+    return 0.5 * vec2(cohsm_if(n.x < 0.0, 1.0 - a, 1.0 + a), cohsm_if(n.z < 0.0, 1.0 - b, 1.0 + b));
 }
 
 // Shirley and Chiu's concentric map of the unit square to the unit disc.
@@ -145,7 +158,7 @@ vec2 cohsm_concentric(vec2 uv)
         phi = 0.785398163 * (b / a);
     } else {
         r = b;
-        phi = b == 0.0 ? 0.0 : 1.57079633 - 0.785398163 * (a / b);
+        phi = cohsm_if(b == 0.0, 0.0, 1.57079633 - 0.785398163 * (a / b));
     }
     return r * cohsm_sincos(phi).yx;
 }
@@ -162,56 +175,4 @@ vec2 cohsm_disc_square(vec2 p)
         a = r > 0.0 ? b * (4.0 / COHSM_PI) * cohsm_atan2(p.x / p.y, 1.0) : 0.0;
     }
     return vec2(cohsm_clamp_unit(0.5 * (a + 1.0)), cohsm_clamp_unit(0.5 * (b + 1.0)));
-}
-
-// ---- random numbers: counter-based, the same on every machine ----
-
-uint cohsm_hash(uint x)
-{
-    uint state = x * 747796405u + 2891336453u;
-    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-    return (word >> 22) ^ word;
-}
-
-uint cohsm_hash_combine(uint a, uint b) { return cohsm_hash(a + 0x9e3779b9u * cohsm_hash(b)); }
-float cohsm_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }
-
-// Number i of a stream, in [0, 1).
-float cohsm_random(uint seed, uint stream, uint i)
-{
-    return cohsm_to_unit(cohsm_hash_combine(cohsm_hash_combine(seed, stream), i));
-}
-
-uint cohsm_reverse_bits(uint x)
-{
-    x = (x >> 16) | (x << 16);
-    x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
-    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
-    return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
-}
-
-// Owen scrambling by hash (Laine and Karras, constants of Burley 2020).
-uint cohsm_owen(uint x, uint seed)
-{
-    x = cohsm_reverse_bits(x) + seed;
-    x ^= x * 0x6c50b47cu;
-    x ^= x * 0xb82f1e52u;
-    x ^= x * 0xc7afe638u;
-    x ^= x * 0x8d22f6e6u;
-    return cohsm_reverse_bits(x);
-}
-
-// Point i of a scrambled (0, 2)-sequence.
-vec2 cohsm_sobol2(uint i, uint seed)
-{
-    uint y = 0u, d = 0x80000000u;
-    i = cohsm_owen(i, cohsm_hash(seed));
-    uint x = cohsm_reverse_bits(i);
-    for (uint k = i; k != 0u; k >>= 1) {
-        if ((k & 1u) != 0u) y ^= d;
-        d ^= d >> 1;
-    }
-    return vec2(cohsm_to_unit(cohsm_owen(x, cohsm_hash_combine(seed, 1u))),
-                cohsm_to_unit(cohsm_owen(y, cohsm_hash_combine(seed, 2u))));
 }

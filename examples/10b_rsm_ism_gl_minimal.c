@@ -1,0 +1,321 @@
+/* 10b_rsm_ism_gl_minimal.c - one bounce with its shadows, by complete passes: a spot shines on the wall of a room in
+   which a plate swings. Per frame the spot's reflective shadow map is drawn on the GPU and read back, since ism.h
+   chooses its virtual point lights from it on the CPU. gl_ism.h draws their shadow maps and lights the G-buffer;
+   gl_rsm.h adds the spot itself.
+
+   cc -O2 10b_rsm_ism_gl_minimal.c -lglfw -lm -o rsm_ism_gl_minimal && ./rsm_ism_gl_minimal        Escape ends it
+   ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window */
+#define ISM_IMPLEMENTATION
+#include "ism.h"
+#define GL_BACKEND_IMPLEMENTATION
+#define GL_GBUFFER_IMPLEMENTATION
+#define GL_RSM_IMPLEMENTATION
+#define GL_ISM_IMPLEMENTATION
+#include "gl_backend/gl_rsm.h"
+#include "gl_backend/gl_ism.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { WIDTH = 640, HEIGHT = 480, QUADS = 6, SIDE = 64, VPLS = 256, SURFELS = 2048, LAZY = 8, GRID = 8 };
+
+/* ---- the room: parallelograms as corner, edge, edge, and their colours; the last one swings ---- */
+
+static float quads[QUADS][12] = {
+    { -1, 0, -1, 2, 0, 0, 0, 0, 2, 0.8f, 0.8f, 0.8f },          /* floor */
+    { -1, 2, -1, 2, 0, 0, 0, 0, 2, 0.8f, 0.8f, 0.8f },          /* ceiling */
+    { -1, 0, -1, 2, 0, 0, 0, 2, 0, 0.8f, 0.8f, 0.8f },          /* back */
+    { -1, 0, -1, 0, 0, 2, 0, 2, 0, 0.75f, 0.1f, 0.05f },        /* left */
+    { 1, 0, -1, 0, 0, 2, 0, 2, 0, 0.1f, 0.6f, 0.1f },           /* right */
+    { -0.4f, 0.6f, -0.3f, 0.7f, 0, 0, 0, 0, 0.7f, 0.9f, 0.8f, 0.4f }
+};
+
+/* Which way the cross product of a quad's edges goes: 1 into the room. */
+static const float inward[QUADS] = { -1, 1, 1, -1, 1, -1 };
+
+static float    corners[QUADS][4][3], view_points[QUADS][GRID * GRID][3], view_normals[QUADS][GRID * GRID][3];
+static uint32_t triangles[QUADS][6];
+
+static void place_room(float time)
+{
+    int q, k, c;
+    quads[QUADS - 1][1] = 0.6f + 0.3f * sinf(time);
+    for (q = 0; q < QUADS; q++) {
+        const float *at = quads[q], *u = at + 3, *v = at + 6;
+        const float n[3] = { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+        const float size = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (k = 0; k < 4; k++)
+            for (c = 0; c < 3; c++) corners[q][k][c] = at[c] + (k & 1 ? u[c] : 0) + (k & 2 ? v[c] : 0);
+        for (k = 0; k < 6; k++) triangles[q][k] = (uint32_t)(4 * q + (k < 3 ? k : 6 - k));
+        for (k = 0; k < GRID * GRID; k++)           /* points by which VPLs are chosen: those that light them count */
+            for (c = 0; c < 3; c++) {
+                const float x = ((float)(k % GRID) + 0.5f) / GRID, y = ((float)(k / GRID) + 0.5f) / GRID;
+                view_points[q][k][c] = at[c] + x * u[c] + y * v[c];
+                view_normals[q][k][c] = inward[q] * n[c] / size;
+            }
+    }
+}
+
+typedef struct app {
+    glbk_context      gl;
+    glbk_gbuffer      seen;
+    glbk_rsm_renderer rsm;              /* of direct light */
+    glbk_rsm_map      map;
+    glbk_ism_renderer ism;              /* of bounced light */
+    glbk_ism_maps     maps;
+    ism_maps         *chosen;           /* ism.h's side of these */
+    glbk_buffer       vertices;
+    uint32_t          vertex_array;
+    glbk_texture      light_texture, picture_texture;
+    glbk_target       light, picture;
+    glbk_program      tone;
+    uint32_t          index;            /* of the frame */
+} app;
+
+/* The spot sees the room through a renderer, we see it in a G-buffer, without. */
+static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
+{
+    app *a = (app *)user;
+    int q;
+    gl->gl.BindVertexArray(a->vertex_array);
+    for (q = 0; q < QUADS; q++) {
+        glbk_surface s = { 0 };
+        memcpy(s.material.diffuse, quads[q] + 9, sizeof s.material.diffuse);
+        if (r) glbk_rsm_object(gl, r, &s, 0);
+        else glbk_gbuffer_object(gl, &a->seen, &s);
+        gl->gl.DrawArrays(GLBK_GL_TRIANGLE_STRIP, 4 * q, 4);
+    }
+}
+
+/* ---- from the spot's map to VPLs with their maps ---- */
+
+static int choose(app *a, const ism_mesh *mesh)
+{
+    static rsm_texel texels[SIDE * SIDE];
+    ism_source source = { ISM_SOURCE_SURFACE, SIDE, SIDE, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0 };
+    ism_points view = { 0 };
+    ism_frame frame = { mesh, &source, 1, &view, a->index };
+    if (glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) != GLBK_OK ||
+        glbk_rsm_map_read(&a->gl, &a->map, 0, texels) != GLBK_OK)
+        return 0;
+    source.positions = texels->position;
+    source.normals = texels->normal;
+    source.fluxes = texels->flux;
+    source.areas = &texels->area;
+    source.position_stride = source.normal_stride = source.flux_stride = source.area_stride = sizeof *texels;
+    view.count = QUADS * GRID * GRID;
+    view.positions = view_points[0][0];
+    view.normals = view_normals[0][0];
+    return ism_choose(a->chosen, &frame) == ISM_OK && ism_scatter(a->chosen, &frame) == ISM_OK;
+}
+
+static int draw_maps(app *a)
+{
+    static ism_surfel surfels[VPLS * (SURFELS / LAZY)];
+    const ism_near_point *points;
+    const ism_vpl *vpls;
+    ism_info info;
+    size_t n;
+    uint32_t phase;
+    for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
+        if (a->index && phase != a->index % LAZY) continue;
+        if (ism_phase_surfels(a->chosen, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK ||
+            glbk_ism_surfels_upload(&a->gl, &a->maps, phase, surfels) != GLBK_OK)
+            return 0;
+    }
+    ism_get_info(a->chosen, &info);
+    vpls = ism_vpls(a->chosen, &n);
+    if (glbk_ism_vpls_upload(&a->gl, &a->maps, vpls, (uint32_t)n, info.center, info.radius) != GLBK_OK) return 0;
+    points = ism_near_points(a->chosen, &n);
+    return glbk_ism_near_points_upload(&a->gl, &a->maps, points, (uint32_t)n) == GLBK_OK &&
+           glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
+}
+
+/* ---- a frame ---- */
+
+static int frame(app *a, float time)
+{
+    static const float eye[3] = { 0, 1, 4.4f },
+                       view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
+    const ism_mesh mesh = { corners[0][0], 4 * QUADS, 0, triangles[0], 6 * QUADS, NULL, NULL, NULL };
+    const glbk_rsm_map *lit = &a->map;
+    ism_shading shading = { 0 };
+    glbk_pass pass = { 0 };
+    glbk_context *gl = &a->gl;
+    place_room(time);
+    if (glbk_buffer_update(gl, &a->vertices, 0, sizeof corners, corners) != GLBK_OK ||
+        (a->index ? glbk_ism_mesh_move(gl, &a->maps, corners[0][0], 0) : glbk_ism_mesh_upload(gl, &a->maps, &mesh)) !=
+            GLBK_OK ||
+        !choose(a, &mesh) || !draw_maps(a) || glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
+        return 0;
+    draw_room(a, gl, NULL);
+    shading.pattern = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
+    pass.target = &a->light;
+    if (glbk_rsm_direct(gl, &a->rsm, &a->seen, &lit, 1, NULL) != GLBK_OK ||
+        glbk_ism_shade(gl, &a->ism, &a->seen, &a->maps, &shading, 0) != GLBK_OK ||
+        glbk_rsm_resolve(gl, &a->rsm, &a->seen, &pass, NULL, 1, 0) != GLBK_OK)
+        return 0;
+    pass.blend = GLBK_BLEND_ADD;                    /* bounced light over direct light */
+    a->index++;
+    return glbk_ism_resolve(gl, &a->ism, &a->seen, &pass, NULL) == GLBK_OK;
+}
+
+/* From radiance to what a window shows. */
+static const char tone[] =
+    "layout(location = 0) out vec4 color;\n"
+    "void main()\n"
+    "{\n"
+    "    vec3 light = glbk_unpack(texelFetch(glbk_source, ivec2(gl_FragCoord.xy), 0)).rgb;\n"
+    "    color = vec4(pow(1.5 * light, vec3(1.0 / 2.2)), 1.0);\n"
+    "}\n";
+
+/* target: of a picture, since what a window holds that is not shown is undefined; NULL = the window */
+static int show(app *a, const glbk_target *target)
+{
+    glbk_pass screen = { 0 };
+    screen.target = target;
+    screen.viewport[2] = WIDTH;
+    screen.viewport[3] = HEIGHT;
+    a->gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: passes have bound others */
+    if (glbk_begin(&a->gl, &screen, &a->tone) != GLBK_OK) return 0;
+    glbk_bind_texture(&a->gl, GLBK_SLOT_glbk_source, &a->light_texture);
+    glbk_draw_screen(&a->gl);
+    return 1;
+}
+
+static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
+
+static int save(app *a, const char *path)
+{
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(&a->gl, &a->picture, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK)
+        return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
+    if (!file) return fail(path, "cannot be written");
+    fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
+    for (y = HEIGHT - 1; y >= 0; y--)
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
+    return fclose(file) != 0;
+}
+
+/* ---- the program ---- */
+
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
+
+static int make_canvas(app *a, glbk_format format, glbk_texture *texture, glbk_target *target)
+{
+    const glbk_texture_desc desc = { format, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    to.color[0] = texture;
+    return glbk_texture_create(&a->gl, &desc, texture) == GLBK_OK &&
+           glbk_target_create(&a->gl, &to, target) == GLBK_OK;
+}
+
+static int make_light(app *a)
+{
+    const rsm_light spot = { RSM_LIGHT_SPOT, { 0.2f, 1.9f, 0.8f }, { -1, -0.5f, -0.5f }, { 0, 1, 0 }, { 25, 25, 25 }, 0,
+                             0.35f, 0.05f, 10 };
+    const glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 0, 0, 0 };
+    ism_desc sizes = { 0 };
+    sizes.vpl_count = VPLS;
+    sizes.surfel_count = SURFELS;
+    sizes.lazy_frames = LAZY;
+    return ism_create(&sizes, &a->chosen) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
+           glbk_ism_renderer_create(&a->gl, WIDTH, HEIGHT, &a->ism) == GLBK_OK &&
+           glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
+           glbk_rsm_map_create(&a->gl, &spot, SIDE, &a->map) == GLBK_OK;
+}
+
+static int make_all(app *a)
+{
+    const glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };
+    const glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    glbk_desc desc = { 0 };
+    const glbk_functions *gl = &a->gl.gl;
+    desc.get_proc_fn = get_proc;
+    desc.system.log = say;
+    if (glbk_init(&a->gl, &desc) != GLBK_OK || glbk_gbuffer_create(&a->gl, &view, &a->seen) != GLBK_OK ||
+        glbk_program_compile(&a->gl, &source, &a->tone) != GLBK_OK || !make_light(a) ||
+        !make_canvas(a, GLBK_FORMAT_RGBA16F, &a->light_texture, &a->light) ||
+        !make_canvas(a, GLBK_FORMAT_RGBA8, &a->picture_texture, &a->picture) ||
+        glbk_buffer_create(&a->gl, sizeof corners, NULL, &a->vertices) != GLBK_OK)
+        return 0;
+    gl->GenVertexArrays(1, &a->vertex_array);
+    gl->BindVertexArray(a->vertex_array);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, a->vertices.name);
+    gl->EnableVertexAttribArray(0);
+    gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+    return 1;
+}
+
+static void free_all(app *a)
+{
+    glbk_ism_maps_free(&a->gl, &a->maps);
+    glbk_ism_renderer_free(&a->gl, &a->ism);
+    glbk_rsm_map_free(&a->gl, &a->map);
+    glbk_rsm_renderer_free(&a->gl, &a->rsm);
+    glbk_gbuffer_free(&a->gl, &a->seen);
+    glbk_target_free(&a->gl, &a->light);
+    glbk_target_free(&a->gl, &a->picture);
+    glbk_texture_free(&a->gl, &a->light_texture);
+    glbk_texture_free(&a->gl, &a->picture_texture);
+    glbk_program_free(&a->gl, &a->tone);
+    glbk_buffer_free(&a->gl, &a->vertices);
+    glbk_free(&a->gl);
+    ism_free(a->chosen);
+}
+
+static GLFWwindow *open_window(int visible)
+{
+    GLFWwindow *window;
+    if (!glfwInit()) return NULL;
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
+    glfwWindowHint(GLFW_RESIZABLE, 0);
+    glfwWindowHint(GLFW_VISIBLE, visible);
+    window = glfwCreateWindow(WIDTH, HEIGHT, "one bounce with its shadows", NULL, NULL);
+    if (!window) return NULL;
+    glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
+    return window;
+}
+
+int main(int count, char **values)
+{
+    static app a;
+    GLFWwindow *window = open_window(count < 2);
+    if (!window) return fail("GLFW", "there is no display, or no OpenGL 3.3");
+    if (!make_all(&a)) return fail("OpenGL", "it does not work");
+    while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
+        if (!frame(&a, count > 1 ? 0.0f : (float)glfwGetTime()) || !show(&a, count > 1 ? &a.picture : NULL))
+            return fail("light", "it does not work");
+        if (count > 1) return save(&a, values[1]) || glbk_check(&a.gl) != GLBK_OK;
+        glfwSwapBuffers(window);
+        glfwPollEvents();
+    }
+    free_all(&a);
+    glfwTerminate();
+    return 0;
+}

@@ -1,0 +1,340 @@
+/* ---- csm: lights as they stand in a table ---- */
+
+/* Writes a texel of four floats. */
+static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk_csm__v3 v, float w)
+{
+    float f[4];
+    glbk_csm__v3_store(f, v);
+    f[3] = w;
+    memcpy(words + 4 * (size_t)texel, f, sizeof f);
+}
+
+/* Makes running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`, and
+   writes for each fraction i / count of the total where a search for it begins and ends. Returns the sum of
+   the weights. */
+static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
+{
+    double sum = 0;
+    float before, after = 0, weight;
+    uint32_t i, lo = 0;
+
+    for (i = 0; i < count; i++) {
+        memcpy(&weight, sums + 4 * (size_t)i + 3, 4);
+        sum += (double)weight;
+        before = after;
+        after = total > 0 ? i + 1 < count ? (float)(sum / total) : 1.0f : 0.0f;
+        memcpy(sums + 4 * (size_t)i, &before, 4);
+        memcpy(sums + 4 * (size_t)i + 1, &after, 4);
+    }
+    for (i = 0; i < count; i++) {
+        memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        while (lo + 1 < count && (double)after <= (double)i / count) {
+            lo++;
+            memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        }
+        sums[4 * (size_t)i + 2] = lo;
+        sums[4 * (size_t)i + 3] = count;
+        if (i) sums[4 * (size_t)i - 1] = lo + 1;
+    }
+    return sum;
+}
+
+/* The two frames of a video between which desc->time lies, as lightsampling.h has them. */
+typedef struct glbk__csm_film {
+    const float *first;
+    const float *second;
+    float        blend;             /* share of the second, 0..1 */
+} glbk__csm_film;
+
+static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
+{
+    const uint32_t frames = d->frames ? d->frames : 1;
+    const size_t count = 3 * (size_t)d->width * d->height;
+    double t = (double)d->time * (d->frames_per_second > 0 ? (double)d->frames_per_second : 30.0);
+    glbk__csm_film film;
+    uint32_t at;
+
+    if (d->loop) t -= floor(t / frames) * frames;
+    t = t > 0 ? t : 0;
+    if (!d->loop && t > frames - 1.0) t = frames - 1.0;
+    at = t < frames ? (uint32_t)t : 0;
+    film.blend = t < frames ? (float)(t - at) : 0;
+    film.first = d->texels + at * count;
+    film.second = d->texels + (at + 1) % frames * count;
+    return film;
+}
+
+/* Returns number i of the frame that is blended of the two; what is not finite or negative counts as 0. */
+static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
+{
+    float a = film->first[i], b = film->blend > 0 ? film->second[i] : 0;
+    a = glbk_csm__finite(a) && a > 0 ? a : 0;
+    b = glbk_csm__finite(b) && b > 0 ? b : 0;
+    return a * (1 - film->blend) + b * film->blend;
+}
+
+/* Writes the texels of L and the running sums of each row and of all rows. Returns what turns a texel into
+   its density. */
+static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
+{
+    const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
+    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h, *row, x, y, c;
+    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
+    glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
+    double total = 0, sum, weight;
+
+    top = top > d->radiance[2] ? top : d->radiance[2];
+    if (top > 0) tint = glbk_csm__v3_make(d->radiance[0] / top, d->radiance[1] / top, d->radiance[2] / top);
+    tint = glbk_csm__v3_scale(tint, 1.0f / 3.0f);
+    for (y = 0; y < h; y++) {
+        row = rows + 4 * ((size_t)h + (size_t)y * w);
+        sum = 0;
+        for (x = 0; x < w; x++) {
+            float density;
+            for (c = 0; c < 3; c++)
+                rgb[c] = d->texels ? glbk__csm_film_at(&film, 3 * ((size_t)y * w + x) + c) : 1;
+            density = glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint);
+            memcpy(texels + 4 * ((size_t)y * w + x), rgb, sizeof rgb);
+            memcpy(row + 4 * (size_t)x + 3, &density, 4);
+            sum += (double)density;
+        }
+        glbk__csm_sums(row, w, sum);
+        /* The weight of a row of the sky is its solid angle, cos a - cos b, here without a loss of digits. */
+        weight = glbk__csm_is_sky(d)
+                     ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h))
+                     : 1;
+        rgb[3] = (float)(sum * weight);
+        memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
+        total += (double)rgb[3];
+        rgb[3] = 0;
+    }
+    glbk__csm_sums(rows, h, total);
+    if (!(total > 0)) return glbk_csm__v3_make(0, 0, 0);
+    return glbk_csm__v3_scale(
+        tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+}
+
+/* Writes the corners of all triangles, and the share of all area up to the end of each. Returns the area.
+   Triangles that are not finite or have no area get no share. */
+static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
+{
+    const uint32_t count = (uint32_t)(glbk__csm_corner_count(m) / 3);
+    double total = 0, sum = 0;
+    uint32_t i, pass;
+
+    for (pass = 0; pass < 2; pass++)
+        for (i = 0; i < count; i++) {
+            glbk_csm__v3 a = glbk__csm_corner(m, 3 * (size_t)i), b = glbk__csm_corner(m, 3 * (size_t)i + 1);
+            glbk_csm__v3 c = glbk__csm_corner(m, 3 * (size_t)i + 2);
+            glbk_csm__v3 twice = glbk_csm__v3_cross(glbk_csm__v3_sub(b, a), glbk_csm__v3_sub(c, a));
+            double area = 0.5 * (double)glbk_csm__v3_length(twice);
+            if (!(area > 0 && area < 1e30)) area = 0;
+            if (!pass) {
+                total += area;
+                continue;
+            }
+            sum += area;
+            glbk__csm_put(texels, 3 * i, a, (float)(sum / total));
+            glbk__csm_put(texels, 3 * i + 1, b, 0);
+            glbk__csm_put(texels, 3 * i + 2, c, 0);
+        }
+    return (float)total;
+}
+
+/* What the table holds of a light's shape; cohsm_light.glsl says what each is. */
+typedef struct glbk__csm_geometry {
+    glbk_csm__v3 n;
+    glbk_csm__v3 ex;
+    glbk_csm__v3 ey;
+    float        lx;
+    float        ly;
+    float        area;
+    uint32_t     flags;
+} glbk__csm_geometry;
+
+static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
+{
+    glbk__csm_geometry g;
+    glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+
+    memset(&g, 0, sizeof g);
+    g.n = glbk_csm__v3_normalize(glbk_csm__v3_load(d->direction));
+    g.area = 1;
+    if (d->kind == LSAMP_LIGHT_LINE) {
+        g.n = glbk_csm__v3_normalize(u);
+        g.lx = glbk_csm__v3_length(u);
+    } else if (d->kind == LSAMP_LIGHT_DISC) {
+        glbk_csm__v3_basis(g.n, &g.ex, &g.ey);
+        g.area = (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->kind == LSAMP_LIGHT_SPHERE) {
+        g.area = 4 * (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->kind == LSAMP_LIGHT_RECTANGLE) {
+        glbk_csm__v3 n = glbk_csm__v3_cross(u, v);
+        float uv = glbk_csm__v3_dot(u, v);
+        g.area = glbk_csm__v3_length(n);
+        g.n = glbk_csm__v3_normalize(n);
+        g.lx = glbk_csm__v3_length(u);
+        g.ly = glbk_csm__v3_length(v);
+        g.ex = glbk_csm__v3_scale(glbk_csm__v3_cross(v, g.n), 1.0f / g.area);
+        g.ey = glbk_csm__v3_scale(glbk_csm__v3_cross(g.n, u), 1.0f / g.area);
+        if ((uv < 0 ? -uv : uv) <= 1e-5f * g.area) g.flags |= GLBK__CSM_ORTHOGONAL;
+    }
+    return g;
+}
+
+/* Writes a light that is valid. */
+static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d,
+                                         uint32_t *words)
+{
+    glbk__csm_geometry g;
+    uint32_t w, h;
+    glbk_csm__v3 tint = glbk_csm__v3_make(0, 0, 0);
+
+    g = glbk__csm_geometry_of(d);
+    w = d->texels ? d->width : 1;
+    h = d->texels ? d->height : 1;
+    memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
+    if (d->texels || glbk__csm_is_sky(d)) {
+        g.flags |= GLBK__CSM_TEXTURED;
+        tint = glbk__csm_texture(d, words, w, h);
+    }
+    if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
+    if (!(g.area > 0)) {
+        (void)glbk__csm_refuse(log, "desc.mesh", "has no area");
+        return GLBK_ERR_INPUT;
+    }
+    words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
+    words[1] = w;
+    words[2] = h;
+    words[3] = g.flags;
+    words[4] = GLBK__CSM_LIGHT_HEAD;
+    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
+    words[6] = GLBK__CSM_LIGHT_HEAD;
+    words[7] = d->kind == LSAMP_LIGHT_MESH ? (uint32_t)(glbk__csm_corner_count(d->mesh) / 3) : 0;
+    glbk__csm_put(words, 2, glbk_csm__v3_load(d->position), d->radius);
+    glbk__csm_put(words, 3, g.n, g.lx);
+    glbk__csm_put(words, 4, g.ex, g.ly);
+    glbk__csm_put(words, 5, g.ey, g.area);
+    glbk__csm_put(words, 6, glbk_csm__v3_load(d->radiance), (float)cos((double)d->cone_half_angle));
+    glbk__csm_put(words, 7, tint, (float)((double)d->rotation / (2 * GLBK__PI)));
+    glbk__csm_put(words, 8, glbk_csm__v3_load(d->u), d->cosine_power);
+    glbk__csm_put(words, 9, glbk_csm__v3_load(d->v), 0);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *words)
+{
+    glbk_context none;
+    glbk__csm_logger log;
+    if (!d || !words) return GLBK_ERR_ARGUMENT;
+    memset(&none, 0, sizeof none);
+    none.system.log = d->system.log;
+    none.system.user = d->system.user;
+    log = glbk__csm_logger_make(&none, __func__);
+    return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
+}
+
+/* Writes two texels for each lobe. */
+static void glbk__csm_write_lobes(const glbk_csm_lights_desc *d, uint32_t *words)
+{
+    uint32_t i;
+    for (i = 0; i < d->lobe_count; i++) {
+        glbk__csm_put(words, 2 * i, glbk_csm__v3_load(d->lobes[i].axis), d->lobes[i].exponent);
+        glbk__csm_put(words, 2 * i + 1, glbk_csm__v3_load(d->lobes[i].scale), 0);
+    }
+}
+
+/* Checks what glbk_csm_lights_create is given, except the lights themselves. */
+static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_csm_lights_desc *d,
+                                          const uint32_t *starts)
+{
+    static const char function[] = "glbk_csm_lights_create";
+    if (d->light_count && (!d->lights || !starts))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights", "is NULL");
+    if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+    if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
+                               "1..65536 with patterns, 0 without");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *d,
+                                            uint32_t *starts, glbk_csm_lights *out)
+{
+    glbk_csm__allocator memory;
+    glbk__csm_logger log;
+    size_t texels, one, patterns;
+    uint32_t i, *words;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_lights(ctx, d, starts);
+    if (result != GLBK_OK) return result;
+    log = glbk__csm_logger_make(ctx, __func__);
+    texels = 2 * (size_t)d->lobe_count;
+    patterns = 128 * (size_t)d->pattern_length;
+    for (i = 0; i < d->light_count; i++) {
+        one = glbk__csm_texel_count(&log, &d->lights[i]);
+        if (!one) return GLBK_ERR_DESC;
+        starts[i] = (uint32_t)texels;
+        texels += one;
+        if (texels > (size_t)1 << 28)
+            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+    }
+    out->lobe_count = d->lobe_count;
+    out->patterns_at = (uint32_t)texels;
+    out->pattern_length = d->pattern_length;
+    texels += patterns + 1;
+    memory = glbk_csm__memory(ctx);
+    words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
+    if (!words) result = GLBK_ERR_ALLOC;
+    else {
+        memset(words, 0, texels * 16);
+        glbk__csm_write_lobes(d, words);
+        for (i = 0; i < d->light_count && result == GLBK_OK; i++)
+            result = glbk__csm_light_write(&log, &d->lights[i], words + 4 * (size_t)starts[i]);
+        if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
+    }
+    if (result == GLBK_OK)
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, texels, &out->texels);
+    glbk_csm__free(&memory, words);
+    if (result != GLBK_OK) memset(out, 0, sizeof *out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const lsamp_light_desc *desc)
+{
+    glbk_csm__allocator memory;
+    glbk__csm_logger log;
+    size_t texels;
+    uint32_t *words;
+    glbk_result result;
+
+    if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
+    if (!lights->texels.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
+    log = glbk__csm_logger_make(ctx, __func__);
+    texels = glbk__csm_texel_count(&log, desc);
+    if (!texels) return GLBK_ERR_DESC;
+    if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
+                               "that of a light with as many texels");
+    memory = glbk_csm__memory(ctx);
+    words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    result = glbk__csm_light_write(&log, desc, words);
+    if (result == GLBK_OK) result = glbk__table_update(ctx, &lights->texels, start, texels, words);
+    glbk_csm__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights)
+{
+    if (!lights) return;
+    glbk_texture_free(ctx, &lights->texels);
+    memset(lights, 0, sizeof *lights);
+}

@@ -1,0 +1,147 @@
+/* wavelets_test - what scenes of wavelets leave out, which must be nothing that shows, and which wavelets a field
+   keeps. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+enum { SIDE = 16 };
+
+static sfield_field *ball;
+
+static int make_ball(void **state)
+{
+    model m = model_sphere(32, 16, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc d;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.basis = SFIELD_BASIS_HAAR;
+    d.shells = 12;
+    d.position_side = 7;
+    d.cube_side = SIDE;
+    d.keep = 0.1f;
+    d.outer = 12;
+    assert_int_equal(sfield_build(&d, &mesh, &ball, NULL), SFIELD_OK);
+    model_free(&m);
+    return 0;
+}
+
+static int free_ball(void **state)
+{
+    (void)state;
+    sfield_free(ball);
+    return 0;
+}
+
+/* Light of a sky of 1 at the origin, looking up, past balls at the places given. */
+static float light_past(const float places[][3], size_t count, sfield_scene_stats *stats)
+{
+    static const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 }, one[3] = { 1, 1, 1 };
+    sfield_scene_desc d;
+    sfield_entity e[4];
+    sfield_points set;
+    sfield_scene *s;
+    float rgb[3];
+    size_t i;
+    int k;
+    memset(&d, 0, sizeof d);
+    d.basis = SFIELD_BASIS_HAAR;
+    d.cube_side = SIDE;
+    memset(e, 0, sizeof e);
+    for (i = 0; i < count; i++) {
+        e[i].occlusion = ball;
+        for (k = 0; k < 16; k += 5) e[i].transform[k] = 1;
+        for (k = 0; k < 3; k++) e[i].transform[12 + k] = places[i][k], e[i].tint[k] = 1;
+    }
+    memset(&set, 0, sizeof set);
+    set.count = 1;
+    set.positions = p;
+    set.normals = up;
+    set.rgb = rgb;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    assert_int_equal(sfield_scene_entities(s, e, count), SFIELD_OK);
+    assert_int_equal(sfield_scene_environment(s, one, 1, 1, NULL), SFIELD_OK);
+    assert_int_equal(sfield_shade(s, &set, 1, stats), SFIELD_OK);
+    sfield_scene_free(s);
+    return rgb[0];
+}
+
+/* Of a ball with its centre on the horizon the upper half hides (a - sin a cos a) / pi of a level point's light, where
+   sin a is radius over distance: the integral of sin rho sin rho over its half disc. One that ends below the
+   horizon hides nothing. */
+static void a_ball_on_the_horizon_hides_by_its_upper_half(void **state)
+{
+    static const float on[1][3] = { { 1.6f, 0, 0 } }, under[1][3] = { { 1.6f, -1.1f, 0 } };
+    double a = asin(1 / 1.6), exact = 1 - (a - sin(a) * cos(a)) / PI;
+    sfield_scene_stats stats;
+    double got = (double)light_past(on, 1, &stats);
+    (void)state;
+    print_message("ball on the horizon: %.4f, exactly %.4f\n", got, exact);
+    assert_true(stats.culled_horizon == 0 && stats.products == 1);
+    assert_true(fabs(got - exact) < 0.02);
+    got = (double)light_past(under, 1, &stats);
+    assert_true(stats.culled_horizon == 1 && stats.products == 0);
+    assert_true(fabs(got - 1) < 0.002);
+}
+
+/* Of two balls side by side each hides (r / d)^2 cos: neither is hidden by the other. One behind the other is, and
+   changes nothing. */
+static void balls_side_by_side_both_hide(void **state)
+{
+    static const float beside[2][3] = { { 2, 2, 0 }, { -2.5f, 2.5f, 0 } }, behind[2][3] = { { 0, 2, 0 }, { 0, 6, 0 } };
+    double exact = 1 - (1 / 8.0 + 1 / 12.5) * sqrt(0.5);
+    sfield_scene_stats stats;
+    double got = (double)light_past(beside, 2, &stats);
+    (void)state;
+    print_message("two balls: %.4f, exactly %.4f\n", got, exact);
+    assert_true(stats.culled_hidden == 0 && stats.products == 2);
+    assert_true(fabs(got - exact) < 0.02);
+    assert_true(light_past(behind, 2, &stats) == light_past(behind, 1, NULL));
+    assert_true(stats.culled_hidden == 1);
+}
+
+/* A field keeps the wavelets of the greatest height times area: one of a whole face, of coefficient 1, comes before one
+   of the finest squares, of 6, since that one's square is 8 times smaller each way. */
+static void wavelets_are_kept_by_area(void **state)
+{
+    enum { N = 16, CELLS = 6 * N * N };
+    static float texel[CELLS], haar[CELLS], key[2 * CELLS];
+    uint32_t entry[3], kept, coarse[3], i;
+    sfield__build b;
+    sfield__view v;
+    float scale;
+    (void)state;
+    memset(&b, 0, sizeof b);
+    memset(&v, 0, sizeof v);
+    b.h.cube_side = N;
+    b.h.channels = b.h.stride = 1;
+    b.cells = CELLS;
+    b.most = 3;
+    for (i = 0; i < 3; i++) {
+        coarse[i] = 2 * i * N * N + 1;                  /* of faces 0, 2 and 4 */
+        haar[coarse[i]] = 1;
+        haar[(2 * i + 1) * N * N + N * N / 4 + i] = -6; /* the finest three quarters of faces 1, 3 and 5 */
+    }
+    assert_int_equal(sfield_haar_inverse(N, haar, texel), SFIELD_OK);
+    v.texel = texel;
+    v.haar = haar;
+    v.key = key;
+    sfield__encode_haar(&b, &v, &kept, &scale, entry);
+    assert_int_equal(kept, 3);
+    for (i = 0; i < 3; i++) assert_int_equal(entry[i] >> 16, coarse[i]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_ball_on_the_horizon_hides_by_its_upper_half),
+        cmocka_unit_test(balls_side_by_side_both_hide),
+        cmocka_unit_test(wavelets_are_kept_by_area),
+    };
+    return cmocka_run_group_tests(tests, make_ball, free_ball);
+}
