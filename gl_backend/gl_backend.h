@@ -863,26 +863,27 @@ GLBK__PART(BASE)
 /* Every call that can fail and calls GL begins with glbk__enter, which returns GLBK_ERR_ARGUMENT for no
    context, GLBK_ERR_LOST, or GLBK_ERR_PENDING, and ends with glbk__leave, which returns the errors that GL
    has kept since. A call of a frame ends with glbk__leave_frame, which asks GL with desc.check alone.
-   glbk__made ends a creating call whose last steps were those of a frame: where result is GLBK_OK it asks
-   GL. */
+   glbk__leave_created ends a creating call whose last steps were those of a frame: where result is GLBK_OK it
+   asks GL. */
 GLBK__DEF glbk_result glbk__enter(glbk_context *ctx);
 GLBK__DEF glbk_result glbk__leave(glbk_context *ctx);
 GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx);
-GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result);
+GLBK__DEF glbk_result glbk__leave_created(glbk_context *ctx, glbk_result result);
 
 /* These log why a call fails and return the result: "FUNCTION: FIELD TEXT"; "FUNCTION: FIELD is VALUE; it
    must be WANTED"; "FUNCTION: FIELD is VALUE; it must be LOW..HIGH". function is __func__ of the public
    function. */
-GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                const char *field, const char *text);
-GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, const char *wanted);
-GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, double low, double high);
+GLBK__DEF glbk_result glbk__refuse(const glbk_context *ctx, glbk_result result, const char *function,
+                                   const char *field, const char *text);
+GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, const char *wanted);
+GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, double low, double high);
 /* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
    position counts indices from 0. */
-GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *mesh, size_t position, size_t index, size_t vertex_count);
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
 
 /* Returns *offset, or zeros for NULL. */
 GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
@@ -928,15 +929,15 @@ GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, 
 GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
                                          size_t count, const void *texels);
 
-/* Text that is counted in `used` and written as far as there is room: glbk__put adds so many characters,
-   glbk__put_text a string, glbk__put_file a file of GLSL. */
+/* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
+   glbk__append_text a string, glbk__append_file a file of GLSL. */
 typedef struct glbk__sink {
     char  *out;
     size_t bytes, used;
 } glbk__sink;
-GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length);
-GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text);
-GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
+GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length);
+GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
 
 /* ==== src/gl/begin.h ==== */
 
@@ -1313,35 +1314,35 @@ static glbk__logger glbk__logger_of(const glbk_context *ctx, const char *functio
     return logger;
 }
 
-GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                const char *field, const char *text)
+GLBK__DEF glbk_result glbk__refuse(const glbk_context *ctx, glbk_result result, const char *function,
+                                   const char *field, const char *text)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_text(&logger, field, text);
     return result;
 }
 
-GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, const char *wanted)
+GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, const char *wanted)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_value(&logger, field, value, wanted);
     return result;
 }
 
-GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, double low, double high)
+GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, double low, double high)
 {
     glbk__message m;
     m.used = 0;
     glbk__message_number(&m, low);
     glbk__message_text(&m, "..");
     glbk__message_number(&m, high);
-    return glbk__bad_value(ctx, result, function, field, value, m.text);
+    return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
 
-GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *mesh, size_t position, size_t index, size_t vertex_count)
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_index(&logger, mesh, position, index, vertex_count);
@@ -1394,7 +1395,7 @@ static glbk_result glbk__enter_frame(glbk_context *ctx)
 GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
 
 /* The end of a creating call whose last steps were a frame's. */
-GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
+GLBK__DEF glbk_result glbk__leave_created(glbk_context *ctx, glbk_result result)
 {
     return result == GLBK_OK ? glbk__leave(ctx) : result;
 }
@@ -1405,8 +1406,8 @@ GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *fun
     if (!ctx->check || !ctx->inner) return GLBK_OK;
     ctx->gl.GetIntegerv(0x8CA6 /* DRAW_FRAMEBUFFER_BINDING */, &bound);
     if ((uint32_t)bound != ctx->inner) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ORDER, function, "a technique's framebuffer",
-                     "is still bound: after its passes bind your own");
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "a technique's framebuffer",
+                        "is still bound: after its passes bind your own");
 }
 
 GLBK_DEF glbk_result glbk_check(glbk_context *ctx)
@@ -1485,7 +1486,7 @@ static int glbk__has_extension(const glbk_context *ctx, const char *name)
     return 0;
 }
 
-static uint32_t glbk__get(const glbk_context *ctx, uint32_t name)
+static uint32_t glbk__get_integer(const glbk_context *ctx, uint32_t name)
 {
     int32_t value[4] = { 0, 0, 0, 0 };
     ctx->gl.GetIntegerv(name, value);
@@ -1499,7 +1500,7 @@ static int glbk__has_clip_control(glbk_context *ctx, const glbk_desc *desc)
     if (!ctx->es && ctx->version < 450 && !glbk__has_extension(ctx, "GL_ARB_clip_control")) return 0;
     if (ctx->es && !glbk__has_extension(ctx, "GL_EXT_clip_control")) return 0;
     if (glbk__load(ctx, desc, GLBK__GROUP_CLIP)) return 0;
-    origin = glbk__get(ctx, 0x935C /* CLIP_ORIGIN */);
+    origin = glbk__get_integer(ctx, 0x935C /* CLIP_ORIGIN */);
     if (origin == 0x8CA1 || origin == 0x8CA2) return 1;
     ctx->gl.GetError();
     return 0;
@@ -1522,11 +1523,11 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->offset_clamp = desk &&
                         (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
                         !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
-    ctx->max_side = glbk__get(ctx, 0x0D33);
-    ctx->max_layers = glbk__get(ctx, 0x88FF);
-    ctx->max_targets = glbk__get(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
+    ctx->max_side = glbk__get_integer(ctx, 0x0D33);
+    ctx->max_layers = glbk__get_integer(ctx, 0x88FF);
+    ctx->max_targets = glbk__get_integer(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
     if (ctx->max_targets > 8) ctx->max_targets = 8;
-    if (ctx->compute) ctx->max_storage = glbk__get(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
+    if (ctx->compute) ctx->max_storage = glbk__get_integer(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
     ctx->gl.GetFloatv(0x846D /* ALIASED_POINT_SIZE_RANGE */, points);
     ctx->max_point_side = points[1];
 }
@@ -1537,7 +1538,7 @@ static glbk_result glbk__check_first(const glbk_context *ctx, const char *field,
                                      uint32_t least, uint32_t most, uint32_t *out)
 {
     const uint32_t last = has > least ? has - least : 0;
-    if (first > last) return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "glbk_init", field, first, 0, last);
+    if (first > last) return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_init", field, first, 0, last);
     *out = has - first < most ? has - first : most;
     return GLBK_OK;
 }
@@ -1562,10 +1563,10 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     ctx->renderer = (const char *)ctx->gl.GetString(0x1F01);
     if (!ctx->renderer) ctx->renderer = "";
     glbk__read_features(ctx, desc);
-    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get(ctx, 0x8B4D), GLBK_UNITS,
-                               GLBK_MAX_UNITS, &ctx->unit_count);
+    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get_integer(ctx, 0x8B4D),
+                               GLBK_UNITS, GLBK_MAX_UNITS, &ctx->unit_count);
     if (result == GLBK_OK)
-        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F),
+        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get_integer(ctx, 0x8A2F),
                                    GLBK_BLOCKS, GLBK_MAX_BLOCKS, &ctx->block_count);
     if (result != GLBK_OK) return result;
     ctx->gl.GenVertexArrays(1, &ctx->vertex_array);
@@ -1585,10 +1586,10 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     ctx->first_block = desc->first_block;
     ctx->check = desc->check != 0;
     if (!desc->get_proc_fn)
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
     else if (!glbk__allocator_valid(desc->system.allocator.alloc_fn, desc->system.allocator.free_fn))
-        result =
-            glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
+        result = glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator",
+                              "has one of its two functions");
     else
         result = glbk__init(ctx, desc);
     if (result != GLBK_OK) glbk_free(ctx);
@@ -1726,15 +1727,16 @@ static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *fun
 {
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->sampling == GLBK_SAMPLING_COMPARE)
-        return glbk__is_depth(d->format) ? GLBK_OK : glbk__bad(ctx, bad, function, "desc.sampling",
-                                                               "is COMPARE, which only depth formats have");
+        return glbk__is_depth(d->format) ? GLBK_OK
+                                         : glbk__refuse(ctx, bad, function, "desc.sampling",
+                                                        "is COMPARE, which only depth formats have");
     if (d->sampling != GLBK_SAMPLING_LINEAR && d->sampling != GLBK_SAMPLING_MIPMAPS) return GLBK_OK;
     if (glbk__is_integer(d->format) || glbk__is_depth(d->format))
-        return glbk__bad(ctx, bad, function, "desc.sampling",
-                         "is LINEAR or MIPMAPS, which formats of integers and depth do not have");
+        return glbk__refuse(ctx, bad, function, "desc.sampling",
+                            "is LINEAR or MIPMAPS, which formats of integers and depth do not have");
     if (glbk__formats[d->format].type == GLBK_GL_FLOAT && !ctx->float_linear)
-        return glbk__bad(ctx, bad, function, "desc.sampling",
-                         "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
+        return glbk__refuse(ctx, bad, function, "desc.sampling",
+                            "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
     if (d->sampling == GLBK_SAMPLING_MIPMAPS && d->data && glbk__is_float(d->format) && !ctx->float_targets)
         return GLBK_ERR_FLOAT_TARGET;           /* glGenerateMipmap is for what can be rendered to */
     return GLBK_OK;
@@ -1746,8 +1748,8 @@ static glbk_result glbk__check_extent(const glbk_context *ctx, const char *funct
                                       uint32_t value, uint32_t low, uint32_t high)
 {
     if (value >= low && value <= high) return GLBK_OK;
-    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
-                           high);
+    return glbk__refuse_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
+                              high);
 }
 
 /* Checks a desc and resolves its defaults in place. */
@@ -1756,11 +1758,11 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     uint32_t most;
     glbk_result result;
     if (d->format <= GLBK_FORMAT_NONE || d->format >= GLBK_FORMAT_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
-                               "a glbk_format, not NONE");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
+                                  "a glbk_format, not NONE");
     if ((unsigned)d->sampling >= GLBK_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
-                               "a glbk_sampling");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
+                                  "a glbk_sampling");
     if (d->format == GLBK_FORMAT_COLOR)
         d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
     result = glbk__check_extent(ctx, function, "desc.width", d->width, 1, ctx->max_side);
@@ -1772,7 +1774,7 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     most = glbk__all_levels(d->width, d->height);
     if (!d->levels) d->levels = d->sampling == GLBK_SAMPLING_MIPMAPS ? most : 1;
     if (d->levels > most)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.levels", d->levels, 0, most);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.levels", d->levels, 0, most);
     return glbk__check_sampling(ctx, function, d);
 }
 
@@ -1841,7 +1843,7 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!desc) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     d = *desc;
     result = glbk__check_texture(ctx, __func__, &d);
     if (result != GLBK_OK) return result;
@@ -1903,7 +1905,7 @@ static glbk_result glbk__check_span(const glbk_context *ctx, const char *functio
 {
     return end <= most
                ? GLBK_OK
-               : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
+               : glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
 }
 
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
@@ -1914,10 +1916,10 @@ GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *
     glbk_result result = glbk__enter_frame(ctx);
 
     if (result != GLBK_OK) return result;
-    if (!t || !t->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
-    if (!data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
+    if (!t || !t->name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
+    if (!data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
     if (level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
     if (result == GLBK_OK)
         result =
@@ -1959,15 +1961,16 @@ GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, 
     if (ctx->lost) return GLBK_ERR_LOST;
     rows = count ? (count - 1) / side + 1 : 0;
     if (!count || (rows - 1) / side >= ctx->max_layers)
-        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
-                               (double)count, 1, (double)ctx->max_layers * 1048576.0);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
+                                  (double)count, 1, (double)ctx->max_layers * 1048576.0);
     memset(&d, 0, sizeof d);
     d.format = format;
     d.width = GLBK__TABLE_SIDE;
     d.height = (uint32_t)(rows < side ? rows : side);
     d.layers = (uint32_t)((rows - 1) / side + 1);
     result = glbk_texture_create(ctx, &d, out);
-    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk__table_update(ctx, out, 0, count, texels));
+    if (result == GLBK_OK && texels)
+        result = glbk__leave_created(ctx, glbk__table_update(ctx, out, 0, count, texels));
     if (result != GLBK_OK) glbk_texture_free(ctx, out);
     return result;
 }
@@ -1985,14 +1988,14 @@ GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!table || !table->name || table->width != side || !table->layers)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     room = side * table->height * table->layers;
     if (first > room)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
     if (count > room - first)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
-                               (double)(room - first));
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
+                                  (double)(room - first));
     result = glbk__enter_frame(ctx);
     if (result != GLBK_OK || !count) return result;
     glbk__upload_begin(ctx, table, &old);
@@ -2032,8 +2035,8 @@ static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, si
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
     if (!bytes || bytes > PTRDIFF_MAX)
-        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
-                               (double)bytes, 1, (double)PTRDIFF_MAX);
+        return glbk__refuse_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
+                                  (double)bytes, 1, (double)PTRDIFF_MAX);
     ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
     ctx->gl.BindBuffer(target, out->name);
@@ -2062,12 +2065,13 @@ static glbk_result glbk__check_run(const glbk_context *ctx, const char *function
                                    size_t offset, size_t bytes, const void *memory)
 {
     const glbk_result bad = GLBK_ERR_ARGUMENT;
-    if (!memory) return glbk__bad(ctx, bad, function, "the data", "are NULL");
-    if (!buffer || !buffer->name) return glbk__bad(ctx, bad, function, "buffer", "was not created");
+    if (!memory) return glbk__refuse(ctx, bad, function, "the data", "are NULL");
+    if (!buffer || !buffer->name) return glbk__refuse(ctx, bad, function, "buffer", "was not created");
     if (offset > buffer->bytes)
-        return glbk__bad_range(ctx, bad, function, "offset", (double)offset, 0, (double)buffer->bytes);
+        return glbk__refuse_range(ctx, bad, function, "offset", (double)offset, 0, (double)buffer->bytes);
     if (bytes <= buffer->bytes - offset) return GLBK_OK;
-    return glbk__bad_range(ctx, bad, function, "bytes", (double)bytes, 0, (double)(buffer->bytes - offset));
+    return glbk__refuse_range(ctx, bad, function, "bytes", (double)bytes, 0,
+                              (double)(buffer->bytes - offset));
 }
 
 GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
@@ -2142,22 +2146,22 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     const uint32_t layer = is_color ? d->layer[i] : d->depth_layer, layers = t->layers ? t->layers : 1;
 
     if (is_color && i != out->count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
-    if (!t->name) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
+    if (!t->name) return glbk__refuse(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
     if (d->level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
-                               (double)t->levels - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
+                                  (double)t->levels - 1);
     if (layer >= layers)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
-                               layer, 0, (double)layers - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
+                                  layer, 0, (double)layers - 1);
     if (is_color == glbk__is_depth(t->format))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
-                         is_color ? "is a depth texture" : "is no depth texture");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                            is_color ? "is a depth texture" : "is no depth texture");
     if (glbk__is_float(t->format) && !ctx->float_targets) return GLBK_ERR_FLOAT_TARGET;
     if (out->width && (out->width != glbk__half(t->width, d->level) ||
                        out->height != glbk__half(t->height, d->level)))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
-                         "is of another size than those before it");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                            "is of another size than those before it");
     out->width = glbk__half(t->width, d->level);
     out->height = glbk__half(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
@@ -2173,7 +2177,7 @@ static glbk_result glbk__check_target(const glbk_context *ctx, const glbk_target
         if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth)
             result = glbk__check_attachment(ctx, d, i, out);
     if (result != GLBK_OK || out->width) return result;
-    return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
+    return glbk__refuse(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
 }
 
 GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
@@ -2209,7 +2213,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!desc) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     result = glbk__check_target(ctx, desc, out);
     if (result != GLBK_OK) {
         memset(out, 0, sizeof *out);
@@ -2254,8 +2258,8 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     glbk_target_desc t;
     glbk_result result;
     if (!width || !height)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
-                               "1 or more");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
+                                  "1 or more");
     memset(&d, 0, sizeof d);
     memset(&t, 0, sizeof t);
     d.format = format;
@@ -2290,11 +2294,11 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
 
     if (result != GLBK_OK) return result;
     if (!target || !target->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (attachment >= target->count)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
-                               (double)target->count - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
+                                  (double)target->count - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, target->width);
     if (result == GLBK_OK)
         result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, target->height);
@@ -2367,8 +2371,8 @@ typedef struct glbk__list {
     const glbk_part *parts[GLBK_MAX_PARTS + 1];
 } glbk__list;
 
-static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle,
-                                   size_t length, const char *after)
+static const glbk_file *glbk__find_listed(const glbk__list *list, const char *before, const char *middle,
+                                          size_t length, const char *after)
 {
     const glbk_file *file = NULL;
     uint32_t i;
@@ -2409,7 +2413,7 @@ static int glbk__gather(glbk__list *list, const char *names)
 {
     size_t length;
     for (; (length = glbk__word(&names)) != 0; names += length)
-        if (!glbk__gather_file(list, glbk__find(list, "lib/", names, length, ".glsl"))) return 0;
+        if (!glbk__gather_file(list, glbk__find_listed(list, "lib/", names, length, ".glsl"))) return 0;
     return 1;
 }
 
@@ -2439,7 +2443,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     list->count = 0;
     memcpy(list->parts, shader->parts, sizeof shader->parts);
     list->parts[GLBK_MAX_PARTS] = glbk_base_part();
-    *main_file = shader->name ? glbk__find(list, "", shader->name, strlen(shader->name), "") : NULL;
+    *main_file = shader->name ? glbk__find_listed(list, "", shader->name, strlen(shader->name), "") : NULL;
     known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
             glbk__gather(list, shader->uses ? shader->uses : "") &&
             glbk__gather(list, *main_file ? (*main_file)->uses : "");
@@ -2448,7 +2452,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     return known;
 }
 
-GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
+GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length)
 {
     size_t room = sink->bytes > sink->used + 1 ? sink->bytes - 1 - sink->used : 0;
     if (room > length) room = length;
@@ -2456,7 +2460,10 @@ GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
     sink->used += length;
 }
 
-GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
+GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text)
+{
+    glbk__append(sink, text, strlen(text));
+}
 
 /* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
    the thousands. */
@@ -2464,17 +2471,17 @@ static void glbk__put_line(glbk__sink *sink, uint32_t n)
 {
     char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
     const char *number = n < 10 ? digits + 1 : digits;
-    glbk__put_text(sink, "#line ");
-    glbk__put_text(sink, number);
-    glbk__put_text(sink, "001 ");
-    glbk__put_text(sink, number);
-    glbk__put_text(sink, "\n");
+    glbk__append_text(sink, "#line ");
+    glbk__append_text(sink, number);
+    glbk__append_text(sink, "001 ");
+    glbk__append_text(sink, number);
+    glbk__append_text(sink, "\n");
 }
 
-GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
+GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
     uint32_t i;
-    for (i = 0; i < file->text_count; i++) glbk__put_text(sink, file->texts[i]);
+    for (i = 0; i < file->text_count; i++) glbk__append_text(sink, file->texts[i]);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
@@ -2489,12 +2496,12 @@ static int glbk__put_defines(glbk__sink *sink, const char *defines)
         if (!name || !glbk__is_letter(defines[0])) return 0;
         for (i = 0; i < length; i++)
             if (i != name && !glbk__is_value(defines[i])) return 0;
-        glbk__put_text(sink, "#define ");
-        glbk__put(sink, defines, name);
-        glbk__put_text(sink, " ");
-        if (name < length) glbk__put(sink, defines + name + 1, length - name - 1);
-        else glbk__put_text(sink, "1");
-        glbk__put_text(sink, "\n");
+        glbk__append_text(sink, "#define ");
+        glbk__append(sink, defines, name);
+        glbk__append_text(sink, " ");
+        if (name < length) glbk__append(sink, defines + name + 1, length - name - 1);
+        else glbk__append_text(sink, "1");
+        glbk__append_text(sink, "\n");
     }
     return 1;
 }
@@ -2514,16 +2521,16 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
     sink.out = out;
     sink.bytes = bytes;
     sink.used = 0;
-    glbk__put_text(&sink, versions[dialect]);
-    glbk__put_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
+    glbk__append_text(&sink, versions[dialect]);
+    glbk__append_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
     if (!glbk__put_defines(&sink, shader->defines ? shader->defines : "")) return 0;
     for (i = 0; i < list.count; i++) {
         glbk__put_line(&sink, i + 1);
-        glbk__put_file(&sink, list.file[i]);
+        glbk__append_file(&sink, list.file[i]);
     }
     glbk__put_line(&sink, list.count + 1);
-    if (main_file) glbk__put_file(&sink, main_file);
-    if (shader->text) glbk__put_text(&sink, shader->text);
+    if (main_file) glbk__append_file(&sink, main_file);
+    if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
     return sink.used + 1;
 }
@@ -2556,8 +2563,8 @@ static int glbk__declares(const glbk_context *ctx, uint32_t gl_program, const ch
 }
 
 /* "FUNCTION: A and B both have texture unit 3: give one part an offset". */
-static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
-                                   const char *second, uint32_t place, int is_block)
+static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
+                                      const char *second, uint32_t place, int is_block)
 {
     glbk__message m;
     m.used = 0;
@@ -2567,7 +2574,7 @@ static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders 
                        is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
     glbk__message_count(&m, place);
     glbk__message_text(&m, ": give one part an offset");
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
 }
 
 /* The names of one list take their places; first: by how much these are moved. */
@@ -2579,12 +2586,12 @@ static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_progra
     for (; s->name; s++) {
         if (!glbk__declares(ctx, gl_program, s->name, is_block)) continue;
         if (first >= count || s->slot >= count - first)
-            return glbk__bad_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)first + s->slot, 0,
-                                   (double)count - 1);
+            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)first + s->slot, 0,
+                                      (double)count - 1);
         if (holders[first + s->slot])
-            return glbk__bad_place(ctx, h, holders[first + s->slot], s->name,
-                                   (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
-                                   is_block);
+            return glbk__refuse_place(ctx, h, holders[first + s->slot], s->name,
+                                      (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
+                                      is_block);
         holders[first + s->slot] = s->name;
     }
     return GLBK_OK;
@@ -2653,12 +2660,12 @@ GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, co
     uint32_t used;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (ctx->lost) return GLBK_ERR_LOST;
-    if (!gl_program) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gl_program", "is 0");
+    if (!gl_program) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gl_program", "is 0");
     memset(&h, 0, sizeof h);
     h.function = __func__;
     if (part) result = glbk__take_part(ctx, gl_program, part, offset, &h);
     if (result != GLBK_OK) return result;
-    used = glbk__get(ctx, 0x8B8D /* CURRENT_PROGRAM */);
+    used = glbk__get_integer(ctx, 0x8B8D /* CURRENT_PROGRAM */);
     if (used != gl_program) ctx->gl.UseProgram(gl_program);
     glbk__set_base_slots(ctx, gl_program);
     if (part) glbk__set_part_slots(ctx, part, offset, gl_program);
@@ -2696,7 +2703,7 @@ static void glbk__put_number(glbk__sink *sink, uint32_t value)
     glbk__message m;
     m.used = 0;
     glbk__message_count(&m, value);
-    glbk__put(sink, m.text, m.used);
+    glbk__append(sink, m.text, m.used);
 }
 
 /* Which number of the driver's messages is which file. */
@@ -2707,14 +2714,16 @@ static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
     uint32_t i;
 
     (void)glbk__gather_all(&list, shader, &main_file);      /* all are there: the text was compiled */
-    glbk__put_text(sink, "files: 0 defines");
+    glbk__append_text(sink, "files: 0 defines");
     for (i = 0; i <= list.count; i++) {
-        glbk__put_text(sink, ", ");
+        glbk__append_text(sink, ", ");
         glbk__put_number(sink, i + 1);
-        glbk__put_text(sink, " ");
-        glbk__put_text(sink, i < list.count ? list.file[i]->name : shader->name ? shader->name : "your text");
+        glbk__append_text(sink, " ");
+        glbk__append_text(sink, i < list.count ? list.file[i]->name
+                                : shader->name ? shader->name
+                                               : "your text");
     }
-    glbk__put_text(sink, "\n");
+    glbk__append_text(sink, "\n");
 }
 
 /* The driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
@@ -2763,8 +2772,8 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
         return glbk__fail(ctx, GLBK_ERR_NAME,
                           "an unknown library file, or bad defines: ", stage->shader.uses);
     if (bytes > INT32_MAX)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
-                               INT32_MAX);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
+                                  INT32_MAX);
     text = (char *)glbk__alloc(&memory, bytes);
     if (!text) return GLBK_ERR_ALLOC;
     glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
@@ -2795,8 +2804,8 @@ static glbk_result glbk__set_outputs(const glbk_context *ctx, uint32_t program, 
 
     for (; (length = glbk__word(&outputs)) != 0; outputs += length) {
         if (count == 16 || length + 1 > sizeof text - used)
-            return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
-                             "has more than 16 names or 511 characters");
+            return glbk__refuse(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
+                                "has more than 16 names or 511 characters");
         names[count++] = text + used;
         memcpy(text + used, outputs, length);
         text[used + length] = 0;
@@ -2846,7 +2855,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
+    if (!name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
     length = strlen(name);
     if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
     file = glbk_find_file(part, path);
@@ -2899,9 +2908,9 @@ GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
+    if (!s) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
     if ((s->fragment != NULL) == (s->compute != NULL))
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
     memset(stages, 0, sizeof stages);
     memcpy(stages[0].shader.parts, s->parts, sizeof s->parts);
     stages[0].shader.uses = s->uses ? s->uses : "";
@@ -3226,22 +3235,23 @@ static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pa
     static const char function[] = "glbk_begin";
     const int32_t *v = pass->viewport;
     if ((unsigned)pass->depth >= GLBK_DEPTH_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
-                               "a glbk_depth");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
+                                  "a glbk_depth");
     if ((unsigned)pass->blend >= GLBK_BLEND_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
-                               "a glbk_blend");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
+                                  "a glbk_blend");
     if ((unsigned)pass->cull >= GLBK_CULL_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull, "a glbk_cull");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull,
+                                  "a glbk_cull");
     if (pass->target && !pass->target->name)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
     if (v[2] < 0 || v[3] < 0)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function,
-                               v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
-                               "0 or more");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function,
+                                  v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
+                                  "0 or more");
     if (!pass->target && (!v[2] || !v[3]))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport",
-                         "is empty, and there is no pass.target");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "pass.viewport",
+                            "is empty, and there is no pass.target");
     return GLBK_OK;
 }
 
@@ -3253,7 +3263,7 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     int i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__check_pass(ctx, pass);
     if (result != GLBK_OK) return result;
     if (ctx->lost) return GLBK_ERR_LOST;
@@ -3353,7 +3363,7 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!program || !program->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
     if (ctx->lost) return GLBK_ERR_LOST;
     if (!ctx->compute) return GLBK_ERR_FEATURE;
     glbk_program_use(ctx, program);

@@ -2749,15 +2749,15 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
 {
     static const char function[] = "glbk_csm_maps_create";
     uint32_t head[3];
-    if (!b->data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (!b->data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
     if (b->bytes < 400 || b->bytes % 16)
-        return glbk__bad_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
-                               "cohsm_data's");
+        return glbk__refuse_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
+                                  "cohsm_data's");
     memcpy(head, b->data, sizeof head);
     if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
-        return glbk__bad(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+        return glbk__refuse(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
     if (head[1] != 1)
-        return glbk__bad_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+        return glbk__refuse_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
     return GLBK_OK;
 }
 
@@ -2772,9 +2772,9 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 {
     char digit = (char)('0' + value % 10);
     if (!value) return;
-    glbk__put_text(sink, name);
-    if (value > 9) glbk__put_text(sink, "1");
-    glbk__put(sink, &digit, 1);
+    glbk__append_text(sink, name);
+    if (value > 9) glbk__append_text(sink, "1");
+    glbk__append(sink, &digit, 1);
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
@@ -2813,20 +2813,20 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (count && (!blocks || !starts))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
     for (i = 0; i < count; i++) {
         result = glbk__csm_check_block(ctx, &blocks[i]);
         if (result != GLBK_OK) return result;
         if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
-            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
+            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
         starts[i] = (uint32_t)texels;
         if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
         texels += blocks[i].bytes / 16;
         texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
     }
     if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
-                               (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
+                                  (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
@@ -2837,7 +2837,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
-    if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
+    if (result == GLBK_OK) result = glbk__leave_created(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;
 }
@@ -2893,17 +2893,18 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     float inverse[16], scale;
     uint32_t i;
 
-    if (!maps->blocks.name) return glbk__bad(ctx, bad, function, "maps", "were not created");
-    if (count > maps->capacity) return glbk__bad_range(ctx, bad, function, "count", count, 0, maps->capacity);
-    if (count && !instances) return glbk__bad(ctx, bad, function, "instances", "is NULL");
+    if (!maps->blocks.name) return glbk__refuse(ctx, bad, function, "maps", "were not created");
+    if (count > maps->capacity)
+        return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
+    if (count && !instances) return glbk__refuse(ctx, bad, function, "instances", "is NULL");
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texels)
-            return glbk__bad_value(ctx, bad, function, "an instance's start", instances[i].start,
-                                   "one it wrote");
+            return glbk__refuse_value(ctx, bad, function, "an instance's start", instances[i].start,
+                                      "one it wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
-            return glbk__bad_value(ctx, bad, function, "the instance with a bad transform", i,
-                                   "turned, evenly scaled, moved");
+            return glbk__refuse_value(ctx, bad, function, "the instance with a bad transform", i,
+                                      "turned, evenly scaled, moved");
     }
     return GLBK_OK;
 }
@@ -2987,8 +2988,8 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     if ((*out)->name) return GLBK_OK;
     sink.out = all;
     sink.bytes = sizeof all;
-    glbk__put_text(&sink, defines);
-    glbk__put_text(&sink, maps->defines);
+    glbk__append_text(&sink, defines);
+    glbk__append_text(&sink, maps->defines);
     result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
                     : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;
@@ -3030,7 +3031,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!capacity || capacity > (uint32_t)1 << 20)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     out->capacity = capacity;
@@ -3058,27 +3059,27 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
-    if (!asker->capacity) return glbk__bad(ctx, bad, function, "asker", "was not created");
+    if (!asker->capacity) return glbk__refuse(ctx, bad, function, "asker", "was not created");
     if (!q->positions || !q->lights)
-        return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
+        return glbk__refuse(ctx, bad, function, "query.positions or query.lights", "is NULL");
     if (!q->count || q->count > asker->capacity)
-        return glbk__bad_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
-        return glbk__bad_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
-                               "0 or a multiple of 4, >= 12");
+        return glbk__refuse_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
+                                  "0 or a multiple of 4, >= 12");
     if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.light_kind", (double)q->light_kind,
-                               "a COHSM_LIGHT_...");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.light_kind", (double)q->light_kind,
+                                  "a COHSM_LIGHT_...");
     if (stride % 4 || (stride && stride < least) || (!stride && q->light_kind == COHSM_LIGHT_PARAMETER))
-        return glbk__bad_value(ctx, bad, function, "query.light_stride", (double)stride,
-                               q->light_kind == COHSM_LIGHT_PARAMETER
-                                   ? "a multiple of 4, >= 12"
-                                   : "0 or a multiple of 4, >= a light");
+        return glbk__refuse_value(ctx, bad, function, "query.light_stride", (double)stride,
+                                  q->light_kind == COHSM_LIGHT_PARAMETER
+                                      ? "a multiple of 4, >= 12"
+                                      : "0 or a multiple of 4, >= a light");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
-                               "a COHSM_FILTER_...");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
+                                  "a COHSM_FILTER_...");
     if (!glbk_csm__finite(q->bias))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
     return GLBK_OK;
 }
 
@@ -3139,8 +3140,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
 
     if (!ctx || !asker || !maps) return GLBK_ERR_ARGUMENT;
     if (!count || count > asker->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
-    if (!asker->question) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+    if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
     result = glbk__csm_ask_program(ctx, asker, maps, &program);
     if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
@@ -3171,7 +3172,7 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
 
     if (!ctx || !asker || !visible) return GLBK_ERR_ARGUMENT;
     if (!count || count > asker->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
     for (done = 0; done < count && result == GLBK_OK; done += n) {
         n = count - done < 1024 ? count - done : 1024;
@@ -3228,7 +3229,7 @@ static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const cha
 /* Logs why a field is refused, and returns 0. */
 static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
 {
-    return glbk__bad(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
+    return glbk__refuse(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
 }
 
 /* Returns 1 if a number is in its range, else logs it and returns 0; wanted is the range in words. */
@@ -3236,7 +3237,8 @@ static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, fl
                               float high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
-    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) == GLBK_OK;
+    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) ==
+           GLBK_OK;
 }
 
 /* Does the same for three numbers. */
@@ -3262,8 +3264,8 @@ static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, 
     if (kind == LSAMP_LIGHT_CALLBACK)
         return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
-    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
-                           "a LSAMP_LIGHT_...") == GLBK_OK;
+    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
+                              "a LSAMP_LIGHT_...") == GLBK_OK;
 }
 
 /* ---- csm: meshes that emit ---- */
@@ -3303,8 +3305,8 @@ static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m
         return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
-        return glbk__bad_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
-                               glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
+        return glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
+                                  glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
     }
     return 1;
 }
@@ -3651,12 +3653,13 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
 {
     static const char function[] = "glbk_csm_lights_create";
     if (d->light_count && (!d->lights || !starts))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights",
+                            "is NULL");
     if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
     if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
-                               "1..65536 with patterns, 0 without");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
+                                  "1..65536 with patterns, 0 without");
     return GLBK_OK;
 }
 
@@ -3683,7 +3686,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
-            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
     }
     out->lobe_count = d->lobe_count;
     out->patterns_at = (uint32_t)texels;
@@ -3717,13 +3720,13 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
 
     if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
     if (!lights->texels.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
     log = glbk__csm_logger_make(ctx, __func__);
     texels = glbk__csm_texel_count(&log, desc);
     if (!texels) return GLBK_ERR_DESC;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
-                               "that of a light with as many texels");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
+                                  "that of a light with as many texels");
     memory = glbk_csm__memory(ctx);
     words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
     if (!words) return GLBK_ERR_ALLOC;
@@ -3798,9 +3801,9 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     memset(out, 0, sizeof *out);
     if (!d) return GLBK_ERR_ARGUMENT;
     if (!d->width || !d->height)
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
     if (d->lobes > LSAMP_MAX_LOBES)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
     out->width = d->width;
     out->height = d->height;
     out->compute = ctx->compute;
@@ -3835,17 +3838,17 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
     const glbk_result bad = GLBK_ERR_DESC;
     if (!u->maps || !u->maps->blocks.name)
-        return glbk__bad(ctx, bad, function, "use.maps", "were not created");
+        return glbk__refuse(ctx, bad, function, "use.maps", "were not created");
     if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
-        return glbk__bad_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
+        return glbk__refuse_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
     if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
     if (!u->samples || u->samples > 65536)
-        return glbk__bad_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
+        return glbk__refuse_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
     if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
-        return glbk__bad_value(ctx, bad, function, "use.start", u->start, "that of a light");
+        return glbk__refuse_value(ctx, bad, function, "use.start", u->start, "that of a light");
     if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
-                               "the patterns' length");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
+                                  "the patterns' length");
     return GLBK_OK;
 }
 
@@ -3857,21 +3860,21 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
     uint32_t i;
     if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
     if (!d->lights || !d->lights->texels.name)
-        return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
-    if (d->use_count && !d->uses) return glbk__bad(ctx, bad, function, "desc.uses", "is NULL");
+        return glbk__refuse(ctx, bad, function, "desc.lights", "were not created");
+    if (d->use_count && !d->uses) return glbk__refuse(ctx, bad, function, "desc.uses", "is NULL");
     if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
-                               GLBK_CSM_MAX_PLANES);
+        return glbk__refuse_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
+                                  GLBK_CSM_MAX_PLANES);
     if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
-                               "a LSAMP_SAMPLING_...");
+        return glbk__refuse_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
+                                  "a LSAMP_SAMPLING_...");
     if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(d->bias)) return glbk__bad(ctx, bad, function, "desc.bias", "is not finite");
+        return glbk__refuse_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(d->bias)) return glbk__refuse(ctx, bad, function, "desc.bias", "is not finite");
     if (!(d->offset >= 0))
-        return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+        return glbk__refuse_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
     if (r->frames == UINT32_MAX)
-        return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
+        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
     for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
         bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
     return bad;
@@ -3931,8 +3934,8 @@ static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
     if (g->width == r->width && g->height == r->height) return GLBK_OK;
-    return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
-                           g->width == r->width ? g->height : g->width, "that of the renderer");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
+                              g->width == r->width ? g->height : g->width, "that of the renderer");
 }
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -3990,8 +3993,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     if (asks && !gbuffer)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
-                         "asks what is seen, but gbuffer is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
+                            "asks what is seen, but gbuffer is NULL");
     if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
@@ -4013,7 +4016,7 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
     float scale;
 
     if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
-    if (!r->frames) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
+    if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {
         memset(rgba, 0, count * sizeof *rgba);
@@ -4164,19 +4167,18 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
     static const char function[] = "glbk_csm_builder_create";
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->map_side < 4 || d->map_side > 1024)
-        return glbk__bad_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
+        return glbk__refuse_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
     if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        return glbk__bad(ctx, bad, function, "desc.layers",
-                         "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+        return glbk__refuse(ctx, bad, function, "desc.layers", "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+        return glbk__refuse_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
     if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
-        return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
+        return glbk__refuse_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
-        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
-                               "0 or more");
+        return glbk__refuse_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
+                                  "0 or more");
     if (!d->view_fn || !d->draw_fn)
-        return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+        return glbk__refuse(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
     return GLBK_OK;
 }
 
@@ -4275,7 +4277,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
 
     if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
     if (!count || count > b->batch)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
     m = b->desc.map_side;
     glbk__csm_fill_block(b, count, &block);
     memset(&pass, 0, sizeof pass);
@@ -4369,10 +4371,10 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
 
     if (!ctx || !b) return GLBK_ERR_ARGUMENT;
     if (!b->drawn || b->drawn_from != b->next_view)
-        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
-                               "the next to compress");
+        return glbk__refuse_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
+                                  "the next to compress");
     if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
     glbk__csm_fill_block(b, b->drawn, &block);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
@@ -4442,7 +4444,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
 
     if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
     if (!b->next_view)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);
@@ -4457,7 +4459,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__bad(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+            result = glbk__refuse(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
     }
     glbk_csm__free(&memory, sorted);
     glbk_csm__free(&memory, ends);

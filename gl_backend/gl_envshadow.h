@@ -1143,21 +1143,21 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_
     glbk_result result;
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
-                               ENVSH_MAX_LIGHTS);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
+                                  ENVSH_MAX_LIGHTS);
     if ((d->vertex != NULL) != (d->fragment != NULL))
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
     out->capacity = d->capacity;
     out->map_side = d->map_side ? d->map_side : 256;
     out->guard = d->guard ? d->guard : 4;
     out->channels = d->rgba ? 4 : 1;
     if (out->map_side < 16 || out->map_side > 4096)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
+        result = glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
     else if (out->guard > out->map_side / 4)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1,
-                                 out->map_side / 4);
+        result =
+            glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
     else {
         glbk__envsh_lay_out(ctx, out);
         result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
@@ -1307,8 +1307,8 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
     if (!ctx->lost) glbk__envsh_clip(ctx, 0);
     if (ctx->check && result == GLBK_OK && !m->casts)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
-                         "never called glbk_envsh_cast");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                            "never called glbk_envsh_cast");
     return result;
 }
 
@@ -1371,8 +1371,8 @@ static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_map
         if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
     glbk_envsh__free(&memory, cells);
     if (drawn && !others && result == GLBK_OK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
-                         "drew one instance, not all");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                            "drew one instance, not all");
     return result;
 }
 
@@ -1383,16 +1383,16 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     glbk_result result;
 
     if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
+                            "is NULL or was not created");
     if (count > m->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
-                               "the map_side of the envsh_maps_desc that made the views");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
+                                  "the map_side of the envsh_maps_desc that made the views");
     if (count && views->guard && views->guard != m->guard)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
-                               "the guard of the envsh_maps_desc that made the views");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
+                                  "the guard of the envsh_maps_desc that made the views");
     m->count = 0;
     result = glbk__envsh_upload(ctx, m, views, count);
     pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);
@@ -1426,12 +1426,12 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     memset(q, 0, sizeof *q);
     if (from) *q = *from;
     if ((unsigned)q->filter >= ENVSH_FILTER_COUNT)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
-                               ENVSH_FILTER_COUNT - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
+                                  ENVSH_FILTER_COUNT - 1);
     if (q->filter == ENVSH_FILTER_DEFAULT) q->filter = ENVSH_FILTER_PENUMBRA;
     if (!(q->bias <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
-                               "at most 1e6 texels");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
+                                  "at most 1e6 texels");
     q->bias = glbk__envsh_or_default(q->bias, 1);
     if (!q->taps) q->taps = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) {
@@ -1441,15 +1441,15 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     }
     if (!(q->radius <= most[q->filter]) ||
         (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
-                               q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
+                                  q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
     q->radius = glbk__envsh_or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
     if (q->filter == ENVSH_FILTER_SMOOTH) return GLBK_OK;
     if (q->taps > ENVSH_MAX_TAPS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.taps", q->taps, 0, ENVSH_MAX_TAPS);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.taps", q->taps, 0, ENVSH_MAX_TAPS);
     if (!(q->extent_scale <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.extent_scale", (double)q->extent_scale,
-                               "at most 1e6");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.extent_scale", (double)q->extent_scale,
+                                  "at most 1e6");
     q->extent_scale = glbk__envsh_or_default(q->extent_scale, 1);
     return GLBK_OK;
 }
@@ -1496,7 +1496,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
     envsh_query q;
     glbk_result result;
     if (!ctx || !m || !m->query.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
     result = glbk__envsh_query_of(ctx, __func__, query, &q);
     if (result != GLBK_OK) return result;
     glbk__envsh_fill_query(&q, &values);
@@ -1558,10 +1558,10 @@ static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *functio
                                     const glbk_envsh_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
+                            "is NULL or was not created");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
 /* Finds the program of a filter, which is compiled when it is first asked for. */
@@ -1631,7 +1631,7 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
     envsh_query q;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
     if (result == GLBK_OK && (!m || !m->query.name))
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, query, &q);
     return result == GLBK_OK ? glbk__envsh_shade_all(ctx, r, g, m, &q, lights_per_pass) : result;
 }
@@ -1643,8 +1643,8 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
     uint32_t first = 0, n;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
     if (result == GLBK_OK && (!m || !m->capacity || !f || (!f->views && f->view_count) || !f->draw_fn))
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
-                           "is NULL or was not created");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
+                              "is NULL or was not created");
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, f->query, &q);
     if (result != GLBK_OK) return result;
     do {
@@ -1664,7 +1664,7 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
 
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&object, 0, sizeof object);
     object.lit = r->begun != 0;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);

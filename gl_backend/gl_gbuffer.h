@@ -919,7 +919,7 @@ static const glbk_part glbk__gbuffer_reader = {
 static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field,
                                      const char *text)
 {
-    return glbk__bad(ctx, GLBK_ERR_DESC, function, field, text);
+    return glbk__refuse(ctx, GLBK_ERR_DESC, function, field, text);
 }
 
 /* Returns 1 if a number is within its range, else logs it and returns 0. */
@@ -927,7 +927,7 @@ static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, c
                                 double value, double low, double high)
 {
     if (value >= low && value <= high) return 1;
-    (void)glbk__bad_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
+    (void)glbk__refuse_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
     return 0;
 }
 
@@ -1057,7 +1057,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
     if (!ctx || !d) return GLBK_ERR_ARGUMENT;
     if (!d->width || !d->height) return glbk__gbuffer_bad(ctx, __func__, "desc.width or height", "is 0");
     if (d->depth && (d->depth->width != d->width || d->depth->height != d->height))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
     result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
@@ -1065,7 +1065,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
         result = glbk__gbuffer_make(ctx, d, out);
     }
     if (result == GLBK_OK) result = glbk__gbuffer_clear_words(ctx, out);
-    result = glbk__made(ctx, result);
+    result = glbk__leave_created(ctx, result);
     if (result != GLBK_OK) glbk_gbuffer_free(ctx, out);
     return result;
 }
@@ -1192,8 +1192,8 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
 {
     const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
     if (!ctx || !pixels || !within)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
-                         "is NULL or out of range");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
+                            "is NULL or out of range");
     out->memory = glbk_gbuf__memory(ctx);
     out->count = (size_t)g->width * row_count;
     out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
@@ -1246,7 +1246,7 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     const uint32_t first = GLBK_SLOT_glbk_gbuffer_place + glbk__offset(offset).unit;
     uint32_t i;
     if (!ctx || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, first + i, &g->words[i]);
     return GLBK_OK;
 }
@@ -1316,8 +1316,8 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     uint32_t i;
 
     if (!ctx || !g || !g->target.name || !world_to_clip || !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
+                            "is NULL or was not created");
     result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
@@ -1335,10 +1335,10 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_result result;
 
     if (!ctx || !g || !g->target.name || !s)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
+                            "is NULL or was not created");
     if (!g->draw_program.name || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
@@ -1527,7 +1527,8 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
     int own;
 
     if (!ctx || !g || !g->target.name || !d)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import",
+                            "is NULL or was not created");
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
     memset(&block, 0, sizeof block);
@@ -1570,8 +1571,8 @@ static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass
     shown->bottom = whole ? 0u : (uint32_t)v[1];
     if (wide <= width && high <= height) return GLBK_OK;
     if (wide > width)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
+    return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
 }
 
 GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,

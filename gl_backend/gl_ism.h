@@ -1962,7 +1962,7 @@ static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *funct
     for (i = 0; i < count; i++) {
         const glbk__ism_range *r = &ranges[i];
         if ((r->value >= r->low && r->value <= r->high) || (r->value >= 0 && r->value <= 0)) continue;
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
     }
     return GLBK_OK;
 }
@@ -1986,8 +1986,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
           0.5 * (double)(d->tile_side ? d->tile_side : 64), "negative, 0 or 2..tile_side / 2" }
     };
     if (!glbk__ism_power_of_two(d->tile_side))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
-                               "0 or a power of two, 8..256");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
+                                  "0 or a power of two, 8..256");
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
@@ -2017,20 +2017,20 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
     if (out->pattern > 8 || !glbk__ism_power_of_two(out->pattern))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
-                               "0, 1, 2, 4 or 8");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
+                                  "0, 1, 2, 4 or 8");
     if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
-                               "a value of ism_near");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
+                                  "a value of ism_near");
     if (!(out->bias < 1))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
     if (!(out->clamp >= 0 && out->clamp < 3e38f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
-                               "0 or above 0");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
+                                  "0 or above 0");
     if (out->visible_fn || out->near_visible_fn)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function,
-                         out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
-                         "is not NULL: on GL the maps say what is seen");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function,
+                            out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
+                            "is not NULL: on GL the maps say what is seen");
     if (!out->pattern) out->pattern = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;
@@ -2042,7 +2042,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
     if (m && m->vpls.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
 /* Checks that a renderer was created. */
@@ -2050,7 +2050,7 @@ static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char 
                                             const glbk_ism_renderer *r)
 {
     if (r && r->view.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer and a G-buffer were created, for pictures of one size. */
@@ -2060,9 +2060,9 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
     const glbk_result result = glbk__ism_check_renderer(ctx, function, r);
     if (result != GLBK_OK) return result;
     if (!g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
 /* ---- lists ---- */
@@ -2078,7 +2078,7 @@ static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *fu
     glbk_ism__message_count(&name, i);
     glbk_ism__message_text(&name, "].");
     glbk_ism__message_text(&name, field);
-    return glbk__bad(ctx, GLBK_ERR_INPUT, function, name.text, text);
+    return glbk__refuse(ctx, GLBK_ERR_INPUT, function, name.text, text);
 }
 
 /* Returns whether three floats are finite. */
@@ -2145,20 +2145,20 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
     const size_t corners = indexed ? mesh->index_count : mesh->vertex_count;
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     if (mesh->indices && mesh->indices16)
-        return glbk__bad(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
+        return glbk__refuse(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
     if (corners % 3)
-        return glbk__bad_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
-                               (double)corners, "a multiple of 3");
-    if (corners && !mesh->positions) return glbk__bad(ctx, bad, function, "mesh.positions", "is NULL");
+        return glbk__refuse_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
+                                  (double)corners, "a multiple of 3");
+    if (corners && !mesh->positions) return glbk__refuse(ctx, bad, function, "mesh.positions", "is NULL");
     if (!glbk_ism__stride_valid(mesh->vertex_stride, 12))
-        return glbk__bad_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
-                               "0 or a multiple of 4, at least 12");
+        return glbk__refuse_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
+                                  "0 or a multiple of 4, at least 12");
     if (corners > 0x7fffffff)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
-                               "2147483647 at most");
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
+                                  "2147483647 at most");
     if (mesh->vertex_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
-                           "2147483647 at most");
+    return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
+                              "2147483647 at most");
 }
 
 /* ==== src/gl_ism/maps.h ==== */
@@ -2293,11 +2293,11 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
     m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
     if (m->side > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
-                               m->side, 8, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
+                                  m->side, 8, ctx->max_side);
     if ((uint64_t)m->phase_surfel_count * d->lazy_frames * d->vpl_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
-                     "is above 2147483647");
+    return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
+                        "is above 2147483647");
 }
 
 /* Makes all tables, pictures, blocks and programs of maps that are laid out. */
@@ -2317,7 +2317,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
     if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, m);
-    return result == GLBK_OK ? glbk__made(ctx, glbk__ism_write_frame(ctx, m)) : result;
+    return result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : result;
 }
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out)
@@ -2325,7 +2325,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
     ism_desc given;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     memset(&given, 0, sizeof given);
     if (desc) given = *desc;
@@ -2413,8 +2413,8 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
                                                  : (uint32_t)corner;
         words[corner / 3 * 4 + corner % 3] = index;
         if (index >= mesh->vertex_count)
-            *result = glbk__bad_index(ctx, GLBK_ERR_INPUT, "glbk_ism_mesh_upload", "mesh", corner, index,
-                                      mesh->vertex_count);
+            *result = glbk__refuse_index(ctx, GLBK_ERR_INPUT, "glbk_ism_mesh_upload", "mesh", corner, index,
+                                         mesh->vertex_count);
     }
     for (i = 0; i < count && *result == GLBK_OK; i++) {
         if (mesh->opacities) opacity = mesh->opacities[i];
@@ -2465,7 +2465,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     if (count != m->triangle_count) m->phases = 0;
     m->triangle_count = (uint32_t)count;
-    return glbk__made(ctx, glbk__ism_write_frame(ctx, m));
+    return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
 }
 
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions,
@@ -2475,12 +2475,12 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (!positions) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
+    if (!positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
     if (!glbk_ism__stride_valid(stride, 12))
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
-                               "0 or a multiple of 4, at least 12");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
+                                  "0 or a multiple of 4, at least 12");
     if (!m->triangle_count)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
     return glbk__ism_upload(ctx, &m->positions, m->vertex_count, positions, m->vertex_count, stride);
 }
 
@@ -2492,10 +2492,10 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (!surfels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
+    if (!surfels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
     if (phase >= m->desc.lazy_frames)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
-                               m->desc.lazy_frames - 1.0);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
+                                  m->desc.lazy_frames - 1.0);
     count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
                         : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
@@ -2524,16 +2524,16 @@ static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *fun
     glbk_result result = glbk__ism_check_maps(ctx, function, m);
     uint32_t i;
     if (result != GLBK_OK) return result;
-    if (count && !vpls) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
+    if (count && !vpls) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
     if (count > m->desc.vpl_count)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
     if (center && !(radius > 0 && radius < 3e38f))
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__ism_check_vpl(ctx, &vpls[i], i);
         if (result == GLBK_OK && vpls[i].directional && !center)
-            result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "center",
-                               "is NULL, and there is a directional VPL");
+            result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "center",
+                                  "is NULL, and there is a directional VPL");
     }
     return result;
 }
@@ -2612,10 +2612,10 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (count && !points) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
+    if (count && !points) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
     if (count > m->desc.vpl_count * (uint32_t)m->desc.near_point_count)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0,
-                               (double)m->desc.vpl_count * (double)m->desc.near_point_count);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0,
+                                  (double)m->desc.vpl_count * (double)m->desc.near_point_count);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk__ism_check_near_point(ctx, &points[i], i, m->vpl_count);
     if (result != GLBK_OK) return result;
@@ -2751,8 +2751,8 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     if (result != GLBK_OK) return result;
     all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
     if (m->triangle_count && m->phases != all)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
-                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
+                            "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
     result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
     if (result == GLBK_OK) m->drawn = 1;
@@ -2806,12 +2806,12 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     const char *blur;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!width || width > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
     if (!height || height > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
     result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
@@ -2928,7 +2928,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
     if (m->vpl_count && !m->drawn && !s.no_maps)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;
     job.maps = m;
@@ -2949,7 +2949,7 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
@@ -2964,7 +2964,7 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_renderer(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
 }
 

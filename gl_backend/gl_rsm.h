@@ -2147,7 +2147,7 @@ static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *funct
     for (i = 0; i < count; i++) {
         const glbk__rsm_range *f = &fields[i];
         if (f->value >= f->low && f->value <= f->high) continue;
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, f->field, f->value, f->low, f->high);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, f->field, f->value, f->low, f->high);
     }
     return GLBK_OK;
 }
@@ -2158,7 +2158,8 @@ static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *func
     if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
         !s->progress && !s->log && !s->user)
         return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.system", "is not zero: on GL the context's counts");
+    return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.system",
+                        "is not zero: on GL the context's counts");
 }
 
 /* Returns whether three floats are at most so large; 0 for what is not a number. */
@@ -2176,13 +2177,14 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
     const float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] +
                      l->direction[2] * l->direction[2];
     if (l->kind != RSM_LIGHT_POINT && !(d2 > 1e-30f && d2 <= 1e30f))
-        return glbk__bad(ctx, bad, function, "light.direction", "has no length, or too much of it");
+        return glbk__refuse(ctx, bad, function, "light.direction", "has no length, or too much of it");
     if (l->kind == RSM_LIGHT_SUN && !(l->radius > 0.0f && l->radius <= 1e9f))
-        return glbk__bad_value(ctx, bad, function, "light.radius", (double)l->radius, "above 0, at most 1e9");
+        return glbk__refuse_value(ctx, bad, function, "light.radius", (double)l->radius,
+                                  "above 0, at most 1e9");
     if (spot && !(angle > 0.5e-3f && angle <= most))
-        return glbk__bad_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
-                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
-                                                         : "above 0.0005, at most 1");
+        return glbk__refuse_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
+                                  l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
+                                                            : "above 0.0005, at most 1");
     return GLBK_OK;
 }
 
@@ -2193,18 +2195,18 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     const glbk_result bad = GLBK_ERR_DESC;
     glbk_result result;
     int i;
-    if (!light) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
+    if (!light) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
     *l = *light;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
     if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
-        return glbk__bad_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
+        return glbk__refuse_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
-        return glbk__bad(ctx, bad, function,
-                         glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
-                         "is not finite or beyond 1e9");
+        return glbk__refuse(ctx, bad, function,
+                            glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
+                            "is not finite or beyond 1e9");
     for (i = 0; i < 3; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
-            return glbk__bad_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
+            return glbk__refuse_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
     result = glbk__rsm_shape_check(ctx, function, l);
     if (result != GLBK_OK) return result;
     if (!(fabsf(l->near_depth) > 0.0f) && !(fabsf(l->far_depth) > 0.0f)) {
@@ -2212,11 +2214,11 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
         l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
     }
     if (!(fabsf(l->near_depth) <= 1e9f) || (l->kind != RSM_LIGHT_SUN && !(l->near_depth > 0.0f)))
-        return glbk__bad_value(ctx, bad, function, "light.near_depth", (double)l->near_depth,
-                               l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9");
+        return glbk__refuse_value(ctx, bad, function, "light.near_depth", (double)l->near_depth,
+                                  l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9");
     if (l->far_depth > l->near_depth && l->far_depth <= 1e9f) return GLBK_OK;
-    return glbk__bad_value(ctx, bad, function, "light.far_depth", (double)l->far_depth,
-                           "above near_depth, at most 1e9");
+    return glbk__refuse_value(ctx, bad, function, "light.far_depth", (double)l->far_depth,
+                              "above near_depth, at most 1e9");
 }
 
 /* ---- maps and renderers that a call was given ---- */
@@ -2225,7 +2227,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
 {
     if (map && map->texels.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer was created. */
@@ -2233,7 +2235,7 @@ static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char 
                                             const glbk_rsm_renderer *r)
 {
     if (r && r->frame.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer and a G-buffer were created, for pictures of one size. */
@@ -2243,10 +2245,10 @@ static glbk_result glbk__rsm_gbuffer_check(const glbk_context *ctx, const char *
     const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     if (result != GLBK_OK) return result;
     if (!gbuffer || !gbuffer->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
-                         gbuffer ? "was not created" : "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
+                            gbuffer ? "was not created" : "is NULL");
     if (gbuffer->width == r->width && gbuffer->height == r->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
 }
 
 /* Checks that a renderer and all maps were created, and that there is a map. */
@@ -2257,8 +2259,8 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
     glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     uint32_t i;
     if (result != GLBK_OK) return result;
-    if (!maps) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
-    if (!count) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
+    if (!maps) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
+    if (!count) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
     for (i = 0; i < count && result == GLBK_OK; i++) result = glbk__rsm_map_check(ctx, function, maps[i]);
     return result;
 }
@@ -2282,7 +2284,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
     if (result != GLBK_OK) return result;
     if (out->add)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->taps) out->taps = 2;
     if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
     if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
@@ -2316,14 +2318,14 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
     if (result != GLBK_OK) return result;
     if (k > 8 || (k & (k - 1)))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
     if (out->add)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->materials && out->material_count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials",
-                         "is NULL, and material_count is not 0");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.materials",
+                            "is NULL, and material_count is not 0");
     if (out->noise && !out->noise_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
     if (!k) out->interleave = 1;
     if (out->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
     if (!(out->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
@@ -2339,8 +2341,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     if (how) *out = *how;
     if (!out->step) out->step = 8;
     if (out->step < 2 || out->step > 64 || (out->step & (out->step - 1)))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "interpolation.step", out->step,
-                               "0 or a power of two, 2..64");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "interpolation.step", out->step,
+                                  "0 or a power of two, 2..64");
     {
         const glbk__rsm_range fields[] = {
             { "interpolation.levels", (double)out->levels, 0, 6 },
@@ -2355,8 +2357,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
         if (result != GLBK_OK) return result;
     }
     if (out->mask)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
-                         "is not NULL: alpha of glbk_rsm_read says what each pixel is");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
+                            "is not NULL: alpha of glbk_rsm_read says what each pixel is");
     if (!out->levels) out->levels = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
@@ -2387,11 +2389,11 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
     }
     for (i = 0; i < 16 && out->view_projection; i++)
         if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
-            return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
-                                   (double)out->view_projection[i], "finite");
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
+                                      (double)out->view_projection[i], "finite");
     if (out->motion)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion",
-                         "is not NULL: on GL motion is a texture");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "frame.motion",
+                            "is not NULL: on GL motion is a texture");
     if (!out->history) out->history = 8;
     if (!out->passes) out->passes = 2;
     if (out->passes < 0) out->passes = 0;
@@ -2418,13 +2420,13 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     const uint32_t count = d->materials ? d->material_count : 0, side = d->noise ? d->noise_side : 0;
     uint32_t i;
     if (side > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
     if (count > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
-                               GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
+                                  GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
-            return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
+            return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
     for (i = 0; i < count; i++) {
         const rsm_material *m = &d->materials[i];
         const glbk__rsm_range fields[] = { { "desc.materials.exponent", (double)m->exponent, 0, 1e4 },
@@ -2457,8 +2459,8 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
     }
     if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
     if (!field) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field,
-                     "is not what glbk_rsm_tables_upload was given last");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, field,
+                        "is not what glbk_rsm_tables_upload was given last");
 }
 
 /* ==== src/gl_rsm/maps.h ==== */
@@ -2668,12 +2670,12 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (side && (side < 4 || side > 4096))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
     out->light = checked;
     out->face_count = glbk__rsm_face_count(&out->light);
     out->side = side ? side : out->face_count > 1 ? 256 : 512;
@@ -2693,8 +2695,9 @@ GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, co
     if (result == GLBK_OK) result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (glbk__rsm_face_count(&checked) != map->face_count)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "the number of faces that the light needs",
-                               glbk__rsm_face_count(&checked), "that of the map");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__,
+                                  "the number of faces that the light needs", glbk__rsm_face_count(&checked),
+                                  "that of the map");
     map->light = checked;
     map->summed = 0;
     glbk__rsm_frame_of(map);
@@ -2722,7 +2725,7 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     memory = glbk_rsm__memory(ctx);
     count = (size_t)map->side * map->side;
     layer = (unsigned char *)glbk_rsm__alloc_array(&memory, count, 64);
@@ -2749,9 +2752,9 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     if (face >= map->face_count)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "face", face, 0, map->face_count - 1.0);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "face", face, 0, map->face_count - 1.0);
     memory = glbk_rsm__memory(ctx);
     count = (size_t)map->side * map->side;
     layer = (unsigned char *)glbk_rsm__alloc_array(&memory, count, 16);
@@ -2853,9 +2856,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     {
         const glbk__rsm_range fields[] = { { "desc.width", (double)d->width, 1, (double)ctx->max_side },
                                            { "desc.height", (double)d->height, 1, (double)ctx->max_side },
@@ -2953,10 +2956,11 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (result != GLBK_OK) return result;
     count = glbk_rsm_point_count(&d);
     if (count && !points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL, and the pattern needs some");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                            "is NULL, and the pattern needs some");
     if (!count && points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
-                         "is not NULL, and the pattern needs none");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                            "is not NULL, and the pattern needs none");
     glbk_texture_free(ctx, &r->pattern);
     glbk_texture_free(ctx, &r->noise);
     glbk_texture_free(ctx, &r->materials);
@@ -3062,9 +3066,9 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
+    if (!s) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
     if (!r->drawing)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
     glbk__rsm_set_surface(&r->drawn, s);
     r->drawn.material = material;
     r->drawn.has_map = s->color_map != NULL;
@@ -3113,7 +3117,7 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result == GLBK_OK) result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!draw_fn) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "draw_fn", "is NULL");
+    if (!draw_fn) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "draw_fn", "is NULL");
     memset(&r->drawn, 0, sizeof r->drawn);
     if (map->light.kind == RSM_LIGHT_SUN)
         glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_scale(glbk_rsm__v3_load(map->block.axis), -1), 0);
@@ -3608,10 +3612,10 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     if (result == GLBK_OK) result = glbk__rsm_run_check(&g, __func__, desc, &d);
     if (result == GLBK_OK) result = glbk__rsm_interpolation_check(ctx, interpolation, &how);
     if (result != GLBK_OK) return result;
-    if (d.noise) return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.noise", "is not NULL");
-    if (d.interleave != 1) return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", "is above 1");
+    if (d.noise) return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.noise", "is not NULL");
+    if (d.interleave != 1) return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", "is above 1");
     if (!r->grids[0].name)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was made without desc.interpolate");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was made without desc.interpolate");
     return glbk__rsm_gather(&g, &d, &how);
 }
 
@@ -3664,12 +3668,13 @@ static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_r
     const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
     if (!glbk__rsm_bounced(r))
-        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
-    if (r->filtered) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
+    if (r->filtered)
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
     if (!motion || motion->name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
 }
 
 GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -3725,7 +3730,7 @@ GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&r->values, 0, sizeof r->values);
     r->values.shows_direct = direct && r->direct < 3;
     r->values.shows_bounced = bounced && glbk__rsm_bounced(r);
@@ -3749,15 +3754,15 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (bounced)
         target = r->bounce < 3   ? &r->targets[r->bounce]
                  : r->bounce < 5 ? &r->history_targets[r->bounce - 3]
                                  : NULL;
     else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
     if (target) return glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba);
-    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
-                     "is not there yet");
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
+                        "is not there yet");
 }
 
 /* ==== src/gl_rsm/end.h ==== */

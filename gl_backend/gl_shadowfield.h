@@ -1724,7 +1724,7 @@ static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result,
     glbk_sfield__message_text(&field, "[");
     glbk_sfield__message_count(&field, index);
     glbk_sfield__message_text(&field, "]");
-    return glbk__bad(ctx, result, function, field.text, text);
+    return glbk__refuse(ctx, result, function, field.text, text);
 }
 
 /* Appends a number. */
@@ -1734,7 +1734,7 @@ static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
     size_t at = sizeof digits;
     do digits[--at] = (char)('0' + n % 10);
     while ((n /= 10) != 0);
-    glbk__put(sink, digits + at, sizeof digits - at);
+    glbk__append(sink, digits + at, sizeof digits - at);
 }
 
 /* Returns the bands of an algebra, or 0 without one. */
@@ -1950,14 +1950,14 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
     size_t i;
-    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
-                               65535);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
+                                  65535);
     if (!(d->reach >= 0 && d->reach <= 1e6f))
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         const char *why = "is NULL";
@@ -2047,10 +2047,10 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     out->field_count = d->field_count;
     texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
     if (texels > most || moving > most)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function,
-                               texels > most ? "the number of texels of desc.fields"
-                                             : "the number of texels of desc.entity_capacity",
-                               (double)(texels > most ? texels : moving), 0, (double)most);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
+                                  texels > most ? "the number of texels of desc.fields"
+                                                : "the number of texels of desc.entity_capacity",
+                                  (double)(texels > most ? texels : moving), 0, (double)most);
     qsort(out->fields, d->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
     out->texels = (uint32_t)texels;
     memset(&s, 0, sizeof s);
@@ -2062,7 +2062,7 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     if (s.result == GLBK_OK)
         s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
     if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
-    return s.result == GLBK_OK ? glbk__made(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
+    return s.result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }
 
 GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfield_scene_desc *d,
@@ -2072,7 +2072,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfie
 
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     out->bands = glbk__sfield_bands(d->algebra);
     result = glbk__sfield_check(ctx, __func__, d, out->bands);
     out->algebra = d->algebra;
@@ -2266,10 +2266,12 @@ GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_s
     size_t i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
-    if (count && !entities) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    if (count && !entities) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
     if (count > s->entity_capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0, s->entity_capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0,
+                                  s->entity_capacity);
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__sfield_check_entity(ctx, __func__, s, &entities[i], i);
         lights += entities[i].source != NULL;
@@ -2286,7 +2288,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     uint32_t words[4 * 64] = { 0 }, n, k, c;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
@@ -2347,9 +2350,9 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
                                            const glbk_sfield_renderer *r)
 {
     if (!r || !r->shade.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
     if (!r->self.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
 }
 
@@ -2358,13 +2361,13 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
     if (g->width != r->width)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                                  "that of the renderer");
     if (g->height != r->height)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                                  "that of the renderer");
     return GLBK_OK;
 }
 
@@ -2379,11 +2382,12 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!self) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
+    if (!self) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
     if (row >= r->height)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
     if (!row_count || row_count > r->height - row)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1, r->height - row);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
+                                  r->height - row);
     memory = glbk_sfield__memory(ctx);
     count = (size_t)r->width * row_count;
     n = r->bands * r->bands;
@@ -2418,10 +2422,10 @@ static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *
     sink.out = defines;
     sink.bytes = sizeof defines;
     sink.used = 0;
-    glbk__put_text(&sink, "SFIELD_POSITION=");
+    glbk__append_text(&sink, "SFIELD_POSITION=");
     glbk__sfield_number(&sink, (uint32_t)position);
     for (i = 0; i < 4; i++) {
-        glbk__put_text(&sink, names[i]);
+        glbk__append_text(&sink, names[i]);
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
@@ -2441,14 +2445,15 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!g->has_depth || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
-                         "was not drawn: its depth or matrix is not known");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
+                            "was not drawn: its depth or matrix is not known");
     if (r->bands > 4)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
-                               "1..4 to be drawn");
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
+                                  "1..4 to be drawn");
     if (g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", "is where the position is");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute",
+                            "is where the position is");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
@@ -2477,9 +2482,10 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!world) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
+    if (!world) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
     if (!r->self_target.name)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was not begun: glbk_sfield_self_begin");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer",
+                            "was not begun: glbk_sfield_self_begin");
     memset(&object, 0, sizeof object);
     memcpy(object.world, world, sizeof object.world);
     for (i = 0; i < 16; i++) given = given || world[i] != 0;
@@ -2518,10 +2524,10 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
 /* Appends "ARRAY[N]". */
 static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
 {
-    glbk__put_text(sink, array);
-    glbk__put_text(sink, "[");
+    glbk__append_text(sink, array);
+    glbk__append_text(sink, "[");
     glbk__sfield_number(sink, n);
-    glbk__put_text(sink, "]");
+    glbk__append_text(sink, "]");
 }
 
 /* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
@@ -2533,7 +2539,7 @@ static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
         glbk__sfield_index(sink, "+a", j);
         glbk__sfield_index(sink, "*b", i);
     }
-    glbk__put_text(sink, ")");
+    glbk__append_text(sink, ")");
 }
 
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes)
@@ -2551,27 +2557,27 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     sink.out = out;
     sink.bytes = out ? out_bytes : 0;
     sink.used = 0;
-    glbk__put_text(&sink, head);
+    glbk__append_text(&sink, head);
     for (k = 0; k < bands * bands; k++) {
         glbk__sfield_index(&sink, "s+=a", k);
         glbk__sfield_index(&sink, "*b", k);
-        glbk__put_text(&sink, ";\n");
+        glbk__append_text(&sink, ";\n");
         if (!k) continue;
         glbk__sfield_index(&sink, "r", k);
-        glbk__put_text(&sink, "=SFIELD_Y00*");
+        glbk__append_text(&sink, "=SFIELD_Y00*");
         glbk__sfield_pair(&sink, 0, k);
         for (e = 0; e < count; e++) {
             uint32_t bits;
             if (terms[e] >> 16 != k) continue;
             memcpy(&bits, &factors[e], 4);      /* its bits are the same in every locale */
-            glbk__put_text(&sink, "\n+uintBitsToFloat(");
+            glbk__append_text(&sink, "\n+uintBitsToFloat(");
             glbk__sfield_number(&sink, bits);
-            glbk__put_text(&sink, "u)*");
+            glbk__append_text(&sink, "u)*");
             glbk__sfield_pair(&sink, terms[e] & 255u, terms[e] >> 8 & 255u);
         }
-        glbk__put_text(&sink, ";\n");
+        glbk__append_text(&sink, ";\n");
     }
-    glbk__put_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
+    glbk__append_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
     if (sink.bytes) out[sink.used < sink.bytes ? sink.used : sink.bytes - 1] = 0;
     return sink.used + 1;
 }
@@ -2597,7 +2603,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     if (!sink.out) return GLBK_ERR_ALLOC;
     glbk_sfield_write_product(algebra, sink.out, sink.bytes);
     sink.used = product - 1;
-    for (i = 0; i < 3; i++) glbk__put_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
+    for (i = 0; i < 3; i++) glbk__append_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
     sink.out[sink.used] = 0;
     memset(&source, 0, sizeof source);
     source.parts[0] = glbk_sfield_part();
@@ -2614,12 +2620,14 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
-    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->width) return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
     if (d->self_attribute > 12)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0, 12);
-    if (!d->height) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
+                                  12);
+    if (!d->height)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
     return GLBK_OK;
 }
 
@@ -2682,17 +2690,18 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->shade.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
-                         "is NULL: lobes need it, and the G-buffer has none");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                            "is NULL: lobes need it, and the G-buffer has none");
     if (s->bands != r->bands)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
+                                  "that of the renderer");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -2721,10 +2730,10 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->target.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (gloss && !r->gloss.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
-                         "is asked of a renderer without desc.gloss");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
+                            "is asked of a renderer without desc.gloss");
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
     if (gloss && result == GLBK_OK)
         result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
@@ -2872,19 +2881,19 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     glbk_sfield__logger log;
     size_t i;
 
-    if (!m->positions) return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
+    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride", (double)m->vertex_stride,
-                               "0, or a multiple of 4 of at least 12");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
+                                  (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
     if (!corners || corners % 3 || corners > 0x7fffffffu)
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function,
-                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                               (double)corners, "a multiple of 3, > 0 and below 2^31");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                  m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
+                                  (double)corners, "a multiple of 3, > 0 and below 2^31");
     if (m->vertex_count > 0xffffffffu)
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
-                               "below 2^32");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
+                                  "below 2^32");
     log.log = ctx->system.log;
     log.user = ctx->system.user;
     log.function = function;
@@ -2909,7 +2918,7 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
         if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "radiance", i, "is beyond 0..1e18");
     if (!glbk__sfield_fit(d->mesh, b))
-        return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
     result = glbk__sfield_upload_mesh(ctx, d, b);
     return result == GLBK_OK ? glbk__sfield_vertex_array(ctx, b) : result;
 }
@@ -2980,25 +2989,25 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     sfield_desc f;
     int haar;
 
-    if (!d) return glbk__bad(ctx, none, function, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, none, function, "desc", "is NULL");
     memset(&f, 0, sizeof f);
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
     if ((uint32_t)f.basis > SFIELD_BASIS_HAAR)
-        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
-                               SFIELD_BASIS_HAAR);
+        return glbk__refuse_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
+                                  SFIELD_BASIS_HAAR);
     if (f.bands > SFIELD_MAX_BANDS)
-        return glbk__bad_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
+        return glbk__refuse_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
     if (f.cube_side && (f.cube_side < 4 || f.cube_side > 64 || (f.cube_side & (f.cube_side - 1))))
-        return glbk__bad_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
-                               "0 or a power of two of 4..64");
+        return glbk__refuse_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
+                                  "0 or a power of two of 4..64");
     if (!d->mesh && !d->draw_fn)
-        return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+        return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
-        return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
+        return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frames > 1)
-        return glbk__bad_value(ctx, bad, function, "desc.field->frames", f.frames,
-                               "0 or 1 with a mesh: other frames are drawn by draw_fn");
+        return glbk__refuse_value(ctx, bad, function, "desc.field->frames", f.frames,
+                                  "0 or 1 with a mesh: other frames are drawn by draw_fn");
     b->side = f.cube_side ? f.cube_side : haar ? 32 : 16;
     b->bands = haar ? 0 : f.bands ? f.bands : 4;
     b->groups = (b->bands * b->bands + 3) / 4;
@@ -3253,14 +3262,17 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
     size_t i;
-    if (!b || !b->words) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
+    if (!b || !b->words) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
     if (!v || !v->eyes || !v->values)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function,
-                         !v ? "views" : !v->eyes ? "views.eyes" : "views.values", "is NULL");
-    if (!v->count) return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function,
+                            !v         ? "views"
+                            : !v->eyes ? "views.eyes"
+                                       : "views.values",
+                            "is NULL");
+    if (!v->count) return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
     if (!(v->radius > 0) || !glbk_sfield__finite(v->radius))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
-                               "> 0 and finite");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
+                                  "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");

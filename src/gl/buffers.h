@@ -14,8 +14,8 @@ static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, si
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
     if (!bytes || bytes > PTRDIFF_MAX)
-        return glbk__bad_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
-                               (double)bytes, 1, (double)PTRDIFF_MAX);
+        return glbk__refuse_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
+                                  (double)bytes, 1, (double)PTRDIFF_MAX);
     ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
     ctx->gl.BindBuffer(target, out->name);
@@ -44,12 +44,13 @@ static glbk_result glbk__check_run(const glbk_context *ctx, const char *function
                                    size_t offset, size_t bytes, const void *memory)
 {
     const glbk_result bad = GLBK_ERR_ARGUMENT;
-    if (!memory) return glbk__bad(ctx, bad, function, "the data", "are NULL");
-    if (!buffer || !buffer->name) return glbk__bad(ctx, bad, function, "buffer", "was not created");
+    if (!memory) return glbk__refuse(ctx, bad, function, "the data", "are NULL");
+    if (!buffer || !buffer->name) return glbk__refuse(ctx, bad, function, "buffer", "was not created");
     if (offset > buffer->bytes)
-        return glbk__bad_range(ctx, bad, function, "offset", (double)offset, 0, (double)buffer->bytes);
+        return glbk__refuse_range(ctx, bad, function, "offset", (double)offset, 0, (double)buffer->bytes);
     if (bytes <= buffer->bytes - offset) return GLBK_OK;
-    return glbk__bad_range(ctx, bad, function, "bytes", (double)bytes, 0, (double)(buffer->bytes - offset));
+    return glbk__refuse_range(ctx, bad, function, "bytes", (double)bytes, 0,
+                              (double)(buffer->bytes - offset));
 }
 
 GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,

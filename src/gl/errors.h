@@ -42,7 +42,7 @@ static glbk_result glbk__enter_frame(glbk_context *ctx)
 GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
 
 /* The end of a creating call whose last steps were a frame's. */
-GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result)
+GLBK__DEF glbk_result glbk__leave_created(glbk_context *ctx, glbk_result result)
 {
     return result == GLBK_OK ? glbk__leave(ctx) : result;
 }
@@ -53,8 +53,8 @@ GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *fun
     if (!ctx->check || !ctx->inner) return GLBK_OK;
     ctx->gl.GetIntegerv(0x8CA6 /* DRAW_FRAMEBUFFER_BINDING */, &bound);
     if ((uint32_t)bound != ctx->inner) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ORDER, function, "a technique's framebuffer",
-                     "is still bound: after its passes bind your own");
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "a technique's framebuffer",
+                        "is still bound: after its passes bind your own");
 }
 
 GLBK_DEF glbk_result glbk_check(glbk_context *ctx)

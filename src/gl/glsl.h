@@ -34,8 +34,8 @@ typedef struct glbk__list {
     const glbk_part *parts[GLBK_MAX_PARTS + 1];
 } glbk__list;
 
-static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle,
-                                   size_t length, const char *after)
+static const glbk_file *glbk__find_listed(const glbk__list *list, const char *before, const char *middle,
+                                          size_t length, const char *after)
 {
     const glbk_file *file = NULL;
     uint32_t i;
@@ -76,7 +76,7 @@ static int glbk__gather(glbk__list *list, const char *names)
 {
     size_t length;
     for (; (length = glbk__word(&names)) != 0; names += length)
-        if (!glbk__gather_file(list, glbk__find(list, "lib/", names, length, ".glsl"))) return 0;
+        if (!glbk__gather_file(list, glbk__find_listed(list, "lib/", names, length, ".glsl"))) return 0;
     return 1;
 }
 
@@ -106,7 +106,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     list->count = 0;
     memcpy(list->parts, shader->parts, sizeof shader->parts);
     list->parts[GLBK_MAX_PARTS] = glbk_base_part();
-    *main_file = shader->name ? glbk__find(list, "", shader->name, strlen(shader->name), "") : NULL;
+    *main_file = shader->name ? glbk__find_listed(list, "", shader->name, strlen(shader->name), "") : NULL;
     known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
             glbk__gather(list, shader->uses ? shader->uses : "") &&
             glbk__gather(list, *main_file ? (*main_file)->uses : "");
@@ -115,7 +115,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     return known;
 }
 
-GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
+GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length)
 {
     size_t room = sink->bytes > sink->used + 1 ? sink->bytes - 1 - sink->used : 0;
     if (room > length) room = length;
@@ -123,7 +123,10 @@ GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
     sink->used += length;
 }
 
-GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
+GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text)
+{
+    glbk__append(sink, text, strlen(text));
+}
 
 /* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
    the thousands. */
@@ -131,17 +134,17 @@ static void glbk__put_line(glbk__sink *sink, uint32_t n)
 {
     char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
     const char *number = n < 10 ? digits + 1 : digits;
-    glbk__put_text(sink, "#line ");
-    glbk__put_text(sink, number);
-    glbk__put_text(sink, "001 ");
-    glbk__put_text(sink, number);
-    glbk__put_text(sink, "\n");
+    glbk__append_text(sink, "#line ");
+    glbk__append_text(sink, number);
+    glbk__append_text(sink, "001 ");
+    glbk__append_text(sink, number);
+    glbk__append_text(sink, "\n");
 }
 
-GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
+GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
     uint32_t i;
-    for (i = 0; i < file->text_count; i++) glbk__put_text(sink, file->texts[i]);
+    for (i = 0; i < file->text_count; i++) glbk__append_text(sink, file->texts[i]);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
@@ -156,12 +159,12 @@ static int glbk__put_defines(glbk__sink *sink, const char *defines)
         if (!name || !glbk__is_letter(defines[0])) return 0;
         for (i = 0; i < length; i++)
             if (i != name && !glbk__is_value(defines[i])) return 0;
-        glbk__put_text(sink, "#define ");
-        glbk__put(sink, defines, name);
-        glbk__put_text(sink, " ");
-        if (name < length) glbk__put(sink, defines + name + 1, length - name - 1);
-        else glbk__put_text(sink, "1");
-        glbk__put_text(sink, "\n");
+        glbk__append_text(sink, "#define ");
+        glbk__append(sink, defines, name);
+        glbk__append_text(sink, " ");
+        if (name < length) glbk__append(sink, defines + name + 1, length - name - 1);
+        else glbk__append_text(sink, "1");
+        glbk__append_text(sink, "\n");
     }
     return 1;
 }
@@ -181,16 +184,16 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
     sink.out = out;
     sink.bytes = bytes;
     sink.used = 0;
-    glbk__put_text(&sink, versions[dialect]);
-    glbk__put_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
+    glbk__append_text(&sink, versions[dialect]);
+    glbk__append_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
     if (!glbk__put_defines(&sink, shader->defines ? shader->defines : "")) return 0;
     for (i = 0; i < list.count; i++) {
         glbk__put_line(&sink, i + 1);
-        glbk__put_file(&sink, list.file[i]);
+        glbk__append_file(&sink, list.file[i]);
     }
     glbk__put_line(&sink, list.count + 1);
-    if (main_file) glbk__put_file(&sink, main_file);
-    if (shader->text) glbk__put_text(&sink, shader->text);
+    if (main_file) glbk__append_file(&sink, main_file);
+    if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
     return sink.used + 1;
 }

@@ -63,7 +63,7 @@ static int glbk__has_extension(const glbk_context *ctx, const char *name)
     return 0;
 }
 
-static uint32_t glbk__get(const glbk_context *ctx, uint32_t name)
+static uint32_t glbk__get_integer(const glbk_context *ctx, uint32_t name)
 {
     int32_t value[4] = { 0, 0, 0, 0 };
     ctx->gl.GetIntegerv(name, value);
@@ -77,7 +77,7 @@ static int glbk__has_clip_control(glbk_context *ctx, const glbk_desc *desc)
     if (!ctx->es && ctx->version < 450 && !glbk__has_extension(ctx, "GL_ARB_clip_control")) return 0;
     if (ctx->es && !glbk__has_extension(ctx, "GL_EXT_clip_control")) return 0;
     if (glbk__load(ctx, desc, GLBK__GROUP_CLIP)) return 0;
-    origin = glbk__get(ctx, 0x935C /* CLIP_ORIGIN */);
+    origin = glbk__get_integer(ctx, 0x935C /* CLIP_ORIGIN */);
     if (origin == 0x8CA1 || origin == 0x8CA2) return 1;
     ctx->gl.GetError();
     return 0;
@@ -100,11 +100,11 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->offset_clamp = desk &&
                         (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
                         !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
-    ctx->max_side = glbk__get(ctx, 0x0D33);
-    ctx->max_layers = glbk__get(ctx, 0x88FF);
-    ctx->max_targets = glbk__get(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
+    ctx->max_side = glbk__get_integer(ctx, 0x0D33);
+    ctx->max_layers = glbk__get_integer(ctx, 0x88FF);
+    ctx->max_targets = glbk__get_integer(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
     if (ctx->max_targets > 8) ctx->max_targets = 8;
-    if (ctx->compute) ctx->max_storage = glbk__get(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
+    if (ctx->compute) ctx->max_storage = glbk__get_integer(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
     ctx->gl.GetFloatv(0x846D /* ALIASED_POINT_SIZE_RANGE */, points);
     ctx->max_point_side = points[1];
 }
@@ -115,7 +115,7 @@ static glbk_result glbk__check_first(const glbk_context *ctx, const char *field,
                                      uint32_t least, uint32_t most, uint32_t *out)
 {
     const uint32_t last = has > least ? has - least : 0;
-    if (first > last) return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "glbk_init", field, first, 0, last);
+    if (first > last) return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_init", field, first, 0, last);
     *out = has - first < most ? has - first : most;
     return GLBK_OK;
 }
@@ -140,10 +140,10 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     ctx->renderer = (const char *)ctx->gl.GetString(0x1F01);
     if (!ctx->renderer) ctx->renderer = "";
     glbk__read_features(ctx, desc);
-    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get(ctx, 0x8B4D), GLBK_UNITS,
-                               GLBK_MAX_UNITS, &ctx->unit_count);
+    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get_integer(ctx, 0x8B4D),
+                               GLBK_UNITS, GLBK_MAX_UNITS, &ctx->unit_count);
     if (result == GLBK_OK)
-        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get(ctx, 0x8A2F),
+        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get_integer(ctx, 0x8A2F),
                                    GLBK_BLOCKS, GLBK_MAX_BLOCKS, &ctx->block_count);
     if (result != GLBK_OK) return result;
     ctx->gl.GenVertexArrays(1, &ctx->vertex_array);
@@ -163,10 +163,10 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     ctx->first_block = desc->first_block;
     ctx->check = desc->check != 0;
     if (!desc->get_proc_fn)
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
     else if (!glbk__allocator_valid(desc->system.allocator.alloc_fn, desc->system.allocator.free_fn))
-        result =
-            glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator", "has one of its two functions");
+        result = glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator",
+                              "has one of its two functions");
     else
         result = glbk__init(ctx, desc);
     if (result != GLBK_OK) glbk_free(ctx);

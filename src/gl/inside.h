@@ -23,26 +23,27 @@
 /* Every call that can fail and calls GL begins with glbk__enter, which returns GLBK_ERR_ARGUMENT for no
    context, GLBK_ERR_LOST, or GLBK_ERR_PENDING, and ends with glbk__leave, which returns the errors that GL
    has kept since. A call of a frame ends with glbk__leave_frame, which asks GL with desc.check alone.
-   glbk__made ends a creating call whose last steps were those of a frame: where result is GLBK_OK it asks
-   GL. */
+   glbk__leave_created ends a creating call whose last steps were those of a frame: where result is GLBK_OK it
+   asks GL. */
 GLBK__DEF glbk_result glbk__enter(glbk_context *ctx);
 GLBK__DEF glbk_result glbk__leave(glbk_context *ctx);
 GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx);
-GLBK__DEF glbk_result glbk__made(glbk_context *ctx, glbk_result result);
+GLBK__DEF glbk_result glbk__leave_created(glbk_context *ctx, glbk_result result);
 
 /* These log why a call fails and return the result: "FUNCTION: FIELD TEXT"; "FUNCTION: FIELD is VALUE; it
    must be WANTED"; "FUNCTION: FIELD is VALUE; it must be LOW..HIGH". function is __func__ of the public
    function. */
-GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                const char *field, const char *text);
-GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, const char *wanted);
-GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, double low, double high);
+GLBK__DEF glbk_result glbk__refuse(const glbk_context *ctx, glbk_result result, const char *function,
+                                   const char *field, const char *text);
+GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, const char *wanted);
+GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, double low, double high);
 /* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
    position counts indices from 0. */
-GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *mesh, size_t position, size_t index, size_t vertex_count);
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
 
 /* Returns *offset, or zeros for NULL. */
 GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
@@ -88,12 +89,12 @@ GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, 
 GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
                                          size_t count, const void *texels);
 
-/* Text that is counted in `used` and written as far as there is room: glbk__put adds so many characters,
-   glbk__put_text a string, glbk__put_file a file of GLSL. */
+/* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
+   glbk__append_text a string, glbk__append_file a file of GLSL. */
 typedef struct glbk__sink {
     char  *out;
     size_t bytes, used;
 } glbk__sink;
-GLBK__DEF void glbk__put(glbk__sink *sink, const char *text, size_t length);
-GLBK__DEF void glbk__put_text(glbk__sink *sink, const char *text);
-GLBK__DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file);
+GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length);
+GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);

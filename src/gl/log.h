@@ -47,35 +47,35 @@ static glbk__logger glbk__logger_of(const glbk_context *ctx, const char *functio
     return logger;
 }
 
-GLBK__DEF glbk_result glbk__bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                const char *field, const char *text)
+GLBK__DEF glbk_result glbk__refuse(const glbk_context *ctx, glbk_result result, const char *function,
+                                   const char *field, const char *text)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_text(&logger, field, text);
     return result;
 }
 
-GLBK__DEF glbk_result glbk__bad_value(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, const char *wanted)
+GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, const char *wanted)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_value(&logger, field, value, wanted);
     return result;
 }
 
-GLBK__DEF glbk_result glbk__bad_range(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *field, double value, double low, double high)
+GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *field, double value, double low, double high)
 {
     glbk__message m;
     m.used = 0;
     glbk__message_number(&m, low);
     glbk__message_text(&m, "..");
     glbk__message_number(&m, high);
-    return glbk__bad_value(ctx, result, function, field, value, m.text);
+    return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
 
-GLBK__DEF glbk_result glbk__bad_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                      const char *mesh, size_t position, size_t index, size_t vertex_count)
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
 {
     const glbk__logger logger = glbk__logger_of(ctx, function);
     glbk__log_index(&logger, mesh, position, index, vertex_count);

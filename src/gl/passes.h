@@ -39,22 +39,23 @@ static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pa
     static const char function[] = "glbk_begin";
     const int32_t *v = pass->viewport;
     if ((unsigned)pass->depth >= GLBK_DEPTH_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
-                               "a glbk_depth");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth,
+                                  "a glbk_depth");
     if ((unsigned)pass->blend >= GLBK_BLEND_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
-                               "a glbk_blend");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend,
+                                  "a glbk_blend");
     if ((unsigned)pass->cull >= GLBK_CULL_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull, "a glbk_cull");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull,
+                                  "a glbk_cull");
     if (pass->target && !pass->target->name)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
     if (v[2] < 0 || v[3] < 0)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function,
-                               v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
-                               "0 or more");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function,
+                                  v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
+                                  "0 or more");
     if (!pass->target && (!v[2] || !v[3]))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport",
-                         "is empty, and there is no pass.target");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "pass.viewport",
+                            "is empty, and there is no pass.target");
     return GLBK_OK;
 }
 
@@ -66,7 +67,7 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     int i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__check_pass(ctx, pass);
     if (result != GLBK_OK) return result;
     if (ctx->lost) return GLBK_ERR_LOST;
@@ -166,7 +167,7 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!program || !program->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
     if (ctx->lost) return GLBK_ERR_LOST;
     if (!ctx->compute) return GLBK_ERR_FEATURE;
     glbk_program_use(ctx, program);

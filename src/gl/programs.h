@@ -13,7 +13,7 @@ static void glbk__put_number(glbk__sink *sink, uint32_t value)
     glbk__message m;
     m.used = 0;
     glbk__message_count(&m, value);
-    glbk__put(sink, m.text, m.used);
+    glbk__append(sink, m.text, m.used);
 }
 
 /* Which number of the driver's messages is which file. */
@@ -24,14 +24,16 @@ static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
     uint32_t i;
 
     (void)glbk__gather_all(&list, shader, &main_file);      /* all are there: the text was compiled */
-    glbk__put_text(sink, "files: 0 defines");
+    glbk__append_text(sink, "files: 0 defines");
     for (i = 0; i <= list.count; i++) {
-        glbk__put_text(sink, ", ");
+        glbk__append_text(sink, ", ");
         glbk__put_number(sink, i + 1);
-        glbk__put_text(sink, " ");
-        glbk__put_text(sink, i < list.count ? list.file[i]->name : shader->name ? shader->name : "your text");
+        glbk__append_text(sink, " ");
+        glbk__append_text(sink, i < list.count ? list.file[i]->name
+                                : shader->name ? shader->name
+                                               : "your text");
     }
-    glbk__put_text(sink, "\n");
+    glbk__append_text(sink, "\n");
 }
 
 /* The driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
@@ -80,8 +82,8 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
         return glbk__fail(ctx, GLBK_ERR_NAME,
                           "an unknown library file, or bad defines: ", stage->shader.uses);
     if (bytes > INT32_MAX)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
-                               INT32_MAX);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
+                                  INT32_MAX);
     text = (char *)glbk__alloc(&memory, bytes);
     if (!text) return GLBK_ERR_ALLOC;
     glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
@@ -112,8 +114,8 @@ static glbk_result glbk__set_outputs(const glbk_context *ctx, uint32_t program, 
 
     for (; (length = glbk__word(&outputs)) != 0; outputs += length) {
         if (count == 16 || length + 1 > sizeof text - used)
-            return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
-                             "has more than 16 names or 511 characters");
+            return glbk__refuse(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
+                                "has more than 16 names or 511 characters");
         names[count++] = text + used;
         memcpy(text + used, outputs, length);
         text[used + length] = 0;
@@ -163,7 +165,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
+    if (!name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
     length = strlen(name);
     if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
     file = glbk_find_file(part, path);
@@ -216,9 +218,9 @@ GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
+    if (!s) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
     if ((s->fragment != NULL) == (s->compute != NULL))
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
     memset(stages, 0, sizeof stages);
     memcpy(stages[0].shader.parts, s->parts, sizeof s->parts);
     stages[0].shader.uses = s->uses ? s->uses : "";

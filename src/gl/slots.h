@@ -24,8 +24,8 @@ static int glbk__declares(const glbk_context *ctx, uint32_t gl_program, const ch
 }
 
 /* "FUNCTION: A and B both have texture unit 3: give one part an offset". */
-static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
-                                   const char *second, uint32_t place, int is_block)
+static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
+                                      const char *second, uint32_t place, int is_block)
 {
     glbk__message m;
     m.used = 0;
@@ -35,7 +35,7 @@ static glbk_result glbk__bad_place(const glbk_context *ctx, const glbk__holders 
                        is_block ? " both have the binding of uniform blocks " : " both have texture unit ");
     glbk__message_count(&m, place);
     glbk__message_text(&m, ": give one part an offset");
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
 }
 
 /* The names of one list take their places; first: by how much these are moved. */
@@ -47,12 +47,12 @@ static glbk_result glbk__take_places(const glbk_context *ctx, uint32_t gl_progra
     for (; s->name; s++) {
         if (!glbk__declares(ctx, gl_program, s->name, is_block)) continue;
         if (first >= count || s->slot >= count - first)
-            return glbk__bad_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)first + s->slot, 0,
-                                   (double)count - 1);
+            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)first + s->slot, 0,
+                                      (double)count - 1);
         if (holders[first + s->slot])
-            return glbk__bad_place(ctx, h, holders[first + s->slot], s->name,
-                                   (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
-                                   is_block);
+            return glbk__refuse_place(ctx, h, holders[first + s->slot], s->name,
+                                      (is_block ? ctx->first_block : ctx->first_unit) + first + s->slot,
+                                      is_block);
         holders[first + s->slot] = s->name;
     }
     return GLBK_OK;
@@ -121,12 +121,12 @@ GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, co
     uint32_t used;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (ctx->lost) return GLBK_ERR_LOST;
-    if (!gl_program) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gl_program", "is 0");
+    if (!gl_program) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gl_program", "is 0");
     memset(&h, 0, sizeof h);
     h.function = __func__;
     if (part) result = glbk__take_part(ctx, gl_program, part, offset, &h);
     if (result != GLBK_OK) return result;
-    used = glbk__get(ctx, 0x8B8D /* CURRENT_PROGRAM */);
+    used = glbk__get_integer(ctx, 0x8B8D /* CURRENT_PROGRAM */);
     if (used != gl_program) ctx->gl.UseProgram(gl_program);
     glbk__set_base_slots(ctx, gl_program);
     if (part) glbk__set_part_slots(ctx, part, offset, gl_program);

@@ -16,15 +16,16 @@ GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, 
     if (ctx->lost) return GLBK_ERR_LOST;
     rows = count ? (count - 1) / side + 1 : 0;
     if (!count || (rows - 1) / side >= ctx->max_layers)
-        return glbk__bad_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
-                               (double)count, 1, (double)ctx->max_layers * 1048576.0);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
+                                  (double)count, 1, (double)ctx->max_layers * 1048576.0);
     memset(&d, 0, sizeof d);
     d.format = format;
     d.width = GLBK__TABLE_SIDE;
     d.height = (uint32_t)(rows < side ? rows : side);
     d.layers = (uint32_t)((rows - 1) / side + 1);
     result = glbk_texture_create(ctx, &d, out);
-    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk__table_update(ctx, out, 0, count, texels));
+    if (result == GLBK_OK && texels)
+        result = glbk__leave_created(ctx, glbk__table_update(ctx, out, 0, count, texels));
     if (result != GLBK_OK) glbk_texture_free(ctx, out);
     return result;
 }
@@ -42,14 +43,14 @@ GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!table || !table->name || table->width != side || !table->layers)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     room = side * table->height * table->layers;
     if (first > room)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
     if (count > room - first)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
-                               (double)(room - first));
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
+                                  (double)(room - first));
     result = glbk__enter_frame(ctx);
     if (result != GLBK_OK || !count) return result;
     glbk__upload_begin(ctx, table, &old);

@@ -12,22 +12,22 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     const uint32_t layer = is_color ? d->layer[i] : d->depth_layer, layers = t->layers ? t->layers : 1;
 
     if (is_color && i != out->count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
-    if (!t->name) return glbk__bad(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, names[i], "stands behind a gap");
+    if (!t->name) return glbk__refuse(ctx, GLBK_ERR_DESC, function, names[i], "was not created");
     if (d->level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
-                               (double)t->levels - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.level", d->level, 0,
+                                  (double)t->levels - 1);
     if (layer >= layers)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
-                               layer, 0, (double)layers - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, is_color ? "desc.layer" : "desc.depth_layer",
+                                  layer, 0, (double)layers - 1);
     if (is_color == glbk__is_depth(t->format))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
-                         is_color ? "is a depth texture" : "is no depth texture");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                            is_color ? "is a depth texture" : "is no depth texture");
     if (glbk__is_float(t->format) && !ctx->float_targets) return GLBK_ERR_FLOAT_TARGET;
     if (out->width && (out->width != glbk__half(t->width, d->level) ||
                        out->height != glbk__half(t->height, d->level)))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, names[i],
-                         "is of another size than those before it");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
+                            "is of another size than those before it");
     out->width = glbk__half(t->width, d->level);
     out->height = glbk__half(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
@@ -43,7 +43,7 @@ static glbk_result glbk__check_target(const glbk_context *ctx, const glbk_target
         if (i < GLBK_MAX_ATTACHMENTS ? d->color[i] : d->depth)
             result = glbk__check_attachment(ctx, d, i, out);
     if (result != GLBK_OK || out->width) return result;
-    return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
+    return glbk__refuse(ctx, GLBK_ERR_DESC, "glbk_target_create", "desc", "has no attachment");
 }
 
 GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
@@ -79,7 +79,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!desc) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     result = glbk__check_target(ctx, desc, out);
     if (result != GLBK_OK) {
         memset(out, 0, sizeof *out);
@@ -124,8 +124,8 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     glbk_target_desc t;
     glbk_result result;
     if (!width || !height)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
-                               "1 or more");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
+                                  "1 or more");
     memset(&d, 0, sizeof d);
     memset(&t, 0, sizeof t);
     d.format = format;
@@ -160,11 +160,11 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
 
     if (result != GLBK_OK) return result;
     if (!target || !target->name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "target", "was not created");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (attachment >= target->count)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
-                               (double)target->count - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "attachment", attachment, 0,
+                                  (double)target->count - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, target->width);
     if (result == GLBK_OK)
         result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, target->height);

@@ -113,15 +113,16 @@ static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *fun
 {
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->sampling == GLBK_SAMPLING_COMPARE)
-        return glbk__is_depth(d->format) ? GLBK_OK : glbk__bad(ctx, bad, function, "desc.sampling",
-                                                               "is COMPARE, which only depth formats have");
+        return glbk__is_depth(d->format) ? GLBK_OK
+                                         : glbk__refuse(ctx, bad, function, "desc.sampling",
+                                                        "is COMPARE, which only depth formats have");
     if (d->sampling != GLBK_SAMPLING_LINEAR && d->sampling != GLBK_SAMPLING_MIPMAPS) return GLBK_OK;
     if (glbk__is_integer(d->format) || glbk__is_depth(d->format))
-        return glbk__bad(ctx, bad, function, "desc.sampling",
-                         "is LINEAR or MIPMAPS, which formats of integers and depth do not have");
+        return glbk__refuse(ctx, bad, function, "desc.sampling",
+                            "is LINEAR or MIPMAPS, which formats of integers and depth do not have");
     if (glbk__formats[d->format].type == GLBK_GL_FLOAT && !ctx->float_linear)
-        return glbk__bad(ctx, bad, function, "desc.sampling",
-                         "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
+        return glbk__refuse(ctx, bad, function, "desc.sampling",
+                            "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
     if (d->sampling == GLBK_SAMPLING_MIPMAPS && d->data && glbk__is_float(d->format) && !ctx->float_targets)
         return GLBK_ERR_FLOAT_TARGET;           /* glGenerateMipmap is for what can be rendered to */
     return GLBK_OK;
@@ -133,8 +134,8 @@ static glbk_result glbk__check_extent(const glbk_context *ctx, const char *funct
                                       uint32_t value, uint32_t low, uint32_t high)
 {
     if (value >= low && value <= high) return GLBK_OK;
-    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
-                           high);
+    return glbk__refuse_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low,
+                              high);
 }
 
 /* Checks a desc and resolves its defaults in place. */
@@ -143,11 +144,11 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     uint32_t most;
     glbk_result result;
     if (d->format <= GLBK_FORMAT_NONE || d->format >= GLBK_FORMAT_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
-                               "a glbk_format, not NONE");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
+                                  "a glbk_format, not NONE");
     if ((unsigned)d->sampling >= GLBK_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
-                               "a glbk_sampling");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling,
+                                  "a glbk_sampling");
     if (d->format == GLBK_FORMAT_COLOR)
         d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
     result = glbk__check_extent(ctx, function, "desc.width", d->width, 1, ctx->max_side);
@@ -159,7 +160,7 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     most = glbk__all_levels(d->width, d->height);
     if (!d->levels) d->levels = d->sampling == GLBK_SAMPLING_MIPMAPS ? most : 1;
     if (d->levels > most)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.levels", d->levels, 0, most);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.levels", d->levels, 0, most);
     return glbk__check_sampling(ctx, function, d);
 }
 
@@ -228,7 +229,7 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
     memset(out, 0, sizeof *out);
     result = glbk__enter(ctx);
     if (result != GLBK_OK) return result;
-    if (!desc) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     d = *desc;
     result = glbk__check_texture(ctx, __func__, &d);
     if (result != GLBK_OK) return result;
@@ -290,7 +291,7 @@ static glbk_result glbk__check_span(const glbk_context *ctx, const char *functio
 {
     return end <= most
                ? GLBK_OK
-               : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
+               : glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
 }
 
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
@@ -301,10 +302,10 @@ GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *
     glbk_result result = glbk__enter_frame(ctx);
 
     if (result != GLBK_OK) return result;
-    if (!t || !t->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
-    if (!data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
+    if (!t || !t->name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
+    if (!data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
     if (level >= t->levels)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
     result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
     if (result == GLBK_OK)
         result =

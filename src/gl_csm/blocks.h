@@ -8,15 +8,15 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
 {
     static const char function[] = "glbk_csm_maps_create";
     uint32_t head[3];
-    if (!b->data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (!b->data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
     if (b->bytes < 400 || b->bytes % 16)
-        return glbk__bad_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
-                               "cohsm_data's");
+        return glbk__refuse_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
+                                  "cohsm_data's");
     memcpy(head, b->data, sizeof head);
     if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
-        return glbk__bad(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+        return glbk__refuse(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
     if (head[1] != 1)
-        return glbk__bad_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+        return glbk__refuse_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
     return GLBK_OK;
 }
 
@@ -31,9 +31,9 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 {
     char digit = (char)('0' + value % 10);
     if (!value) return;
-    glbk__put_text(sink, name);
-    if (value > 9) glbk__put_text(sink, "1");
-    glbk__put(sink, &digit, 1);
+    glbk__append_text(sink, name);
+    if (value > 9) glbk__append_text(sink, "1");
+    glbk__append(sink, &digit, 1);
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
@@ -72,20 +72,20 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (count && (!blocks || !starts))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
     for (i = 0; i < count; i++) {
         result = glbk__csm_check_block(ctx, &blocks[i]);
         if (result != GLBK_OK) return result;
         if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
-            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
+            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
         starts[i] = (uint32_t)texels;
         if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
         texels += blocks[i].bytes / 16;
         texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
     }
     if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
-                               (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
+                                  (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
@@ -96,7 +96,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
-    if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
+    if (result == GLBK_OK) result = glbk__leave_created(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;
 }
@@ -152,17 +152,18 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     float inverse[16], scale;
     uint32_t i;
 
-    if (!maps->blocks.name) return glbk__bad(ctx, bad, function, "maps", "were not created");
-    if (count > maps->capacity) return glbk__bad_range(ctx, bad, function, "count", count, 0, maps->capacity);
-    if (count && !instances) return glbk__bad(ctx, bad, function, "instances", "is NULL");
+    if (!maps->blocks.name) return glbk__refuse(ctx, bad, function, "maps", "were not created");
+    if (count > maps->capacity)
+        return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
+    if (count && !instances) return glbk__refuse(ctx, bad, function, "instances", "is NULL");
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texels)
-            return glbk__bad_value(ctx, bad, function, "an instance's start", instances[i].start,
-                                   "one it wrote");
+            return glbk__refuse_value(ctx, bad, function, "an instance's start", instances[i].start,
+                                      "one it wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
-            return glbk__bad_value(ctx, bad, function, "the instance with a bad transform", i,
-                                   "turned, evenly scaled, moved");
+            return glbk__refuse_value(ctx, bad, function, "the instance with a bad transform", i,
+                                      "turned, evenly scaled, moved");
     }
     return GLBK_OK;
 }

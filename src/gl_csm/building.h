@@ -135,19 +135,18 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
     static const char function[] = "glbk_csm_builder_create";
     const glbk_result bad = GLBK_ERR_DESC;
     if (d->map_side < 4 || d->map_side > 1024)
-        return glbk__bad_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
+        return glbk__refuse_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
     if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        return glbk__bad(ctx, bad, function, "desc.layers",
-                         "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+        return glbk__refuse(ctx, bad, function, "desc.layers", "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+        return glbk__refuse_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
     if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
-        return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
+        return glbk__refuse_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
-        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
-                               "0 or more");
+        return glbk__refuse_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
+                                  "0 or more");
     if (!d->view_fn || !d->draw_fn)
-        return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+        return glbk__refuse(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
     return GLBK_OK;
 }
 
@@ -246,7 +245,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
 
     if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
     if (!count || count > b->batch)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
     m = b->desc.map_side;
     glbk__csm_fill_block(b, count, &block);
     memset(&pass, 0, sizeof pass);
@@ -340,10 +339,10 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
 
     if (!ctx || !b) return GLBK_ERR_ARGUMENT;
     if (!b->drawn || b->drawn_from != b->next_view)
-        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
-                               "the next to compress");
+        return glbk__refuse_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
+                                  "the next to compress");
     if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
     glbk__csm_fill_block(b, b->drawn, &block);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
@@ -413,7 +412,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
 
     if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
     if (!b->next_view)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);
@@ -428,7 +427,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__bad(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+            result = glbk__refuse(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
     }
     glbk_csm__free(&memory, sorted);
     glbk_csm__free(&memory, ends);

@@ -250,12 +250,13 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
 {
     static const char function[] = "glbk_csm_lights_create";
     if (d->light_count && (!d->lights || !starts))
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights",
+                            "is NULL");
     if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
     if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
-                               "1..65536 with patterns, 0 without");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
+                                  "1..65536 with patterns, 0 without");
     return GLBK_OK;
 }
 
@@ -282,7 +283,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
-            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
     }
     out->lobe_count = d->lobe_count;
     out->patterns_at = (uint32_t)texels;
@@ -316,13 +317,13 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
 
     if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
     if (!lights->texels.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
     log = glbk__csm_logger_make(ctx, __func__);
     texels = glbk__csm_texel_count(&log, desc);
     if (!texels) return GLBK_ERR_DESC;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
-                               "that of a light with as many texels");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
+                                  "that of a light with as many texels");
     memory = glbk_csm__memory(ctx);
     words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
     if (!words) return GLBK_ERR_ALLOC;

@@ -30,7 +30,7 @@ static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const cha
 /* Logs why a field is refused, and returns 0. */
 static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
 {
-    return glbk__bad(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
+    return glbk__refuse(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
 }
 
 /* Returns 1 if a number is in its range, else logs it and returns 0; wanted is the range in words. */
@@ -38,7 +38,8 @@ static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, fl
                               float high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
-    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) == GLBK_OK;
+    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) ==
+           GLBK_OK;
 }
 
 /* Does the same for three numbers. */
@@ -64,8 +65,8 @@ static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, 
     if (kind == LSAMP_LIGHT_CALLBACK)
         return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
-    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
-                           "a LSAMP_LIGHT_...") == GLBK_OK;
+    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
+                              "a LSAMP_LIGHT_...") == GLBK_OK;
 }
 
 /* ---- csm: meshes that emit ---- */
@@ -105,8 +106,8 @@ static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m
         return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
-        return glbk__bad_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
-                               glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
+        return glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
+                                  glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
     }
     return 1;
 }

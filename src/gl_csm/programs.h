@@ -37,8 +37,8 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     if ((*out)->name) return GLBK_OK;
     sink.out = all;
     sink.bytes = sizeof all;
-    glbk__put_text(&sink, defines);
-    glbk__put_text(&sink, maps->defines);
+    glbk__append_text(&sink, defines);
+    glbk__append_text(&sink, maps->defines);
     result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
                     : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;

@@ -22,7 +22,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!capacity || capacity > (uint32_t)1 << 20)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     out->capacity = capacity;
@@ -50,27 +50,27 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
-    if (!asker->capacity) return glbk__bad(ctx, bad, function, "asker", "was not created");
+    if (!asker->capacity) return glbk__refuse(ctx, bad, function, "asker", "was not created");
     if (!q->positions || !q->lights)
-        return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
+        return glbk__refuse(ctx, bad, function, "query.positions or query.lights", "is NULL");
     if (!q->count || q->count > asker->capacity)
-        return glbk__bad_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
-        return glbk__bad_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
-                               "0 or a multiple of 4, >= 12");
+        return glbk__refuse_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
+                                  "0 or a multiple of 4, >= 12");
     if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.light_kind", (double)q->light_kind,
-                               "a COHSM_LIGHT_...");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.light_kind", (double)q->light_kind,
+                                  "a COHSM_LIGHT_...");
     if (stride % 4 || (stride && stride < least) || (!stride && q->light_kind == COHSM_LIGHT_PARAMETER))
-        return glbk__bad_value(ctx, bad, function, "query.light_stride", (double)stride,
-                               q->light_kind == COHSM_LIGHT_PARAMETER
-                                   ? "a multiple of 4, >= 12"
-                                   : "0 or a multiple of 4, >= a light");
+        return glbk__refuse_value(ctx, bad, function, "query.light_stride", (double)stride,
+                                  q->light_kind == COHSM_LIGHT_PARAMETER
+                                      ? "a multiple of 4, >= 12"
+                                      : "0 or a multiple of 4, >= a light");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
-                               "a COHSM_FILTER_...");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
+                                  "a COHSM_FILTER_...");
     if (!glbk_csm__finite(q->bias))
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
     return GLBK_OK;
 }
 
@@ -131,8 +131,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
 
     if (!ctx || !asker || !maps) return GLBK_ERR_ARGUMENT;
     if (!count || count > asker->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
-    if (!asker->question) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+    if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
     result = glbk__csm_ask_program(ctx, asker, maps, &program);
     if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
@@ -163,7 +163,7 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
 
     if (!ctx || !asker || !visible) return GLBK_ERR_ARGUMENT;
     if (!count || count > asker->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
     for (done = 0; done < count && result == GLBK_OK; done += n) {
         n = count - done < 1024 ? count - done : 1024;

@@ -54,9 +54,9 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     memset(out, 0, sizeof *out);
     if (!d) return GLBK_ERR_ARGUMENT;
     if (!d->width || !d->height)
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
     if (d->lobes > LSAMP_MAX_LOBES)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
     out->width = d->width;
     out->height = d->height;
     out->compute = ctx->compute;
@@ -91,17 +91,17 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
     const glbk_result bad = GLBK_ERR_DESC;
     if (!u->maps || !u->maps->blocks.name)
-        return glbk__bad(ctx, bad, function, "use.maps", "were not created");
+        return glbk__refuse(ctx, bad, function, "use.maps", "were not created");
     if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
-        return glbk__bad_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
+        return glbk__refuse_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
     if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
     if (!u->samples || u->samples > 65536)
-        return glbk__bad_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
+        return glbk__refuse_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
     if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
-        return glbk__bad_value(ctx, bad, function, "use.start", u->start, "that of a light");
+        return glbk__refuse_value(ctx, bad, function, "use.start", u->start, "that of a light");
     if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
-                               "the patterns' length");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
+                                  "the patterns' length");
     return GLBK_OK;
 }
 
@@ -113,21 +113,21 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
     uint32_t i;
     if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
     if (!d->lights || !d->lights->texels.name)
-        return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
-    if (d->use_count && !d->uses) return glbk__bad(ctx, bad, function, "desc.uses", "is NULL");
+        return glbk__refuse(ctx, bad, function, "desc.lights", "were not created");
+    if (d->use_count && !d->uses) return glbk__refuse(ctx, bad, function, "desc.uses", "is NULL");
     if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
-                               GLBK_CSM_MAX_PLANES);
+        return glbk__refuse_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
+                                  GLBK_CSM_MAX_PLANES);
     if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
-                               "a LSAMP_SAMPLING_...");
+        return glbk__refuse_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
+                                  "a LSAMP_SAMPLING_...");
     if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
-        return glbk__bad_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(d->bias)) return glbk__bad(ctx, bad, function, "desc.bias", "is not finite");
+        return glbk__refuse_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(d->bias)) return glbk__refuse(ctx, bad, function, "desc.bias", "is not finite");
     if (!(d->offset >= 0))
-        return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+        return glbk__refuse_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
     if (r->frames == UINT32_MAX)
-        return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
+        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
     for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
         bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
     return bad;
@@ -187,8 +187,8 @@ static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
     if (g->width == r->width && g->height == r->height) return GLBK_OK;
-    return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
-                           g->width == r->width ? g->height : g->width, "that of the renderer");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
+                              g->width == r->width ? g->height : g->width, "that of the renderer");
 }
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -246,8 +246,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     if (asks && !gbuffer)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
-                         "asks what is seen, but gbuffer is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
+                            "asks what is seen, but gbuffer is NULL");
     if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
@@ -269,7 +269,7 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
     float scale;
 
     if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
-    if (!r->frames) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
+    if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {
         memset(rgba, 0, count * sizeof *rgba);

@@ -93,21 +93,21 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_
     glbk_result result;
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
-                               ENVSH_MAX_LIGHTS);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
+                                  ENVSH_MAX_LIGHTS);
     if ((d->vertex != NULL) != (d->fragment != NULL))
-        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
     out->capacity = d->capacity;
     out->map_side = d->map_side ? d->map_side : 256;
     out->guard = d->guard ? d->guard : 4;
     out->channels = d->rgba ? 4 : 1;
     if (out->map_side < 16 || out->map_side > 4096)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
+        result = glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
     else if (out->guard > out->map_side / 4)
-        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1,
-                                 out->map_side / 4);
+        result =
+            glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
     else {
         glbk__envsh_lay_out(ctx, out);
         result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
@@ -257,8 +257,8 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
     if (!ctx->lost) glbk__envsh_clip(ctx, 0);
     if (ctx->check && result == GLBK_OK && !m->casts)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
-                         "never called glbk_envsh_cast");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                            "never called glbk_envsh_cast");
     return result;
 }
 
@@ -321,8 +321,8 @@ static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_map
         if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
     glbk_envsh__free(&memory, cells);
     if (drawn && !others && result == GLBK_OK)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
-                         "drew one instance, not all");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                            "drew one instance, not all");
     return result;
 }
 
@@ -333,16 +333,16 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     glbk_result result;
 
     if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
+                            "is NULL or was not created");
     if (count > m->capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
-                               "the map_side of the envsh_maps_desc that made the views");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
+                                  "the map_side of the envsh_maps_desc that made the views");
     if (count && views->guard && views->guard != m->guard)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
-                               "the guard of the envsh_maps_desc that made the views");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
+                                  "the guard of the envsh_maps_desc that made the views");
     m->count = 0;
     result = glbk__envsh_upload(ctx, m, views, count);
     pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);

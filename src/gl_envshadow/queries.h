@@ -14,12 +14,12 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     memset(q, 0, sizeof *q);
     if (from) *q = *from;
     if ((unsigned)q->filter >= ENVSH_FILTER_COUNT)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
-                               ENVSH_FILTER_COUNT - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.filter", q->filter, 0,
+                                  ENVSH_FILTER_COUNT - 1);
     if (q->filter == ENVSH_FILTER_DEFAULT) q->filter = ENVSH_FILTER_PENUMBRA;
     if (!(q->bias <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
-                               "at most 1e6 texels");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
+                                  "at most 1e6 texels");
     q->bias = glbk__envsh_or_default(q->bias, 1);
     if (!q->taps) q->taps = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) {
@@ -29,15 +29,15 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
     }
     if (!(q->radius <= most[q->filter]) ||
         (q->filter == ENVSH_FILTER_SMOOTH && q->radius < 0.5f && q->radius != 0))
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
-                               q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.radius", (double)q->radius,
+                                  q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
     q->radius = glbk__envsh_or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
     if (q->filter == ENVSH_FILTER_SMOOTH) return GLBK_OK;
     if (q->taps > ENVSH_MAX_TAPS)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "query.taps", q->taps, 0, ENVSH_MAX_TAPS);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.taps", q->taps, 0, ENVSH_MAX_TAPS);
     if (!(q->extent_scale <= 1e6f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.extent_scale", (double)q->extent_scale,
-                               "at most 1e6");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.extent_scale", (double)q->extent_scale,
+                                  "at most 1e6");
     q->extent_scale = glbk__envsh_or_default(q->extent_scale, 1);
     return GLBK_OK;
 }
@@ -84,7 +84,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
     envsh_query q;
     glbk_result result;
     if (!ctx || !m || !m->query.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
     result = glbk__envsh_query_of(ctx, __func__, query, &q);
     if (result != GLBK_OK) return result;
     glbk__envsh_fill_query(&q, &values);

@@ -48,10 +48,10 @@ static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *functio
                                     const glbk_envsh_renderer *r, const glbk_gbuffer *g)
 {
     if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
+                            "is NULL or was not created");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
 /* Finds the program of a filter, which is compiled when it is first asked for. */
@@ -121,7 +121,7 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
     envsh_query q;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
     if (result == GLBK_OK && (!m || !m->query.name))
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, query, &q);
     return result == GLBK_OK ? glbk__envsh_shade_all(ctx, r, g, m, &q, lights_per_pass) : result;
 }
@@ -133,8 +133,8 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
     uint32_t first = 0, n;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
     if (result == GLBK_OK && (!m || !m->capacity || !f || (!f->views && f->view_count) || !f->draw_fn))
-        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
-                           "is NULL or was not created");
+        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
+                              "is NULL or was not created");
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, f->query, &q);
     if (result != GLBK_OK) return result;
     do {
@@ -154,7 +154,7 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
 
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&object, 0, sizeof object);
     object.lit = r->begun != 0;
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);

@@ -55,8 +55,8 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     uint32_t i;
 
     if (!ctx || !g || !g->target.name || !world_to_clip || !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
+                            "is NULL or was not created");
     result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
@@ -74,10 +74,10 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_result result;
 
     if (!ctx || !g || !g->target.name || !s)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
-                         "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
+                            "is NULL or was not created");
     if (!g->draw_program.name || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);

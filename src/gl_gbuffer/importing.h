@@ -157,7 +157,8 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
     int own;
 
     if (!ctx || !g || !g->target.name || !d)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import",
+                            "is NULL or was not created");
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
     memset(&block, 0, sizeof block);

@@ -4,7 +4,7 @@
 static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field,
                                      const char *text)
 {
-    return glbk__bad(ctx, GLBK_ERR_DESC, function, field, text);
+    return glbk__refuse(ctx, GLBK_ERR_DESC, function, field, text);
 }
 
 /* Returns 1 if a number is within its range, else logs it and returns 0. */
@@ -12,7 +12,7 @@ static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, c
                                 double value, double low, double high)
 {
     if (value >= low && value <= high) return 1;
-    (void)glbk__bad_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
+    (void)glbk__refuse_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
     return 0;
 }
 
@@ -142,7 +142,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
     if (!ctx || !d) return GLBK_ERR_ARGUMENT;
     if (!d->width || !d->height) return glbk__gbuffer_bad(ctx, __func__, "desc.width or height", "is 0");
     if (d->depth && (d->depth->width != d->width || d->depth->height != d->height))
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
     result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
@@ -150,7 +150,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
         result = glbk__gbuffer_make(ctx, d, out);
     }
     if (result == GLBK_OK) result = glbk__gbuffer_clear_words(ctx, out);
-    result = glbk__made(ctx, result);
+    result = glbk__leave_created(ctx, result);
     if (result != GLBK_OK) glbk_gbuffer_free(ctx, out);
     return result;
 }
@@ -277,8 +277,8 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
 {
     const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
     if (!ctx || !pixels || !within)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
-                         "is NULL or out of range");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
+                            "is NULL or out of range");
     out->memory = glbk_gbuf__memory(ctx);
     out->count = (size_t)g->width * row_count;
     out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
@@ -331,7 +331,7 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     const uint32_t first = GLBK_SLOT_glbk_gbuffer_place + glbk__offset(offset).unit;
     uint32_t i;
     if (!ctx || !g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, first + i, &g->words[i]);
     return GLBK_OK;
 }

@@ -13,8 +13,8 @@ static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass
     shown->bottom = whole ? 0u : (uint32_t)v[1];
     if (wide <= width && high <= height) return GLBK_OK;
     if (wide > width)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
+    return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
 }
 
 GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,

@@ -14,7 +14,7 @@ static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *funct
     for (i = 0; i < count; i++) {
         const glbk__ism_range *r = &ranges[i];
         if ((r->value >= r->low && r->value <= r->high) || (r->value >= 0 && r->value <= 0)) continue;
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
     }
     return GLBK_OK;
 }
@@ -38,8 +38,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
           0.5 * (double)(d->tile_side ? d->tile_side : 64), "negative, 0 or 2..tile_side / 2" }
     };
     if (!glbk__ism_power_of_two(d->tile_side))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
-                               "0 or a power of two, 8..256");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
+                                  "0 or a power of two, 8..256");
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
@@ -69,20 +69,20 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
     if (out->pattern > 8 || !glbk__ism_power_of_two(out->pattern))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
-                               "0, 1, 2, 4 or 8");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
+                                  "0, 1, 2, 4 or 8");
     if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
-                               "a value of ism_near");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
+                                  "a value of ism_near");
     if (!(out->bias < 1))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
     if (!(out->clamp >= 0 && out->clamp < 3e38f))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
-                               "0 or above 0");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
+                                  "0 or above 0");
     if (out->visible_fn || out->near_visible_fn)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function,
-                         out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
-                         "is not NULL: on GL the maps say what is seen");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function,
+                            out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
+                            "is not NULL: on GL the maps say what is seen");
     if (!out->pattern) out->pattern = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;
@@ -94,7 +94,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
     if (m && m->vpls.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
 /* Checks that a renderer was created. */
@@ -102,7 +102,7 @@ static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char 
                                             const glbk_ism_renderer *r)
 {
     if (r && r->view.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer and a G-buffer were created, for pictures of one size. */
@@ -112,9 +112,9 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
     const glbk_result result = glbk__ism_check_renderer(ctx, function, r);
     if (result != GLBK_OK) return result;
     if (!g || !g->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
     if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
 }
 
 /* ---- lists ---- */
@@ -130,7 +130,7 @@ static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *fu
     glbk_ism__message_count(&name, i);
     glbk_ism__message_text(&name, "].");
     glbk_ism__message_text(&name, field);
-    return glbk__bad(ctx, GLBK_ERR_INPUT, function, name.text, text);
+    return glbk__refuse(ctx, GLBK_ERR_INPUT, function, name.text, text);
 }
 
 /* Returns whether three floats are finite. */
@@ -197,18 +197,18 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
     const size_t corners = indexed ? mesh->index_count : mesh->vertex_count;
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     if (mesh->indices && mesh->indices16)
-        return glbk__bad(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
+        return glbk__refuse(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
     if (corners % 3)
-        return glbk__bad_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
-                               (double)corners, "a multiple of 3");
-    if (corners && !mesh->positions) return glbk__bad(ctx, bad, function, "mesh.positions", "is NULL");
+        return glbk__refuse_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
+                                  (double)corners, "a multiple of 3");
+    if (corners && !mesh->positions) return glbk__refuse(ctx, bad, function, "mesh.positions", "is NULL");
     if (!glbk_ism__stride_valid(mesh->vertex_stride, 12))
-        return glbk__bad_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
-                               "0 or a multiple of 4, at least 12");
+        return glbk__refuse_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
+                                  "0 or a multiple of 4, at least 12");
     if (corners > 0x7fffffff)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
-                               "2147483647 at most");
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
+                                  "2147483647 at most");
     if (mesh->vertex_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
-                           "2147483647 at most");
+    return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
+                              "2147483647 at most");
 }

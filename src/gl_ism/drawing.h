@@ -123,8 +123,8 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     if (result != GLBK_OK) return result;
     all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
     if (m->triangle_count && m->phases != all)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
-                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
+                            "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
     result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
     if (result == GLBK_OK) m->drawn = 1;

@@ -128,11 +128,11 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
     m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
     if (m->side > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
-                               m->side, 8, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
+                                  m->side, 8, ctx->max_side);
     if ((uint64_t)m->phase_surfel_count * d->lazy_frames * d->vpl_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
-                     "is above 2147483647");
+    return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
+                        "is above 2147483647");
 }
 
 /* Makes all tables, pictures, blocks and programs of maps that are laid out. */
@@ -152,7 +152,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
     if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, m);
-    return result == GLBK_OK ? glbk__made(ctx, glbk__ism_write_frame(ctx, m)) : result;
+    return result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : result;
 }
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out)
@@ -160,7 +160,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
     ism_desc given;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     memset(&given, 0, sizeof given);
     if (desc) given = *desc;

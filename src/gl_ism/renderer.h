@@ -43,12 +43,12 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     const char *blur;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!width || width > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
     if (!height || height > ctx->max_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
     result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
@@ -165,7 +165,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
     if (m->vpl_count && !m->drawn && !s.no_maps)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;
     job.maps = m;
@@ -186,7 +186,7 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
@@ -201,6 +201,6 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_renderer(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
 }

@@ -41,8 +41,8 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
                                                  : (uint32_t)corner;
         words[corner / 3 * 4 + corner % 3] = index;
         if (index >= mesh->vertex_count)
-            *result = glbk__bad_index(ctx, GLBK_ERR_INPUT, "glbk_ism_mesh_upload", "mesh", corner, index,
-                                      mesh->vertex_count);
+            *result = glbk__refuse_index(ctx, GLBK_ERR_INPUT, "glbk_ism_mesh_upload", "mesh", corner, index,
+                                         mesh->vertex_count);
     }
     for (i = 0; i < count && *result == GLBK_OK; i++) {
         if (mesh->opacities) opacity = mesh->opacities[i];
@@ -93,7 +93,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     if (count != m->triangle_count) m->phases = 0;
     m->triangle_count = (uint32_t)count;
-    return glbk__made(ctx, glbk__ism_write_frame(ctx, m));
+    return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
 }
 
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions,
@@ -103,12 +103,12 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (!positions) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
+    if (!positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
     if (!glbk_ism__stride_valid(stride, 12))
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
-                               "0 or a multiple of 4, at least 12");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
+                                  "0 or a multiple of 4, at least 12");
     if (!m->triangle_count)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
     return glbk__ism_upload(ctx, &m->positions, m->vertex_count, positions, m->vertex_count, stride);
 }
 
@@ -120,10 +120,10 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (!surfels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
+    if (!surfels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
     if (phase >= m->desc.lazy_frames)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
-                               m->desc.lazy_frames - 1.0);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
+                                  m->desc.lazy_frames - 1.0);
     count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
                         : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
@@ -152,16 +152,16 @@ static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *fun
     glbk_result result = glbk__ism_check_maps(ctx, function, m);
     uint32_t i;
     if (result != GLBK_OK) return result;
-    if (count && !vpls) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
+    if (count && !vpls) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
     if (count > m->desc.vpl_count)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
     if (center && !(radius > 0 && radius < 3e38f))
-        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__ism_check_vpl(ctx, &vpls[i], i);
         if (result == GLBK_OK && vpls[i].directional && !center)
-            result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "center",
-                               "is NULL, and there is a directional VPL");
+            result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "center",
+                                  "is NULL, and there is a directional VPL");
     }
     return result;
 }
@@ -240,10 +240,10 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if (count && !points) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
+    if (count && !points) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
     if (count > m->desc.vpl_count * (uint32_t)m->desc.near_point_count)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0,
-                               (double)m->desc.vpl_count * (double)m->desc.near_point_count);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0,
+                                  (double)m->desc.vpl_count * (double)m->desc.near_point_count);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk__ism_check_near_point(ctx, &points[i], i, m->vpl_count);
     if (result != GLBK_OK) return result;

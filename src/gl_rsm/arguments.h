@@ -19,7 +19,7 @@ static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *funct
     for (i = 0; i < count; i++) {
         const glbk__rsm_range *f = &fields[i];
         if (f->value >= f->low && f->value <= f->high) continue;
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, f->field, f->value, f->low, f->high);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, f->field, f->value, f->low, f->high);
     }
     return GLBK_OK;
 }
@@ -30,7 +30,8 @@ static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *func
     if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
         !s->progress && !s->log && !s->user)
         return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.system", "is not zero: on GL the context's counts");
+    return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.system",
+                        "is not zero: on GL the context's counts");
 }
 
 /* Returns whether three floats are at most so large; 0 for what is not a number. */
@@ -48,13 +49,14 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
     const float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] +
                      l->direction[2] * l->direction[2];
     if (l->kind != RSM_LIGHT_POINT && !(d2 > 1e-30f && d2 <= 1e30f))
-        return glbk__bad(ctx, bad, function, "light.direction", "has no length, or too much of it");
+        return glbk__refuse(ctx, bad, function, "light.direction", "has no length, or too much of it");
     if (l->kind == RSM_LIGHT_SUN && !(l->radius > 0.0f && l->radius <= 1e9f))
-        return glbk__bad_value(ctx, bad, function, "light.radius", (double)l->radius, "above 0, at most 1e9");
+        return glbk__refuse_value(ctx, bad, function, "light.radius", (double)l->radius,
+                                  "above 0, at most 1e9");
     if (spot && !(angle > 0.5e-3f && angle <= most))
-        return glbk__bad_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
-                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
-                                                         : "above 0.0005, at most 1");
+        return glbk__refuse_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
+                                  l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14"
+                                                            : "above 0.0005, at most 1");
     return GLBK_OK;
 }
 
@@ -65,18 +67,18 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     const glbk_result bad = GLBK_ERR_DESC;
     glbk_result result;
     int i;
-    if (!light) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
+    if (!light) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
     *l = *light;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
     if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
-        return glbk__bad_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
+        return glbk__refuse_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
-        return glbk__bad(ctx, bad, function,
-                         glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
-                         "is not finite or beyond 1e9");
+        return glbk__refuse(ctx, bad, function,
+                            glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
+                            "is not finite or beyond 1e9");
     for (i = 0; i < 3; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
-            return glbk__bad_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
+            return glbk__refuse_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
     result = glbk__rsm_shape_check(ctx, function, l);
     if (result != GLBK_OK) return result;
     if (!(fabsf(l->near_depth) > 0.0f) && !(fabsf(l->far_depth) > 0.0f)) {
@@ -84,11 +86,11 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
         l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
     }
     if (!(fabsf(l->near_depth) <= 1e9f) || (l->kind != RSM_LIGHT_SUN && !(l->near_depth > 0.0f)))
-        return glbk__bad_value(ctx, bad, function, "light.near_depth", (double)l->near_depth,
-                               l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9");
+        return glbk__refuse_value(ctx, bad, function, "light.near_depth", (double)l->near_depth,
+                                  l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9");
     if (l->far_depth > l->near_depth && l->far_depth <= 1e9f) return GLBK_OK;
-    return glbk__bad_value(ctx, bad, function, "light.far_depth", (double)l->far_depth,
-                           "above near_depth, at most 1e9");
+    return glbk__refuse_value(ctx, bad, function, "light.far_depth", (double)l->far_depth,
+                              "above near_depth, at most 1e9");
 }
 
 /* ---- maps and renderers that a call was given ---- */
@@ -97,7 +99,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
 {
     if (map && map->texels.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer was created. */
@@ -105,7 +107,7 @@ static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char 
                                             const glbk_rsm_renderer *r)
 {
     if (r && r->frame.name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
 /* Checks that a renderer and a G-buffer were created, for pictures of one size. */
@@ -115,10 +117,10 @@ static glbk_result glbk__rsm_gbuffer_check(const glbk_context *ctx, const char *
     const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     if (result != GLBK_OK) return result;
     if (!gbuffer || !gbuffer->colors.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
-                         gbuffer ? "was not created" : "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
+                            gbuffer ? "was not created" : "is NULL");
     if (gbuffer->width == r->width && gbuffer->height == r->height) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
 }
 
 /* Checks that a renderer and all maps were created, and that there is a map. */
@@ -129,8 +131,8 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
     glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     uint32_t i;
     if (result != GLBK_OK) return result;
-    if (!maps) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
-    if (!count) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
+    if (!maps) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
+    if (!count) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
     for (i = 0; i < count && result == GLBK_OK; i++) result = glbk__rsm_map_check(ctx, function, maps[i]);
     return result;
 }
@@ -154,7 +156,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
     if (result != GLBK_OK) return result;
     if (out->add)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->taps) out->taps = 2;
     if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
     if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
@@ -188,14 +190,14 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
     if (result != GLBK_OK) return result;
     if (k > 8 || (k & (k - 1)))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
     if (out->add)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
     if (!out->materials && out->material_count)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials",
-                         "is NULL, and material_count is not 0");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.materials",
+                            "is NULL, and material_count is not 0");
     if (out->noise && !out->noise_side)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
     if (!k) out->interleave = 1;
     if (out->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
     if (!(out->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
@@ -211,8 +213,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     if (how) *out = *how;
     if (!out->step) out->step = 8;
     if (out->step < 2 || out->step > 64 || (out->step & (out->step - 1)))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "interpolation.step", out->step,
-                               "0 or a power of two, 2..64");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "interpolation.step", out->step,
+                                  "0 or a power of two, 2..64");
     {
         const glbk__rsm_range fields[] = {
             { "interpolation.levels", (double)out->levels, 0, 6 },
@@ -227,8 +229,8 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
         if (result != GLBK_OK) return result;
     }
     if (out->mask)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
-                         "is not NULL: alpha of glbk_rsm_read says what each pixel is");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
+                            "is not NULL: alpha of glbk_rsm_read says what each pixel is");
     if (!out->levels) out->levels = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
@@ -259,11 +261,11 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
     }
     for (i = 0; i < 16 && out->view_projection; i++)
         if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
-            return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
-                                   (double)out->view_projection[i], "finite");
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
+                                      (double)out->view_projection[i], "finite");
     if (out->motion)
-        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion",
-                         "is not NULL: on GL motion is a texture");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "frame.motion",
+                            "is not NULL: on GL motion is a texture");
     if (!out->history) out->history = 8;
     if (!out->passes) out->passes = 2;
     if (out->passes < 0) out->passes = 0;
@@ -290,13 +292,13 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     const uint32_t count = d->materials ? d->material_count : 0, side = d->noise ? d->noise_side : 0;
     uint32_t i;
     if (side > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
     if (count > GLBK__RSM_TABLE)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
-                               GLBK__RSM_TABLE);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0,
+                                  GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
-            return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
+            return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
     for (i = 0; i < count; i++) {
         const rsm_material *m = &d->materials[i];
         const glbk__rsm_range fields[] = { { "desc.materials.exponent", (double)m->exponent, 0, 1e4 },
@@ -329,6 +331,6 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
     }
     if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
     if (!field) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field,
-                     "is not what glbk_rsm_tables_upload was given last");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, field,
+                        "is not what glbk_rsm_tables_upload was given last");
 }

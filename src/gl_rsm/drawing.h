@@ -21,9 +21,9 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
+    if (!s) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surface", "is NULL");
     if (!r->drawing)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the call", "comes from no glbk_rsm_draw_fn");
     glbk__rsm_set_surface(&r->drawn, s);
     r->drawn.material = material;
     r->drawn.has_map = s->color_map != NULL;
@@ -72,7 +72,7 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result == GLBK_OK) result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!draw_fn) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "draw_fn", "is NULL");
+    if (!draw_fn) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "draw_fn", "is NULL");
     memset(&r->drawn, 0, sizeof r->drawn);
     if (map->light.kind == RSM_LIGHT_SUN)
         glbk__rsm_set4(r->drawn.eye, glbk_rsm__v3_scale(glbk_rsm__v3_load(map->block.axis), -1), 0);

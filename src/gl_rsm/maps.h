@@ -203,12 +203,12 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (side && (side < 4 || side > 4096))
-        return glbk__bad_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
     out->light = checked;
     out->face_count = glbk__rsm_face_count(&out->light);
     out->side = side ? side : out->face_count > 1 ? 256 : 512;
@@ -228,8 +228,9 @@ GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, co
     if (result == GLBK_OK) result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (glbk__rsm_face_count(&checked) != map->face_count)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "the number of faces that the light needs",
-                               glbk__rsm_face_count(&checked), "that of the map");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__,
+                                  "the number of faces that the light needs", glbk__rsm_face_count(&checked),
+                                  "that of the map");
     map->light = checked;
     map->summed = 0;
     glbk__rsm_frame_of(map);
@@ -257,7 +258,7 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     memory = glbk_rsm__memory(ctx);
     count = (size_t)map->side * map->side;
     layer = (unsigned char *)glbk_rsm__alloc_array(&memory, count, 64);
@@ -284,9 +285,9 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_map_check(ctx, __func__, map);
     if (result != GLBK_OK) return result;
-    if (!texels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
     if (face >= map->face_count)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "face", face, 0, map->face_count - 1.0);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "face", face, 0, map->face_count - 1.0);
     memory = glbk_rsm__memory(ctx);
     count = (size_t)map->side * map->side;
     layer = (unsigned char *)glbk_rsm__alloc_array(&memory, count, 16);

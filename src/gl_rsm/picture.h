@@ -45,12 +45,13 @@ static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_r
     const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
     if (!glbk__rsm_bounced(r))
-        return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
-    if (r->filtered) return glbk__bad(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
+    if (r->filtered)
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was filtered already");
     if (!motion || motion->name) return GLBK_OK;
-    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "motion", "was not created");
 }
 
 GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -106,7 +107,7 @@ GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, c
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_gbuffer_check(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&r->values, 0, sizeof r->values);
     r->values.shows_direct = direct && r->direct < 3;
     r->values.shows_bounced = bounced && glbk__rsm_bounced(r);
@@ -130,13 +131,13 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__rsm_renderer_check(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     if (bounced)
         target = r->bounce < 3   ? &r->targets[r->bounce]
                  : r->bounce < 5 ? &r->history_targets[r->bounce - 3]
                                  : NULL;
     else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
     if (target) return glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba);
-    return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
-                     "is not there yet");
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, bounced ? "bounced light" : "direct light",
+                        "is not there yet");
 }

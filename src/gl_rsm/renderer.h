@@ -64,9 +64,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     glbk_result result;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     {
         const glbk__rsm_range fields[] = { { "desc.width", (double)d->width, 1, (double)ctx->max_side },
                                            { "desc.height", (double)d->height, 1, (double)ctx->max_side },
@@ -164,10 +164,11 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (result != GLBK_OK) return result;
     count = glbk_rsm_point_count(&d);
     if (count && !points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL, and the pattern needs some");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                            "is NULL, and the pattern needs some");
     if (!count && points)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
-                         "is not NULL, and the pattern needs none");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points",
+                            "is not NULL, and the pattern needs none");
     glbk_texture_free(ctx, &r->pattern);
     glbk_texture_free(ctx, &r->noise);
     glbk_texture_free(ctx, &r->materials);

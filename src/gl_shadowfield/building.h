@@ -137,19 +137,19 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     glbk_sfield__logger log;
     size_t i;
 
-    if (!m->positions) return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
+    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride", (double)m->vertex_stride,
-                               "0, or a multiple of 4 of at least 12");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
+                                  (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
     if (!corners || corners % 3 || corners > 0x7fffffffu)
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function,
-                               m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                               (double)corners, "a multiple of 3, > 0 and below 2^31");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                  m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
+                                  (double)corners, "a multiple of 3, > 0 and below 2^31");
     if (m->vertex_count > 0xffffffffu)
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
-                               "below 2^32");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
+                                  "below 2^32");
     log.log = ctx->system.log;
     log.user = ctx->system.user;
     log.function = function;
@@ -174,7 +174,7 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
         if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "radiance", i, "is beyond 0..1e18");
     if (!glbk__sfield_fit(d->mesh, b))
-        return glbk__bad(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
     result = glbk__sfield_upload_mesh(ctx, d, b);
     return result == GLBK_OK ? glbk__sfield_vertex_array(ctx, b) : result;
 }
@@ -245,25 +245,25 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     sfield_desc f;
     int haar;
 
-    if (!d) return glbk__bad(ctx, none, function, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, none, function, "desc", "is NULL");
     memset(&f, 0, sizeof f);
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
     if ((uint32_t)f.basis > SFIELD_BASIS_HAAR)
-        return glbk__bad_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
-                               SFIELD_BASIS_HAAR);
+        return glbk__refuse_range(ctx, bad, function, "desc.field->basis", (double)f.basis, 0,
+                                  SFIELD_BASIS_HAAR);
     if (f.bands > SFIELD_MAX_BANDS)
-        return glbk__bad_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
+        return glbk__refuse_range(ctx, bad, function, "desc.field->bands", f.bands, 0, SFIELD_MAX_BANDS);
     if (f.cube_side && (f.cube_side < 4 || f.cube_side > 64 || (f.cube_side & (f.cube_side - 1))))
-        return glbk__bad_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
-                               "0 or a power of two of 4..64");
+        return glbk__refuse_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
+                                  "0 or a power of two of 4..64");
     if (!d->mesh && !d->draw_fn)
-        return glbk__bad(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+        return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
-        return glbk__bad(ctx, none, function, "desc.radiance", "is NULL");
+        return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frames > 1)
-        return glbk__bad_value(ctx, bad, function, "desc.field->frames", f.frames,
-                               "0 or 1 with a mesh: other frames are drawn by draw_fn");
+        return glbk__refuse_value(ctx, bad, function, "desc.field->frames", f.frames,
+                                  "0 or 1 with a mesh: other frames are drawn by draw_fn");
     b->side = f.cube_side ? f.cube_side : haar ? 32 : 16;
     b->bands = haar ? 0 : f.bands ? f.bands : 4;
     b->groups = (b->bands * b->bands + 3) / 4;

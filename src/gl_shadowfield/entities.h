@@ -166,10 +166,12 @@ GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_s
     size_t i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
-    if (count && !entities) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    if (count && !entities) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
     if (count > s->entity_capacity)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0, s->entity_capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0,
+                                  s->entity_capacity);
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__sfield_check_entity(ctx, __func__, s, &entities[i], i);
         lights += entities[i].source != NULL;
@@ -186,7 +188,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     uint32_t words[4 * 64] = { 0 }, n, k, c;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);

@@ -19,7 +19,7 @@ static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result,
     glbk_sfield__message_text(&field, "[");
     glbk_sfield__message_count(&field, index);
     glbk_sfield__message_text(&field, "]");
-    return glbk__bad(ctx, result, function, field.text, text);
+    return glbk__refuse(ctx, result, function, field.text, text);
 }
 
 /* Appends a number. */
@@ -29,7 +29,7 @@ static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
     size_t at = sizeof digits;
     do digits[--at] = (char)('0' + n % 10);
     while ((n /= 10) != 0);
-    glbk__put(sink, digits + at, sizeof digits - at);
+    glbk__append(sink, digits + at, sizeof digits - at);
 }
 
 /* Returns the bands of an algebra, or 0 without one. */
@@ -245,14 +245,14 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
     size_t i;
-    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
-                               65535);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
+                                  65535);
     if (!(d->reach >= 0 && d->reach <= 1e6f))
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         const char *why = "is NULL";
@@ -342,10 +342,10 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     out->field_count = d->field_count;
     texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
     if (texels > most || moving > most)
-        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function,
-                               texels > most ? "the number of texels of desc.fields"
-                                             : "the number of texels of desc.entity_capacity",
-                               (double)(texels > most ? texels : moving), 0, (double)most);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
+                                  texels > most ? "the number of texels of desc.fields"
+                                                : "the number of texels of desc.entity_capacity",
+                                  (double)(texels > most ? texels : moving), 0, (double)most);
     qsort(out->fields, d->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
     out->texels = (uint32_t)texels;
     memset(&s, 0, sizeof s);
@@ -357,7 +357,7 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     if (s.result == GLBK_OK)
         s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
     if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
-    return s.result == GLBK_OK ? glbk__made(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
+    return s.result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }
 
 GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfield_scene_desc *d,
@@ -367,7 +367,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfie
 
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     out->bands = glbk__sfield_bands(d->algebra);
     result = glbk__sfield_check(ctx, __func__, d, out->bands);
     out->algebra = d->algebra;

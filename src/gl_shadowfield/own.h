@@ -38,9 +38,9 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
                                            const glbk_sfield_renderer *r)
 {
     if (!r || !r->shade.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
     if (!r->self.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
 }
 
@@ -49,13 +49,13 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
     if (g->width != r->width)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                                  "that of the renderer");
     if (g->height != r->height)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                                  "that of the renderer");
     return GLBK_OK;
 }
 
@@ -70,11 +70,12 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!self) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
+    if (!self) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
     if (row >= r->height)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
     if (!row_count || row_count > r->height - row)
-        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1, r->height - row);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
+                                  r->height - row);
     memory = glbk_sfield__memory(ctx);
     count = (size_t)r->width * row_count;
     n = r->bands * r->bands;
@@ -109,10 +110,10 @@ static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *
     sink.out = defines;
     sink.bytes = sizeof defines;
     sink.used = 0;
-    glbk__put_text(&sink, "SFIELD_POSITION=");
+    glbk__append_text(&sink, "SFIELD_POSITION=");
     glbk__sfield_number(&sink, (uint32_t)position);
     for (i = 0; i < 4; i++) {
-        glbk__put_text(&sink, names[i]);
+        glbk__append_text(&sink, names[i]);
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
@@ -132,14 +133,15 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!g->has_depth || !g->has_clip)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
-                         "was not drawn: its depth or matrix is not known");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",
+                            "was not drawn: its depth or matrix is not known");
     if (r->bands > 4)
-        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
-                               "1..4 to be drawn");
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
+                                  "1..4 to be drawn");
     if (g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", "is where the position is");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute",
+                            "is where the position is");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
@@ -168,9 +170,10 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!world) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
+    if (!world) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
     if (!r->self_target.name)
-        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was not begun: glbk_sfield_self_begin");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer",
+                            "was not begun: glbk_sfield_self_begin");
     memset(&object, 0, sizeof object);
     memcpy(object.world, world, sizeof object.world);
     for (i = 0; i < 16; i++) given = given || world[i] != 0;

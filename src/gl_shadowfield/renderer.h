@@ -26,10 +26,10 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
 /* Appends "ARRAY[N]". */
 static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
 {
-    glbk__put_text(sink, array);
-    glbk__put_text(sink, "[");
+    glbk__append_text(sink, array);
+    glbk__append_text(sink, "[");
     glbk__sfield_number(sink, n);
-    glbk__put_text(sink, "]");
+    glbk__append_text(sink, "]");
 }
 
 /* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
@@ -41,7 +41,7 @@ static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
         glbk__sfield_index(sink, "+a", j);
         glbk__sfield_index(sink, "*b", i);
     }
-    glbk__put_text(sink, ")");
+    glbk__append_text(sink, ")");
 }
 
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes)
@@ -59,27 +59,27 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     sink.out = out;
     sink.bytes = out ? out_bytes : 0;
     sink.used = 0;
-    glbk__put_text(&sink, head);
+    glbk__append_text(&sink, head);
     for (k = 0; k < bands * bands; k++) {
         glbk__sfield_index(&sink, "s+=a", k);
         glbk__sfield_index(&sink, "*b", k);
-        glbk__put_text(&sink, ";\n");
+        glbk__append_text(&sink, ";\n");
         if (!k) continue;
         glbk__sfield_index(&sink, "r", k);
-        glbk__put_text(&sink, "=SFIELD_Y00*");
+        glbk__append_text(&sink, "=SFIELD_Y00*");
         glbk__sfield_pair(&sink, 0, k);
         for (e = 0; e < count; e++) {
             uint32_t bits;
             if (terms[e] >> 16 != k) continue;
             memcpy(&bits, &factors[e], 4);      /* its bits are the same in every locale */
-            glbk__put_text(&sink, "\n+uintBitsToFloat(");
+            glbk__append_text(&sink, "\n+uintBitsToFloat(");
             glbk__sfield_number(&sink, bits);
-            glbk__put_text(&sink, "u)*");
+            glbk__append_text(&sink, "u)*");
             glbk__sfield_pair(&sink, terms[e] & 255u, terms[e] >> 8 & 255u);
         }
-        glbk__put_text(&sink, ";\n");
+        glbk__append_text(&sink, ";\n");
     }
-    glbk__put_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
+    glbk__append_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
     if (sink.bytes) out[sink.used < sink.bytes ? sink.used : sink.bytes - 1] = 0;
     return sink.used + 1;
 }
@@ -105,7 +105,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     if (!sink.out) return GLBK_ERR_ALLOC;
     glbk_sfield_write_product(algebra, sink.out, sink.bytes);
     sink.used = product - 1;
-    for (i = 0; i < 3; i++) glbk__put_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
+    for (i = 0; i < 3; i++) glbk__append_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
     sink.out[sink.used] = 0;
     memset(&source, 0, sizeof source);
     source.parts[0] = glbk_sfield_part();
@@ -122,12 +122,14 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
-    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
-    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->width) return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
     if (d->self_attribute > 12)
-        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0, 12);
-    if (!d->height) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
+                                  12);
+    if (!d->height)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
     return GLBK_OK;
 }
 
@@ -190,17 +192,18 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->shade.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
-    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!s || !s->table.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
     result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
-                         "is NULL: lobes need it, and the G-buffer has none");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                            "is NULL: lobes need it, and the G-buffer has none");
     if (s->bands != r->bands)
-        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
-                               "that of the renderer");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
+                                  "that of the renderer");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -229,10 +232,10 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->target.name)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
     if (gloss && !r->gloss.name)
-        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
-                         "is asked of a renderer without desc.gloss");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
+                            "is asked of a renderer without desc.gloss");
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
     if (gloss && result == GLBK_OK)
         result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);

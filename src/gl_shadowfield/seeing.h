@@ -169,14 +169,17 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
     size_t i;
-    if (!b || !b->words) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
+    if (!b || !b->words) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
     if (!v || !v->eyes || !v->values)
-        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function,
-                         !v ? "views" : !v->eyes ? "views.eyes" : "views.values", "is NULL");
-    if (!v->count) return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function,
+                            !v         ? "views"
+                            : !v->eyes ? "views.eyes"
+                                       : "views.values",
+                            "is NULL");
+    if (!v->count) return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "views.count", 0, "> 0");
     if (!(v->radius > 0) || !glbk_sfield__finite(v->radius))
-        return glbk__bad_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
-                               "> 0 and finite");
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "views.radius", (double)v->radius,
+                                  "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
             return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");
