@@ -13,7 +13,7 @@
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make check-embree  what calls Embree, with versions 3 and 4
-# make performance docs/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
+# make performance docs/measured/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 # make mutants    HEADER=rsm.h COUNT=200: how many faults put into a header its tests find
 #
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
@@ -267,7 +267,7 @@ run-demo: programs
 bench: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
 	$(BUILD)/bench --list
 
-# docs/performance.md, with every bench of bench/performance.txt: about half an hour of a quiet machine.
+# docs/measured/performance.md, with every bench of bench/performance.txt: about half an hour of a quiet machine.
 performance: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
 	@BUILD=$(BUILD) sh bench/performance
 

@@ -791,7 +791,7 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t
    tripling coefficients are used (section 4.1 of the paper), so that only the bands above are lost.
    a, b, out  vectors in planes; out may be a or b
    Errors     SFIELD_ERR_ARGUMENT
-   Cost       about 10 ns a product with 4 bands and AVX2, 5 ns with 3: docs/performance.md */
+   Cost       about 10 ns a product with 4 bands and AVX2, 5 ns with 3: docs/measured/performance.md */
 
 SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
 /* Lists the terms of sfield_sh_product, for shaders that multiply functions themselves, and returns how many

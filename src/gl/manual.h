@@ -107,7 +107,8 @@
    NULL, zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL. A context and
    its objects belong to the thread where the GL context is current. No globals.
 
-   Cost: docs/performance.md.  State: docs/gl-state.md.  History: CHANGELOG.md.  Licence: end of this file. */
+   Cost: docs/measured/performance.md.  State: docs/gl-state.md.  History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef GL_BACKEND_H
 #define GL_BACKEND_H
 

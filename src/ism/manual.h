@@ -173,7 +173,8 @@
    Results are equal to the bit for the same input, seed and frame index, on every compiler, processor and
    thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
-   Cost: docs/performance.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
+   Cost: docs/measured/performance.md and build/bench ism.   History: CHANGELOG.md.
+   Licence: end of this file. */
 #ifndef ISM_H
 #define ISM_H
 
