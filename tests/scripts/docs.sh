@@ -3,7 +3,8 @@
 # include path: every block fenced by ```c in README.md, CONTRIBUTING.md and docs/, and the Quick start in the comment
 # at the top of each header, that is, the lines indented by four or more after a line that has "Quick start". A block
 # with main() is linked, any other one compiled; a Quick start is run and must end with status 0. Inside it write //
-# for comments: it stands in a comment itself. docs/programs.md is compared with what the programs say of themselves.
+# for comments: it stands in a comment itself. docs/programs.md is compared with what the programs say of themselves. Links of all
+# pages are followed.
 CC=${CC:-gcc}
 dir=${BUILD:-build}/docs-check
 rm -rf "$dir" && mkdir -p "$dir" || exit 1
@@ -64,6 +65,8 @@ fi
 for name in $(sed -n 's/.*rd_json_[a-z]*([^"]*"\([a-z_0-9]*\)".*/\1/p' examples/render/*.c | sort -u); do
     grep -q "\`$name\`" docs/programs.md || { echo "check-docs: docs/programs.md has no field $name of render"; failed=1; }
 done
+
+sh tests/scripts/links.sh *.md docs/*.md docs/measured/*.md examples/*.md src/*.md tests/*.md || failed=1
 
 count=0
 for file in "$dir"/*.c; do
