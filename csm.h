@@ -112,16 +112,16 @@
      section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
      section 4.1            from a direction to its map          cohsm__domain_position               T64, T72
      section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
-     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,
-                                                                 cohsm__hull_between                  T67, T68
+     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,                T67, T68
+                                                                 cohsm__hull_between
      section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
-     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
-                                                                 cohsm__load_tile                     T62, T66
-     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of
-                                                                 cohsm_query                          T62
+     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,                 T62, T66
+                                                                 cohsm__load_tile
+     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of     T62
+                                                                 cohsm_query
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
-     section 5, the rest    the estimator: lightsampling.h
+     section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
      table 1                compression rates                    cohsm_get_info                       T63
 
@@ -146,7 +146,8 @@
    All memory comes from the allocator of cohsm_system, called from the thread that called us. Maps and
    builders keep allocator, log and user of the system that they were made with: these must live as long.
    Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
-   and nothing leaks. There are no globals: any number of threads may query the same maps; a builder belongs
+   and nothing leaks. The log says why a call failed, unless the maps, the builder or the desc that hold it
+   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs
    to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
    byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
@@ -235,8 +236,8 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_
             nothing is known about them
    refused  may be NULL; receives how many points were given COHSM_REFUSED
    Errors   COHSM_ERR_ARGUMENT (NULL, a stride), COHSM_ERR_DESC (light_kind, filter, bias),
-            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log of the system that the
-            maps were made with says which field is wrong
+            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log is that of the system
+            that the maps were made with
    Cost     About one cache miss for each point; with PCF 2^(d + 2) of them, d being the dimensions of the
             domain. Any number of threads may ask the same maps */
 
@@ -247,8 +248,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
-   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps and for transforms
-              that shear, mirror or scale unevenly
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
+              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the first
+              maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
@@ -668,7 +670,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
    separate (equation 1). COHSM_OK says that all were compared; out->wrong says how many were wrong.
    mesh     the mesh that the maps were built from
    system   NULL: malloc and free, this thread alone, no progress, no log
-   Errors   those of cohsm_build
+   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (the mesh reaches out of the sphere of the maps)
    Cost     about that of cohsm_build */
 
 /* ==== src/csm/api_end.h ==== */
@@ -1662,6 +1664,20 @@ static inline COHSM__COLD void cohsm__log_element(const cohsm__logger *logger, c
     logger->log(logger->user, m.text);
 }
 
+/* Logs "FUNCTION: ARRAY[INDEX] TEXT", as in "cohsm_merge: shards[3] is NULL". */
+static inline COHSM__COLD void cohsm__log_element_text(const cohsm__logger *logger, const char *array, uint64_t index,
+                                             const char *text)
+{
+    cohsm__message m;
+    if (!logger->log) return;
+    cohsm__message_begin(&m, logger, array);
+    cohsm__message_text(&m, "[");
+    cohsm__message_count(&m, index);
+    cohsm__message_text(&m, "] ");
+    cohsm__message_text(&m, text);
+    logger->log(logger->user, m.text);
+}
+
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh, uint64_t position,
@@ -2410,12 +2426,13 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     if (!m) cohsm__log_text(log, "mesh", "is NULL");
     else if (!m->positions) cohsm__log_text(log, "mesh.positions", "is NULL");
     else if (!m->vertex_count) cohsm__log_value(log, "mesh.vertex_count", 0.0, "1 or more");
-    else if (m->indices && m->indices16) cohsm__log_text(log, "mesh", "has indices and indices16");
+    else if (m->indices && m->indices16) cohsm__log_text(log, "mesh.indices16", "is set beside indices");
     else if (!cohsm__stride_valid(m->vertex_stride, 12))
         cohsm__log_value(log, "mesh.vertex_stride", (double)m->vertex_stride,
                          "0, or 12 or more and a multiple of 4");
     else if (m->vertex_count > 0x7fffffffu || count > 0x7fffffffu) {
-        cohsm__log_text(log, "mesh", "has 2^31 or more vertices or indices");
+        cohsm__log_value(log, m->vertex_count > 0x7fffffffu ? "mesh.vertex_count" : "mesh.index_count",
+                         (double)(m->vertex_count > 0x7fffffffu ? m->vertex_count : count), "below 2^31");
         result = COHSM_ERR_LIMIT;
     } else if (count == 0 || count % 3)
         cohsm__log_value(log, m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
@@ -3674,8 +3691,6 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 
 /* ---- desc: checked, with defaults filled in ---- */
 
-static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
-
 /* Fills in the sides that are 0, and refuses those that the kind cannot have. */
 static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log)
 {
@@ -3716,8 +3731,9 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
 static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__logger *log)
 {
     static const char field[] = "desc.domain.locations";
+    static const char *const coordinate[3] = { "has the x", "has the y", "has the z" };
     const float *p = d->locations;
-    size_t i;
+    size_t i, k;
 
     if (!p) return cohsm__refuse(log, COHSM_ERR_DESC, field, "is NULL");
     for (i = 0; i < d->location_count; i++, p += 4) {
@@ -3725,10 +3741,11 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
             cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
             return COHSM_ERR_DESC;
         }
-        if (!cohsm__finite3(p)) {
-            cohsm__log_element(log, field, i, "has the x", (double)p[0], "finite, and y and z");
-            return COHSM_ERR_DESC;
-        }
+        for (k = 0; k < 3; k++)
+            if (!cohsm__finite(p[k])) {
+                cohsm__log_element(log, field, i, coordinate[k], (double)p[k], "finite");
+                return COHSM_ERR_DESC;
+            }
         if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
             cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
             return COHSM_ERR_DESC;
@@ -3737,14 +3754,27 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
     return COHSM_OK;
 }
 
+/* Refuses a vector of the desc with a component that is not finite. */
+static cohsm_result cohsm__check_finite3(const float *p, const char *field, const cohsm__logger *log)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!cohsm__finite(p[i])) return cohsm__wrong(log, field, (double)p[i], "finite");
+    return COHSM_OK;
+}
+
 static cohsm_result cohsm__check_shape(const cohsm_domain *d, const cohsm__logger *log)
 {
     cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+    cohsm_result result;
 
     if (cohsm__has_table((uint32_t)d->kind)) return cohsm__check_locations(d, log);
     if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
-    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
-        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain", "has origin, u, v or w that is not finite");
+    result = cohsm__check_finite3(d->origin, "desc.domain.origin", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->u, "desc.domain.u", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->v, "desc.domain.v", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->w, "desc.domain.w", log);
+    if (result != COHSM_OK) return result;
     if (!(cohsm__v3_length(u) > 0.0f))
         return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "has no length");
     if ((d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC) &&
@@ -3800,9 +3830,9 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
-    if (!cohsm__finite3(d->center)) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.center", "is not finite");
+    if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;
     if (!cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more");
+        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and finite");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
@@ -4169,8 +4199,12 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
     if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
     if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
-    if (b->finished || index >= b->head.view_count)
-        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has all its views, or failed before");
+    if (b->finished)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
+    if (index >= b->head.view_count) {
+        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        return COHSM_ERR_ORDER;
+    }
     if (index != b->batch_begin + b->batch_count) {
         cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
         return COHSM_ERR_ORDER;
@@ -4719,6 +4753,12 @@ static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm
 }
 #endif
 
+/* Logs that trays are refused, if that is what the result of laying maps out says. */
+static void cohsm__log_layout(const cohsm__logger *log, const char *field, cohsm_result result)
+{
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, field, "asks for 256 GiB or more of trays");
+}
+
 /* Gives maps that were opened or merged their layout and hands them out, or frees them. */
 static cohsm_result cohsm__lay_out_opened(cohsm_maps *maps, const cohsm__wish *wish, cohsm__part part,
                                           cohsm_maps **out)
@@ -4962,9 +5002,10 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
 }
 
 #ifndef COHSM_WITHOUT_BUILD
-/* Gives finished maps the layout of their desc, or frees them. held: bytes that the builder still has. */
+/* Gives finished maps the layout of their desc; if this fails, frees them and logs why. `held` is how many
+   bytes the builder still has. */
 static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d, size_t held,
-                                         cohsm_stats *stats)
+                                         cohsm_stats *stats, const cohsm__logger *log)
 {
     const cohsm__header *h = &(*maps)->head;
     cohsm__part whole;
@@ -4980,7 +5021,8 @@ static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d,
     if (peak) peak += held + cohsm__maps_bytes(h);
     if (stats->peak_bytes < peak) stats->peak_bytes = peak;
     if (result != COHSM_OK) cohsm_free(*maps);
-    return result;
+    cohsm__log_layout(log, "desc.layout", result);
+    return cohsm__ended(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
@@ -4993,12 +5035,18 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
     if (!b) return COHSM_ERR_ARGUMENT;
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_finish");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (b->finished || b->next_view != b->head.view_count || b->batch_count)
-        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has not all its views, or has ended");
+    if (b->finished)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
+    if (b->next_view != b->head.view_count || b->batch_count) {
+        cohsm__log_value(&log, "the number of views that were added",
+                         (double)(b->batch_begin + b->batch_count), "cohsm_builder_view_count(builder)");
+        return COHSM_ERR_ORDER;
+    }
     memset(&s, 0, sizeof s);
     result = cohsm__finish(b, &maps, &s);
-    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s);
     if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s, &log);
+    if (result != COHSM_OK) return result;
     *out = maps;
     b->finished = 1;
     if (stats) *stats = s;
@@ -7838,7 +7886,7 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     float inverse[16], scale;
 
     if (!instance->maps) {
-        cohsm__log_element(log, "instances", number, "has the maps", 0.0, "maps, not NULL");
+        cohsm__log_element_text(log, "instances", number, "has no maps");
         return COHSM_ERR_ARGUMENT;
     }
     if (!cohsm__m4_is_rigid_uniform(m, &scale) || !cohsm__m4_affine_inverse(inverse, m)) {
@@ -7851,6 +7899,16 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
 
+/* Returns the log of the first instance that has maps. Of a count that cannot be true only one instance is
+   looked at. */
+static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, size_t count)
+{
+    const cohsm_maps *maps = NULL;
+    size_t i, end = !instances ? 0 : count < UINT32_MAX ? count : 1;
+    for (i = 0; i < end && !maps; i++) maps = instances[i].maps;
+    return cohsm__logger_of_maps(maps, "cohsm_visible_scene");
+}
+
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
@@ -7859,13 +7917,16 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     float inverse[16];
     size_t i;
     int own;
-    cohsm__logger log = cohsm__logger_of_maps(instances && instance_count ? instances[0].maps : NULL,
-                                              "cohsm_visible_scene");
+    cohsm__logger log = cohsm__logger_of_scene(instances, instance_count);
     cohsm_result result;
 
     if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
     if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
-    if ((instance_count && !instances) || instance_count >= UINT32_MAX) return COHSM_ERR_ARGUMENT;
+    if (instance_count && !instances) return COHSM_ERR_ARGUMENT;
+    if (instance_count >= UINT32_MAX) {
+        cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
+        return COHSM_ERR_ARGUMENT;
+    }
     for (i = 0; i < instance_count; i++) {
         result = cohsm__check_instance(&instances[i], i, query, &log);
         if (result != COHSM_OK) return result;
@@ -8101,13 +8162,13 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
 /* A mesh made ready for rendering: its triangles and its k-DOP. The sphere goes into the desc. */
 typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
 
+/* Fits the sphere, unless the desc has one, and the k-DOP. Returns COHSM_ERR_MISMATCH, which its callers turn
+   into what they say, if the mesh reaches out of the sphere of the desc. */
 static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
                                        const cohsm__logger *log)
 {
     if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
-    else if (!cohsm__sphere_holds(points, d->center, d->radius))
-        return cohsm__wrong(log, "desc.radius", (double)d->radius,
-                            "so large that the sphere about center holds the mesh");
+    else if (!cohsm__sphere_holds(points, d->center, d->radius)) return COHSM_ERR_MISMATCH;
     if (!cohsm__radius_usable(d->radius)) {
         cohsm__log_value(log, "the radius of mesh", (double)d->radius, "above 1e-18, below 1e18");
         return COHSM_ERR_INPUT;
@@ -8221,6 +8282,52 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
+/* Does what cohsm_build does, for the public function that the log names. */
+static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *desc, const cohsm_mesh *mesh,
+                                     cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_desc d;
+    cohsm_stats s;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm__logger log;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
+
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, function);
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
+    if (result != COHSM_OK) return result;
+    heap.allocator = cohsm__allocator_of(&d.system);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
+    if (result == COHSM_ERR_MISMATCH)
+        result = cohsm__wrong(&log, "desc.radius", (double)d.radius,
+                              "so large that the sphere about center holds the mesh");
+    if (result == COHSM_OK) {
+        result = cohsm__choose_sequence(&d, &model, &heap);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
+        (void)cohsm__built(&log, &d, result);
+    }
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &d, heap.used, &s, &log);
+    if (result != COHSM_OK) return result;
+    *out = maps;
+    if (stats) *stats = s;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
+                                   cohsm_stats *stats)
+{
+    return cohsm__build_for("cohsm_build", desc, mesh, out, stats);
+}
+
 /* Measures the bytes a pixel of a build with this side, whose progress runs from..to. */
 static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
                                     double *per_pixel)
@@ -8234,7 +8341,7 @@ static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32
     d.map_side = 64;
     d.pixel_begin = d.pixel_end = 0;
     d.layout = COHSM_LAYOUT_COMPACT;
-    result = cohsm_build(&d, mesh, &maps, NULL);
+    result = cohsm__build_for("cohsm_budget", &d, mesh, &maps, NULL);
     if (result != COHSM_OK) return result;
     *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
                  4.0 / (64 * 64);
@@ -8286,42 +8393,6 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (least > 0.0) return COHSM_OK;
     cohsm__log_value(&log, "bytes", (double)bytes, "more: not even 64 maps of 16 x 16 pixels fit");
     return COHSM_ERR_LIMIT;
-}
-
-COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
-                                   cohsm_stats *stats)
-{
-    cohsm_desc d;
-    cohsm_stats s;
-    cohsm__heap heap;
-    cohsm__model model;
-    cohsm__logger log;
-    cohsm_maps *maps = NULL;
-    cohsm_result result;
-
-    memset(&d, 0, sizeof d);
-    memset(&s, 0, sizeof s);
-    memset(&heap, 0, sizeof heap);
-    memset(&model, 0, sizeof model);
-    if (desc) d = *desc;
-    log = cohsm__logger_of(&d.system, "cohsm_build");
-    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
-    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    result = cohsm__check_desc(&d, &log);
-    if (result != COHSM_OK) return result;
-    heap.allocator = cohsm__allocator_of(&d.system);
-    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
-    if (result == COHSM_OK) {
-        result = cohsm__choose_sequence(&d, &model, &heap);
-        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
-        (void)cohsm__built(&log, &d, result);
-    }
-    cohsm__soup_free(&model.soup, &heap);
-    if (result == COHSM_OK) result = cohsm__built(&log, &d, cohsm__lay_out_built(&maps, &d, heap.used, &s));
-    if (result != COHSM_OK) return result;
-    *out = maps;
-    if (stats) *stats = s;
-    return COHSM_OK;
 }
 
 /* ==== src/csm/verify.h ==== */
@@ -8480,6 +8551,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
     memset(&report, 0, sizeof report);
     heap.allocator = cohsm__allocator_of(&d.system);
     result = cohsm__model_make(&model, &d, mesh, &heap, &stats, &log);
+    if (result == COHSM_ERR_MISMATCH) cohsm__log_text(&log, "mesh", "reaches out of the sphere of the maps");
     if (result == COHSM_OK) {
         result = cohsm__builder_make(&d, &heap, &b);
         if (result == COHSM_OK) {
@@ -8581,7 +8653,7 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
     for (i = 0; i < count; i++) {
         if (!shards[i]) {
-            cohsm__log_element(&log, "shards", i, "is", 0.0, "maps, not NULL");
+            cohsm__log_element_text(&log, "shards", i, "is NULL");
             return COHSM_ERR_ARGUMENT;
         }
         if (!cohsm__same_build(shards[0], shards[i]))
@@ -8610,7 +8682,11 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     joined = cohsm__part_of(&part, 0.0f, wish.layout == COHSM_LAYOUT_FAST ? 0.5f : 1.0f);
     result = cohsm__join_shards(shards, count, &h, &a, &joined, &maps);
     part = cohsm__part_of(&part, 0.5f, 1.0f);
-    if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, &wish, part, out);
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(&log, "shards", "make maps of 4 GiB or more together");
+    if (result == COHSM_OK) {
+        result = cohsm__lay_out_opened(maps, &wish, part, out);
+        cohsm__log_layout(&log, "the layout of shards[0]", result);
+    }
     return cohsm__ended(&log, result);
 }
 
@@ -8750,7 +8826,7 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     for (i = 0; m->head.order_words && i < n; i++)
         if ((n <= 65536 ? cohsm__half_word(m->order, i) : m->order[i]) >= n) return 0;
     for (i = 0; m->head.location_words && i < n; i++, l += 4)
-        if (!cohsm__finite3(l) || l[3] != (m->head.positional ? 1.0f : 0.0f)) return 0;
+        if (!cohsm__v3_finite(cohsm__v3_load(l)) || l[3] != (m->head.positional ? 1.0f : 0.0f)) return 0;
     return 1;
 }
 
@@ -9676,7 +9752,7 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, wish, part, out);
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
-    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, "layout", "asks for 256 GiB or more of trays");
+    cohsm__log_layout(log, "layout", result);
     return cohsm__ended(log, result);
 }
 

@@ -833,6 +833,17 @@ static inline void envsh__v3_basis(envsh__v3 n, envsh__v3 *b1, envsh__v3 *b2)
     *b2 = envsh__v3_make(b, s + n.y * n.y * a, -n.y);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define ENVSH__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define ENVSH__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int envsh__is_unit2(float length2) { return length2 >= ENVSH__UNIT_LEAST2 && length2 <= ENVSH__UNIT_MOST2; }
+
 /* ==== src/shared/m4.h ==== */
 
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
@@ -999,8 +1010,7 @@ static envsh__v3 envsh__load_item(const float *base, size_t stride, size_t i)
    them. */
 static int envsh__is_unit(envsh__v3 v)
 {
-    float square = envsh__v3_dot(v, v);
-    return square >= 0.9409f && square <= 1.0609f;
+    return envsh__is_unit2(envsh__v3_dot(v, v));
 }
 
 /* ==== src/envshadow/maps.h ==== */

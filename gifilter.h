@@ -444,6 +444,17 @@ static inline int gifilt__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define GIFILT__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define GIFILT__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int gifilt__is_unit2(float length2) { return length2 >= GIFILT__UNIT_LEAST2 && length2 <= GIFILT__UNIT_MOST2; }
+
 /* ==== src/shared/cpu.h ==== */
 
 /* unit cpu: run-time detection of x86 vector units */
@@ -1686,8 +1697,8 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
         const gifilt__lanes3 n = gifilt__lanes3_load(k->given[3] + l, k->given[4] + l, k->given[5] + l);
         const gifilt__lanes length2 = gifilt__lanes3_dot(n, n);
         gifilt__lane_mask bad = gifilt__mask_or(
-            gifilt__lanes_greater(gifilt__lanes_all(0.97f * 0.97f), length2),
-            gifilt__lanes_greater(length2, gifilt__lanes_all(1.03f * 1.03f)));
+            gifilt__lanes_greater(gifilt__lanes_all(GIFILT__UNIT_LEAST2), length2),
+            gifilt__lanes_greater(length2, gifilt__lanes_all(GIFILT__UNIT_MOST2)));
         bad = gifilt__mask_and(bad, gifilt__some(n));
         bad = gifilt__mask_and(bad, gifilt__at_most(length2, GIFILT__MAX_FLOAT));
         wrong |= gifilt__mask_any(bad);
@@ -2288,8 +2299,7 @@ static inline gifilt_result gifilt__refuse_normals(const gifilt__logger *log, co
     for (i = 0; i < p->count; i++) {
         gifilt__v3 n = gifilt__v3_load(p->normals + i * stride);
         float length2 = gifilt__v3_dot(n, n);
-        if (!(length2 <= GIFILT__MAX_FLOAT) || (length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f))
-            continue;
+        if (!(length2 <= GIFILT__MAX_FLOAT) || gifilt__is_unit2(length2)) continue;
         if (n.x == 0.0f && n.y == 0.0f && n.z == 0.0f) continue;
         gifilt__log_element(log, "points.normals", i, "has the length", (double)gifilt__v3_length(n),
                             "1 (0.97..1.03), or 0");

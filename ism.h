@@ -931,6 +931,17 @@ static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
     *b2 = ism__v3_make(b, s + n.y * n.y * a, -n.y);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define ISM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define ISM__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int ism__is_unit2(float length2) { return length2 >= ISM__UNIT_LEAST2 && length2 <= ISM__UNIT_MOST2; }
+
 /* ==== src/shared/trig.h ==== */
 
 /* unit trig: elementary functions with the same bits on every machine */
@@ -1748,7 +1759,7 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
-    if (length2 >= 0.9409f && length2 <= 1.0609f) return 1;
+    if (ism__is_unit2(length2)) return 1;
     return !ism__v3_finite(v) || !(length2 > 0.0f || v.x != 0.0f || v.y != 0.0f || v.z != 0.0f) ? 0 : -1;
 }
 

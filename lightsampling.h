@@ -90,14 +90,14 @@
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate         T10, T20, T23
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point   T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame T18, T22
-     section 5     emitters that are not Lambertian  lsamp__emit                            irradiance
-     section 4, 5  D, where maps look from           lsamp_light_domain
+     section 5     emitters that are not Lambertian  lsamp__emit                            T43
+     section 4, 5  D, where maps look from           lsamp_light_domain                     -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                        T10, T73
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
-     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers
-     section 5.1   sky: diffuse by P_L, specular by
-                   P_f; local lights by P_L          lsamp_sampling, lsamp__estimator_init  T10
+     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers   -
+     section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init  T10
+                   P_f; local lights by P_L
      section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
 
    Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
@@ -112,10 +112,12 @@
    Memory, errors, threads, determinism
 
    Nothing here allocates: lights, patterns and sums live in memory that you own. Every function that can fail
-   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. There are no globals: any
-   number of threads may sample the same light; sums of frames belong to one thread at a time. Unit vectors
-   may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the
-   same bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
+   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. The log of a desc says why a
+   call failed, unless the desc is NULL; calls without a desc say at their declarations that they have no log.
+   There are no globals: any number of threads may sample the same light; sums of frames belong to one thread
+   at a time. Unit vectors may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and
+   pixel only, and are the same bits on every compiler and processor (not with x87 arithmetic, nor with
+   clang's -ffast-math).
 
    What is supported: docs/lightsampling.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef LIGHTSAMPLING_H
@@ -199,10 +201,12 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
                                     size_t *useful);
 /* Draws directions from each point towards the light, and weighs each of them with material and light. A
    point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
+   points  A point whose position is not finite, or one of whose vectors is 0 0 0 or not finite, is no
+           receiver: its samples have weights of 0
    out     receives points->count x desc->samples samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
-   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
-           not finite, a material out of range)
+   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector of another length
+           than 1, a material out of range)
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
@@ -214,7 +218,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const fl
                COHSM_REFUSED of csm.h, count as 0
    radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
                0 = 12); set them to 0 before the first light
-   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride) */
+   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride). There is no log */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
 /* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
@@ -358,7 +362,8 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     size_t                count;
     const float          *positions;        /* x, y, z of each, world space */
     size_t                position_stride;
-    const float          *normals;          /* unit shading normals; 0 0 0: no receiver, its weights are 0 */
+    const float          *normals;          /* unit shading normals; 0 0 0, or not finite: no receiver, its
+                                               weights are 0 */
     size_t                normal_stride;
     const float          *views;            /* unit directions to the eye; NULL = normals */
     size_t                view_stride;
@@ -397,7 +402,7 @@ typedef struct lsamp_sample_desc {
 
 typedef struct lsamp_samples {      /* room for count * S each; sample k of point i is number i S + k */
     float *directions;              /* 3 floats, unit; the normal where the weight is 0 and no direction was
-                                       found */
+                                       found; 0 0 0 for a point that is no receiver */
     float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The point on the
                                        light is position + distance direction */
     float *coords;                  /* 3 floats, the light's coordinates of that point; NULL = not wanted */
@@ -419,15 +424,15 @@ typedef struct lsamp_progressive {  /* sums of frames, from which their mean is 
 
 LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p);
 /* Forgets all frames. Call it before the first frame and after every change of camera, scene or light.
-   Errors   LSAMP_ERR_ARGUMENT (NULL) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL). There is no log */
 
 LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *frame);
 /* Adds a frame of count floats to the sums.
-   Errors   LSAMP_ERR_ARGUMENT (NULL, 2^32 frames) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_LIMIT (there are 2^32 - 1 frames). There is no log */
 
 LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float *mean);
 /* Writes the mean of the frames, count floats.
-   Errors   LSAMP_ERR_ARGUMENT (NULL, or no frame yet) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_ORDER (there is no frame yet). There is no log */
 
 #define LSAMP_PATTERN_COUNT 256u    /* patterns that lsamp_patterns_build makes, as in the paper */
 
@@ -444,7 +449,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.samples
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
-   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes) */
+   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */
 
 /* ==== src/lightsampling/api_lights.h ==== */
 
@@ -527,7 +532,9 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
    wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
             lifted to just above it
    f        receives red, green, blue
-   Errors   LSAMP_ERR_ARGUMENT (NULL, NaN, a vector that is not unit), LSAMP_ERR_DESC (material) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit), LSAMP_ERR_DESC (material).
+            There is no log, for this is called for each direction: lsamp_sample's log names what is wrong
+            with a material */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
                                          const float tangent[3], const float wo[3], const float u[2],
@@ -537,7 +544,7 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
    material is black; wi is the normal then.
    u        random numbers in [0, 1): u[0] chooses the lobe by Russian roulette and is then stretched to 0..1
             again
-   Errors   those of lsamp_brdf_eval */
+   Errors   those of lsamp_brdf_eval; LSAMP_ERR_INPUT also for u. There is no log */
 
 /* ==== src/lightsampling/api_end.h ==== */
 
@@ -722,6 +729,17 @@ static inline void lsamp__v3_basis(lsamp__v3 n, lsamp__v3 *b1, lsamp__v3 *b2)
     *b1 = lsamp__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
     *b2 = lsamp__v3_make(b, s + n.y * n.y * a, -n.y);
 }
+
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define LSAMP__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define LSAMP__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int lsamp__is_unit2(float length2) { return length2 >= LSAMP__UNIT_LEAST2 && length2 <= LSAMP__UNIT_MOST2; }
 
 /* ==== src/shared/trig.h ==== */
 
@@ -1280,12 +1298,10 @@ static int lsamp__in3(const float *p, float low, float high)
     return 1;
 }
 
-/* Says whether a vector counts as unit: lengths that an 8-bit normal map makes do. */
 static int lsamp__is_unit(const float *p)
 {
     lsamp__v3 v = lsamp__v3_load(p);
-    float length2 = lsamp__v3_dot(v, v);
-    return lsamp__v3_finite(v) && length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f;
+    return lsamp__v3_finite(v) && lsamp__is_unit2(lsamp__v3_dot(v, v));
 }
 
 static lsamp__logger lsamp__logger_of(const lsamp_system *s, const char *function)
@@ -1413,7 +1429,7 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
 /* Says whether each of three values is a number within 0..high; else sets the fault. */
-static int lsamp__fits(lsamp__fault *f, const char *field, const float *values, int count, float low,
+static int lsamp__values_in(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
     int k;
@@ -1432,14 +1448,14 @@ static int lsamp__lobes_valid(const lsamp_material *m, lsamp__fault *f)
     uint32_t i;
     float count = (float)m->lobe_count;
 
-    if (!lsamp__fits(f, "has the lobe_count", &count, 1, 0.0f, (float)LSAMP_MAX_LOBES, "0..8")) return 0;
-    if (!lsamp__fits(f, "has no lobes, but the lobe_count", &count, 1, 0.0f, m->lobes ? count : 0.0f,
+    if (!lsamp__values_in(f, "has the lobe_count", &count, 1, 0.0f, (float)LSAMP_MAX_LOBES, "0..8")) return 0;
+    if (!lsamp__values_in(f, "has no lobes, but the lobe_count", &count, 1, 0.0f, m->lobes ? count : 0.0f,
                      "0 then"))
         return 0;
     for (i = 0; i < m->lobe_count; i++)
-        if (!lsamp__fits(f, "has a lobe with the axis", m->lobes[i].axis, 3, -10.0f, 10.0f, "-10..10") ||
-            !lsamp__fits(f, "has a lobe with the scale", m->lobes[i].scale, 3, 0.0f, 1e9f, "0..1e9") ||
-            !lsamp__fits(f, "has a lobe with the exponent", &m->lobes[i].exponent, 1, 0.0f, 1e5f,
+        if (!lsamp__values_in(f, "has a lobe with the axis", m->lobes[i].axis, 3, -10.0f, 10.0f, "-10..10") ||
+            !lsamp__values_in(f, "has a lobe with the scale", m->lobes[i].scale, 3, 0.0f, 1e9f, "0..1e9") ||
+            !lsamp__values_in(f, "has a lobe with the exponent", &m->lobes[i].exponent, 1, 0.0f, 1e5f,
                          "0..100000"))
             return 0;
     return 1;
@@ -1449,16 +1465,16 @@ static int lsamp__material_valid(const lsamp_material *m, lsamp__fault *f)
 {
     float kind = (float)m->kind;
 
-    if (!lsamp__fits(f, "has the kind", &kind, 1, 0.0f, (float)LSAMP_MATERIAL_COUNT - 1.0f,
+    if (!lsamp__values_in(f, "has the kind", &kind, 1, 0.0f, (float)LSAMP_MATERIAL_COUNT - 1.0f,
                      "a LSAMP_MATERIAL_...") ||
-        !lsamp__fits(f, "has the diffuse", m->diffuse, 3, 0.0f, 1.0f, "0..1"))
+        !lsamp__values_in(f, "has the diffuse", m->diffuse, 3, 0.0f, 1.0f, "0..1"))
         return 0;
     if (m->kind == LSAMP_MATERIAL_PHONG)
-        return lsamp__fits(f, "has the specular", m->specular, 3, 0.0f, 1.0f, "0..1") &&
-               lsamp__fits(f, "has the exponent", &m->exponent, 1, 0.0f, 1e5f, "0..100000");
+        return lsamp__values_in(f, "has the specular", m->specular, 3, 0.0f, 1.0f, "0..1") &&
+               lsamp__values_in(f, "has the exponent", &m->exponent, 1, 0.0f, 1e5f, "0..100000");
     if (m->kind == LSAMP_MATERIAL_METAL_ROUGH)
-        return lsamp__fits(f, "has the metallic", &m->metallic, 1, 0.0f, 1.0f, "0..1") &&
-               lsamp__fits(f, "has the roughness", &m->roughness, 1, 0.0f, 1.0f, "0..1");
+        return lsamp__values_in(f, "has the metallic", &m->metallic, 1, 0.0f, 1.0f, "0..1") &&
+               lsamp__values_in(f, "has the roughness", &m->roughness, 1, 0.0f, 1.0f, "0..1");
     return m->kind != LSAMP_MATERIAL_LAFORTUNE || lsamp__lobes_valid(m, f);
 }
 
@@ -1633,11 +1649,11 @@ static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, 
 static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material *m, const float *normal,
                                         const float *tangent, const float *wo)
 {
-    lsamp__fault fault;
+    lsamp__fault fault;     /* nobody is told: these calls have no log */
 
-    if (!m || !normal || !wo || !lsamp__is_unit(normal) || !lsamp__is_unit(wo) ||
-        (tangent && !lsamp__is_unit(tangent)))
-        return LSAMP_ERR_ARGUMENT;
+    if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
+        return LSAMP_ERR_INPUT;
     if (!lsamp__material_valid(m, &fault)) return LSAMP_ERR_DESC;
     lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(wo));
     return LSAMP_OK;
@@ -1658,7 +1674,8 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
     lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
 
     if (result != LSAMP_OK) return result;
-    if (!wi || !f || !pdf || !lsamp__is_unit(wi)) return LSAMP_ERR_ARGUMENT;
+    if (!wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(wi)) return LSAMP_ERR_INPUT;
     lsamp__brdf_result(&s, lsamp__to_frame(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
     return LSAMP_OK;
 }
@@ -1672,9 +1689,9 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
     lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
 
     if (result != LSAMP_OK) return result;
-    if (!u || !wi || !f || !pdf || !lsamp__in(u[0], 0.0f, LSAMP__BELOW_1) ||
-        !lsamp__in(u[1], 0.0f, LSAMP__BELOW_1))
-        return LSAMP_ERR_ARGUMENT;
+    if (!u || !wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__in(u[0], 0.0f, LSAMP__BELOW_1) || !lsamp__in(u[1], 0.0f, LSAMP__BELOW_1))
+        return LSAMP_ERR_INPUT;
     w = lsamp__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     lsamp__brdf_result(&s, w, f, pdf);
     lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_frame(s.t, s.b, s.n, w) : s.n);
@@ -3025,15 +3042,27 @@ static const lsamp_material *lsamp__material_at(const lsamp_points *p, size_t i)
     return (const lsamp_material *)(const void *)((const char *)p->materials + p->material_stride * i);
 }
 
-/* Says whether a normal is 0 0 0, by which a receiver is left out. */
-static int lsamp__is_zero(const float *p) { return p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f; }
+/* Says whether a vector is 0 0 0 or not finite, by which a point is no receiver. */
+static int lsamp__is_none(const float *p)
+{
+    return (p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f) || !lsamp__v3_finite(lsamp__v3_load(p));
+}
 
-/* Returns LSAMP_ERR_INPUT, and logs which, if a vector of the array is not unit. */
+/* Says whether point i is lit at all: its position and vectors are there and finite. */
+static int lsamp__is_receiver(const lsamp_points *p, size_t i)
+{
+    return lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i))) &&
+           !lsamp__is_none(lsamp__row(p->normals, p->normal_stride, i)) &&
+           !(p->views && lsamp__is_none(lsamp__row(p->views, p->view_stride, i))) &&
+           !(p->tangents && lsamp__is_none(lsamp__row(p->tangents, p->tangent_stride, i)));
+}
+
+/* Returns LSAMP_ERR_INPUT, and logs so, if vector i of an array is not unit. */
 static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
 {
     if (lsamp__is_unit(p)) return LSAMP_OK;
     lsamp__log_element(log, array, i, "has the length", (double)lsamp__v3_length(lsamp__v3_load(p)),
-                       "1 (0.97..1.03)");
+                       "1 (0.97..1.03), or 0");
     return LSAMP_ERR_INPUT;
 }
 
@@ -3074,18 +3103,12 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
     if (p->count == 0) return LSAMP_OK;
     result = lsamp__arrays_check(p, log);
     for (i = 0; i < p->count && result == LSAMP_OK; i++) {
-        const float *normal = lsamp__row(p->normals, p->normal_stride, i);
         if ((i == 0 || p->material_stride) && !lsamp__material_valid(lsamp__material_at(p, i), &fault)) {
             lsamp__log_element(log, "points.materials", i, fault.field, (double)fault.value, fault.wanted);
             return LSAMP_ERR_INPUT;
         }
-        if (lsamp__is_zero(normal)) continue;
-        if (!lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i)))) {
-            lsamp__log_element(log, "points.positions", i, "has the x", (double)lsamp__row(p->positions,
-                               p->position_stride, i)[0], "finite, and y and z");
-            return LSAMP_ERR_INPUT;
-        }
-        result = lsamp__unit_check("points.normals", normal, i, log);
+        if (!lsamp__is_receiver(p, i)) continue;
+        result = lsamp__unit_check("points.normals", lsamp__row(p->normals, p->normal_stride, i), i, log);
         if (result == LSAMP_OK && p->views)
             result = lsamp__unit_check("points.views", lsamp__row(p->views, p->view_stride, i), i, log);
         if (result == LSAMP_OK && p->tangents)
@@ -3167,7 +3190,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
             points->tangents ? lsamp__row(points->tangents, points->tangent_stride, i) : NULL;
         const float *p = lsamp__row(points->positions, points->position_stride, i);
 
-        if (lsamp__is_zero(normal)) {
+        if (!lsamp__is_receiver(points, i)) {
             memset(&e, 0, sizeof e);
             e.aim.light = light;
         } else {
@@ -3224,7 +3247,8 @@ LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p)
 LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *frame)
 {
     size_t i;
-    if (!p || (p->count && (!p->sums || !frame)) || p->frames == UINT32_MAX) return LSAMP_ERR_ARGUMENT;
+    if (!p || (p->count && (!p->sums || !frame))) return LSAMP_ERR_ARGUMENT;
+    if (p->frames == UINT32_MAX) return LSAMP_ERR_LIMIT;
     for (i = 0; i < p->count; i++) p->sums[i] += (double)frame[i];
     p->frames++;
     return LSAMP_OK;
@@ -3233,7 +3257,8 @@ LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *
 LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float *mean)
 {
     size_t i;
-    if (!p || (p->count && (!p->sums || !mean)) || p->frames == 0) return LSAMP_ERR_ARGUMENT;
+    if (!p || (p->count && (!p->sums || !mean))) return LSAMP_ERR_ARGUMENT;
+    if (p->frames == 0) return LSAMP_ERR_ORDER;
     for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frames);
     return LSAMP_OK;
 }

@@ -862,6 +862,17 @@ static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
     *b2 = rsm__v3_make(b, s + n.y * n.y * a, -n.y);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define RSM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define RSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int rsm__is_unit2(float length2) { return length2 >= RSM__UNIT_LEAST2 && length2 <= RSM__UNIT_MOST2; }
+
 /* ==== src/shared/trig.h ==== */
 
 /* unit trig: elementary functions with the same bits on every machine */
@@ -1555,7 +1566,7 @@ static inline int rsm__stride_checked(const rsm__logger *log, const char *field,
 static inline int rsm__unit_or_none(const float n[3])
 {
     const float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    if (length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f) return 1;
+    if (rsm__is_unit2(length2)) return 1;
     return (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) || !(length2 <= RSM__MAX_FLOAT);
 }
 
@@ -1580,7 +1591,7 @@ static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
             high[l] = length2 > high[l] ? length2 : high[l];
         }
     for (l = 0; l < 4; l++)
-        if (low[l] < 0.97f * 0.97f || high[l] > 1.03f * 1.03f) return 0;
+        if (low[l] < RSM__UNIT_LEAST2 || high[l] > RSM__UNIT_MOST2) return 0;
     return i == count;
 }
 

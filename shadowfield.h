@@ -1092,6 +1092,17 @@ static inline int sfield__v3_finite(sfield__v3 a)
     return sfield__finite(a.x) && sfield__finite(a.y) && sfield__finite(a.z);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define SFIELD__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define SFIELD__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int sfield__is_unit2(float length2) { return length2 >= SFIELD__UNIT_LEAST2 && length2 <= SFIELD__UNIT_MOST2; }
+
 /* ==== src/shared/m4.h ==== */
 
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
@@ -1753,7 +1764,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (nn >= 0.9409f && nn <= 1.0609f) return 1;           /* 0.97..1.03 squared */
+    if (sfield__is_unit2(nn)) return 1;
     return sfield__finite(nn) && nn > 0 ? -1 : 0;
 }
 

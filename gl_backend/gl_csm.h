@@ -849,6 +849,17 @@ static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
     return 1;
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define GLBK_CSM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define GLBK_CSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int glbk_csm__is_unit2(float length2) { return length2 >= GLBK_CSM__UNIT_LEAST2 && length2 <= GLBK_CSM__UNIT_MOST2; }
+
 /* ==== src/shared/gl_memory.h ==== */
 
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
@@ -3254,7 +3265,7 @@ static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, c
 static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
 {
     float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (square >= 0.97f * 0.97f && square <= 1.03f * 1.03f) return 1;
+    if (glbk_csm__is_unit2(square)) return 1;
     return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
 }
 

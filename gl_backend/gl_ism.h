@@ -445,6 +445,17 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+#define GLBK_ISM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define GLBK_ISM__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int glbk_ism__is_unit2(float length2) { return length2 >= GLBK_ISM__UNIT_LEAST2 && length2 <= GLBK_ISM__UNIT_MOST2; }
+
 /* ==== src/shared/message.h ==== */
 
 /* unit message: one line for the caller's log that says why a call failed */
@@ -2092,7 +2103,7 @@ static int glbk__ism_finite(const float *v)
 static int glbk__ism_unit(const float *v)
 {
     float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    return length2 >= 0.9409f && length2 <= 1.0609f;
+    return glbk_ism__is_unit2(length2);
 }
 
 /* Returns whether three floats are a flux, 0..1e30. */

@@ -80,5 +80,5 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
    separate (equation 1). COHSM_OK says that all were compared; out->wrong says how many were wrong.
    mesh     the mesh that the maps were built from
    system   NULL: malloc and free, this thread alone, no progress, no log
-   Errors   those of cohsm_build
+   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (the mesh reaches out of the sphere of the maps)
    Cost     about that of cohsm_build */

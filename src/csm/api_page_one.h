@@ -53,8 +53,8 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_
             nothing is known about them
    refused  may be NULL; receives how many points were given COHSM_REFUSED
    Errors   COHSM_ERR_ARGUMENT (NULL, a stride), COHSM_ERR_DESC (light_kind, filter, bias),
-            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log of the system that the
-            maps were made with says which field is wrong
+            COHSM_ERR_MISMATCH (these maps cannot answer this kind of light). The log is that of the system
+            that the maps were made with
    Cost     About one cache miss for each point; with PCF 2^(d + 2) of them, d being the dimensions of the
             domain. Any number of threads may ask the same maps */
 
@@ -65,8 +65,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
-   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps and for transforms
-              that shear, mirror or scale unevenly
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
+              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the first
+              maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);

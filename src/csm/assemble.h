@@ -227,9 +227,10 @@ static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stat
 }
 
 #ifndef COHSM_WITHOUT_BUILD
-/* Gives finished maps the layout of their desc, or frees them. held: bytes that the builder still has. */
+/* Gives finished maps the layout of their desc; if this fails, frees them and logs why. `held` is how many
+   bytes the builder still has. */
 static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d, size_t held,
-                                         cohsm_stats *stats)
+                                         cohsm_stats *stats, const cohsm__logger *log)
 {
     const cohsm__header *h = &(*maps)->head;
     cohsm__part whole;
@@ -245,7 +246,8 @@ static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d,
     if (peak) peak += held + cohsm__maps_bytes(h);
     if (stats->peak_bytes < peak) stats->peak_bytes = peak;
     if (result != COHSM_OK) cohsm_free(*maps);
-    return result;
+    cohsm__log_layout(log, "desc.layout", result);
+    return cohsm__ended(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
@@ -258,12 +260,18 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
     if (!b) return COHSM_ERR_ARGUMENT;
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_finish");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (b->finished || b->next_view != b->head.view_count || b->batch_count)
-        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has not all its views, or has ended");
+    if (b->finished)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
+    if (b->next_view != b->head.view_count || b->batch_count) {
+        cohsm__log_value(&log, "the number of views that were added",
+                         (double)(b->batch_begin + b->batch_count), "cohsm_builder_view_count(builder)");
+        return COHSM_ERR_ORDER;
+    }
     memset(&s, 0, sizeof s);
     result = cohsm__finish(b, &maps, &s);
-    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s);
     if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s, &log);
+    if (result != COHSM_OK) return result;
     *out = maps;
     b->finished = 1;
     if (stats) *stats = s;

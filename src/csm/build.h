@@ -44,13 +44,13 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
 /* A mesh made ready for rendering: its triangles and its k-DOP. The sphere goes into the desc. */
 typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
 
+/* Fits the sphere, unless the desc has one, and the k-DOP. Returns COHSM_ERR_MISMATCH, which its callers turn
+   into what they say, if the mesh reaches out of the sphere of the desc. */
 static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
                                        const cohsm__logger *log)
 {
     if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
-    else if (!cohsm__sphere_holds(points, d->center, d->radius))
-        return cohsm__wrong(log, "desc.radius", (double)d->radius,
-                            "so large that the sphere about center holds the mesh");
+    else if (!cohsm__sphere_holds(points, d->center, d->radius)) return COHSM_ERR_MISMATCH;
     if (!cohsm__radius_usable(d->radius)) {
         cohsm__log_value(log, "the radius of mesh", (double)d->radius, "above 1e-18, below 1e18");
         return COHSM_ERR_INPUT;
@@ -164,6 +164,52 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
+/* Does what cohsm_build does, for the public function that the log names. */
+static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *desc, const cohsm_mesh *mesh,
+                                     cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_desc d;
+    cohsm_stats s;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm__logger log;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
+
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, function);
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
+    if (result != COHSM_OK) return result;
+    heap.allocator = cohsm__allocator_of(&d.system);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
+    if (result == COHSM_ERR_MISMATCH)
+        result = cohsm__wrong(&log, "desc.radius", (double)d.radius,
+                              "so large that the sphere about center holds the mesh");
+    if (result == COHSM_OK) {
+        result = cohsm__choose_sequence(&d, &model, &heap);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
+        (void)cohsm__built(&log, &d, result);
+    }
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &d, heap.used, &s, &log);
+    if (result != COHSM_OK) return result;
+    *out = maps;
+    if (stats) *stats = s;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
+                                   cohsm_stats *stats)
+{
+    return cohsm__build_for("cohsm_build", desc, mesh, out, stats);
+}
+
 /* Measures the bytes a pixel of a build with this side, whose progress runs from..to. */
 static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
                                     double *per_pixel)
@@ -177,7 +223,7 @@ static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32
     d.map_side = 64;
     d.pixel_begin = d.pixel_end = 0;
     d.layout = COHSM_LAYOUT_COMPACT;
-    result = cohsm_build(&d, mesh, &maps, NULL);
+    result = cohsm__build_for("cohsm_budget", &d, mesh, &maps, NULL);
     if (result != COHSM_OK) return result;
     *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
                  4.0 / (64 * 64);
@@ -229,40 +275,4 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (least > 0.0) return COHSM_OK;
     cohsm__log_value(&log, "bytes", (double)bytes, "more: not even 64 maps of 16 x 16 pixels fit");
     return COHSM_ERR_LIMIT;
-}
-
-COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
-                                   cohsm_stats *stats)
-{
-    cohsm_desc d;
-    cohsm_stats s;
-    cohsm__heap heap;
-    cohsm__model model;
-    cohsm__logger log;
-    cohsm_maps *maps = NULL;
-    cohsm_result result;
-
-    memset(&d, 0, sizeof d);
-    memset(&s, 0, sizeof s);
-    memset(&heap, 0, sizeof heap);
-    memset(&model, 0, sizeof model);
-    if (desc) d = *desc;
-    log = cohsm__logger_of(&d.system, "cohsm_build");
-    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
-    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    result = cohsm__check_desc(&d, &log);
-    if (result != COHSM_OK) return result;
-    heap.allocator = cohsm__allocator_of(&d.system);
-    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
-    if (result == COHSM_OK) {
-        result = cohsm__choose_sequence(&d, &model, &heap);
-        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
-        (void)cohsm__built(&log, &d, result);
-    }
-    cohsm__soup_free(&model.soup, &heap);
-    if (result == COHSM_OK) result = cohsm__built(&log, &d, cohsm__lay_out_built(&maps, &d, heap.used, &s));
-    if (result != COHSM_OK) return result;
-    *out = maps;
-    if (stats) *stats = s;
-    return COHSM_OK;
 }

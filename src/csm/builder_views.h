@@ -249,8 +249,12 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
     if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
     if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
-    if (b->finished || index >= b->head.view_count)
-        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has all its views, or failed before");
+    if (b->finished)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
+    if (index >= b->head.view_count) {
+        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        return COHSM_ERR_ORDER;
+    }
     if (index != b->batch_begin + b->batch_count) {
         cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
         return COHSM_ERR_ORDER;

@@ -1,7 +1,5 @@
 /* ---- desc: checked, with defaults filled in ---- */
 
-static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
-
 /* Fills in the sides that are 0, and refuses those that the kind cannot have. */
 static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log)
 {
@@ -42,8 +40,9 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
 static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__logger *log)
 {
     static const char field[] = "desc.domain.locations";
+    static const char *const coordinate[3] = { "has the x", "has the y", "has the z" };
     const float *p = d->locations;
-    size_t i;
+    size_t i, k;
 
     if (!p) return cohsm__refuse(log, COHSM_ERR_DESC, field, "is NULL");
     for (i = 0; i < d->location_count; i++, p += 4) {
@@ -51,10 +50,11 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
             cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
             return COHSM_ERR_DESC;
         }
-        if (!cohsm__finite3(p)) {
-            cohsm__log_element(log, field, i, "has the x", (double)p[0], "finite, and y and z");
-            return COHSM_ERR_DESC;
-        }
+        for (k = 0; k < 3; k++)
+            if (!cohsm__finite(p[k])) {
+                cohsm__log_element(log, field, i, coordinate[k], (double)p[k], "finite");
+                return COHSM_ERR_DESC;
+            }
         if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
             cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
             return COHSM_ERR_DESC;
@@ -63,14 +63,27 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
     return COHSM_OK;
 }
 
+/* Refuses a vector of the desc with a component that is not finite. */
+static cohsm_result cohsm__check_finite3(const float *p, const char *field, const cohsm__logger *log)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!cohsm__finite(p[i])) return cohsm__wrong(log, field, (double)p[i], "finite");
+    return COHSM_OK;
+}
+
 static cohsm_result cohsm__check_shape(const cohsm_domain *d, const cohsm__logger *log)
 {
     cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+    cohsm_result result;
 
     if (cohsm__has_table((uint32_t)d->kind)) return cohsm__check_locations(d, log);
     if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return COHSM_OK;
-    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
-        return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain", "has origin, u, v or w that is not finite");
+    result = cohsm__check_finite3(d->origin, "desc.domain.origin", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->u, "desc.domain.u", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->v, "desc.domain.v", log);
+    if (result == COHSM_OK) result = cohsm__check_finite3(d->w, "desc.domain.w", log);
+    if (result != COHSM_OK) return result;
     if (!(cohsm__v3_length(u) > 0.0f))
         return cohsm__refuse(log, COHSM_ERR_DESC, "desc.domain.u", "has no length");
     if ((d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC) &&
@@ -126,9 +139,9 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
-    if (!cohsm__finite3(d->center)) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.center", "is not finite");
+    if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;
     if (!cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more");
+        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and finite");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;

@@ -52,7 +52,7 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, wish, part, out);
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
-    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, "layout", "asks for 256 GiB or more of trays");
+    cohsm__log_layout(log, "layout", result);
     return cohsm__ended(log, result);
 }
 

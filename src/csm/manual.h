@@ -112,16 +112,16 @@
      section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
      section 4.1            from a direction to its map          cohsm__domain_position               T64, T72
      section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
-     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,
-                                                                 cohsm__hull_between                  T67, T68
+     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,                T67, T68
+                                                                 cohsm__hull_between
      section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
-     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
-                                                                 cohsm__load_tile                     T62, T66
-     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of
-                                                                 cohsm_query                          T62
+     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,                 T62, T66
+                                                                 cohsm__load_tile
+     section 4.6            receivers that have no maps          cohsm_visible_scene, entities of     T62
+                                                                 cohsm_query
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
-     section 5, the rest    the estimator: lightsampling.h
+     section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
      table 1                compression rates                    cohsm_get_info                       T63
 
@@ -146,7 +146,8 @@
    All memory comes from the allocator of cohsm_system, called from the thread that called us. Maps and
    builders keep allocator, log and user of the system that they were made with: these must live as long.
    Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
-   and nothing leaks. There are no globals: any number of threads may query the same maps; a builder belongs
+   and nothing leaks. The log says why a call failed, unless the maps, the builder or the desc that hold it
+   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs
    to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
    byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 

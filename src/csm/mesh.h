@@ -37,12 +37,13 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     if (!m) cohsm__log_text(log, "mesh", "is NULL");
     else if (!m->positions) cohsm__log_text(log, "mesh.positions", "is NULL");
     else if (!m->vertex_count) cohsm__log_value(log, "mesh.vertex_count", 0.0, "1 or more");
-    else if (m->indices && m->indices16) cohsm__log_text(log, "mesh", "has indices and indices16");
+    else if (m->indices && m->indices16) cohsm__log_text(log, "mesh.indices16", "is set beside indices");
     else if (!cohsm__stride_valid(m->vertex_stride, 12))
         cohsm__log_value(log, "mesh.vertex_stride", (double)m->vertex_stride,
                          "0, or 12 or more and a multiple of 4");
     else if (m->vertex_count > 0x7fffffffu || count > 0x7fffffffu) {
-        cohsm__log_text(log, "mesh", "has 2^31 or more vertices or indices");
+        cohsm__log_value(log, m->vertex_count > 0x7fffffffu ? "mesh.vertex_count" : "mesh.index_count",
+                         (double)(m->vertex_count > 0x7fffffffu ? m->vertex_count : count), "below 2^31");
         result = COHSM_ERR_LIMIT;
     } else if (count == 0 || count % 3)
         cohsm__log_value(log, m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",

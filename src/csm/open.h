@@ -132,7 +132,7 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     for (i = 0; m->head.order_words && i < n; i++)
         if ((n <= 65536 ? cohsm__half_word(m->order, i) : m->order[i]) >= n) return 0;
     for (i = 0; m->head.location_words && i < n; i++, l += 4)
-        if (!cohsm__finite3(l) || l[3] != (m->head.positional ? 1.0f : 0.0f)) return 0;
+        if (!cohsm__v3_finite(cohsm__v3_load(l)) || l[3] != (m->head.positional ? 1.0f : 0.0f)) return 0;
     return 1;
 }
 

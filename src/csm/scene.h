@@ -216,7 +216,7 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     float inverse[16], scale;
 
     if (!instance->maps) {
-        cohsm__log_element(log, "instances", number, "has the maps", 0.0, "maps, not NULL");
+        cohsm__log_element_text(log, "instances", number, "has no maps");
         return COHSM_ERR_ARGUMENT;
     }
     if (!cohsm__m4_is_rigid_uniform(m, &scale) || !cohsm__m4_affine_inverse(inverse, m)) {
@@ -229,6 +229,16 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
 
+/* Returns the log of the first instance that has maps. Of a count that cannot be true only one instance is
+   looked at. */
+static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, size_t count)
+{
+    const cohsm_maps *maps = NULL;
+    size_t i, end = !instances ? 0 : count < UINT32_MAX ? count : 1;
+    for (i = 0; i < end && !maps; i++) maps = instances[i].maps;
+    return cohsm__logger_of_maps(maps, "cohsm_visible_scene");
+}
+
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
@@ -237,13 +247,16 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     float inverse[16];
     size_t i;
     int own;
-    cohsm__logger log = cohsm__logger_of_maps(instances && instance_count ? instances[0].maps : NULL,
-                                              "cohsm_visible_scene");
+    cohsm__logger log = cohsm__logger_of_scene(instances, instance_count);
     cohsm_result result;
 
     if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
     if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
-    if ((instance_count && !instances) || instance_count >= UINT32_MAX) return COHSM_ERR_ARGUMENT;
+    if (instance_count && !instances) return COHSM_ERR_ARGUMENT;
+    if (instance_count >= UINT32_MAX) {
+        cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
+        return COHSM_ERR_ARGUMENT;
+    }
     for (i = 0; i < instance_count; i++) {
         result = cohsm__check_instance(&instances[i], i, query, &log);
         if (result != COHSM_OK) return result;

@@ -84,7 +84,7 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
     for (i = 0; i < count; i++) {
         if (!shards[i]) {
-            cohsm__log_element(&log, "shards", i, "is", 0.0, "maps, not NULL");
+            cohsm__log_element_text(&log, "shards", i, "is NULL");
             return COHSM_ERR_ARGUMENT;
         }
         if (!cohsm__same_build(shards[0], shards[i]))
@@ -113,6 +113,10 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     joined = cohsm__part_of(&part, 0.0f, wish.layout == COHSM_LAYOUT_FAST ? 0.5f : 1.0f);
     result = cohsm__join_shards(shards, count, &h, &a, &joined, &maps);
     part = cohsm__part_of(&part, 0.5f, 1.0f);
-    if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, &wish, part, out);
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(&log, "shards", "make maps of 4 GiB or more together");
+    if (result == COHSM_OK) {
+        result = cohsm__lay_out_opened(maps, &wish, part, out);
+        cohsm__log_layout(&log, "the layout of shards[0]", result);
+    }
     return cohsm__ended(&log, result);
 }

@@ -173,6 +173,12 @@ static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm
 }
 #endif
 
+/* Logs that trays are refused, if that is what the result of laying maps out says. */
+static void cohsm__log_layout(const cohsm__logger *log, const char *field, cohsm_result result)
+{
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, field, "asks for 256 GiB or more of trays");
+}
+
 /* Gives maps that were opened or merged their layout and hands them out, or frees them. */
 static cohsm_result cohsm__lay_out_opened(cohsm_maps *maps, const cohsm__wish *wish, cohsm__part part,
                                           cohsm_maps **out)

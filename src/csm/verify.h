@@ -152,6 +152,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
     memset(&report, 0, sizeof report);
     heap.allocator = cohsm__allocator_of(&d.system);
     result = cohsm__model_make(&model, &d, mesh, &heap, &stats, &log);
+    if (result == COHSM_ERR_MISMATCH) cohsm__log_text(&log, "mesh", "reaches out of the sphere of the maps");
     if (result == COHSM_OK) {
         result = cohsm__builder_make(&d, &heap, &b);
         if (result == COHSM_OK) {

@@ -53,6 +53,5 @@ static envsh__v3 envsh__load_item(const float *base, size_t stride, size_t i)
    them. */
 static int envsh__is_unit(envsh__v3 v)
 {
-    float square = envsh__v3_dot(v, v);
-    return square >= 0.9409f && square <= 1.0609f;
+    return envsh__is_unit2(envsh__v3_dot(v, v));
 }

@@ -181,8 +181,7 @@ static inline gifilt_result gifilt__refuse_normals(const gifilt__logger *log, co
     for (i = 0; i < p->count; i++) {
         gifilt__v3 n = gifilt__v3_load(p->normals + i * stride);
         float length2 = gifilt__v3_dot(n, n);
-        if (!(length2 <= GIFILT__MAX_FLOAT) || (length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f))
-            continue;
+        if (!(length2 <= GIFILT__MAX_FLOAT) || gifilt__is_unit2(length2)) continue;
         if (n.x == 0.0f && n.y == 0.0f && n.z == 0.0f) continue;
         gifilt__log_element(log, "points.normals", i, "has the length", (double)gifilt__v3_length(n),
                             "1 (0.97..1.03), or 0");

@@ -89,8 +89,8 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
         const gifilt__lanes3 n = gifilt__lanes3_load(k->given[3] + l, k->given[4] + l, k->given[5] + l);
         const gifilt__lanes length2 = gifilt__lanes3_dot(n, n);
         gifilt__lane_mask bad = gifilt__mask_or(
-            gifilt__lanes_greater(gifilt__lanes_all(0.97f * 0.97f), length2),
-            gifilt__lanes_greater(length2, gifilt__lanes_all(1.03f * 1.03f)));
+            gifilt__lanes_greater(gifilt__lanes_all(GIFILT__UNIT_LEAST2), length2),
+            gifilt__lanes_greater(length2, gifilt__lanes_all(GIFILT__UNIT_MOST2)));
         bad = gifilt__mask_and(bad, gifilt__some(n));
         bad = gifilt__mask_and(bad, gifilt__at_most(length2, GIFILT__MAX_FLOAT));
         wrong |= gifilt__mask_any(bad);

@@ -55,7 +55,7 @@ static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, c
 static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
 {
     float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (square >= 0.97f * 0.97f && square <= 1.03f * 1.03f) return 1;
+    if (glbk_csm__is_unit2(square)) return 1;
     return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
 }
 

@@ -144,7 +144,7 @@ static int glbk__ism_finite(const float *v)
 static int glbk__ism_unit(const float *v)
 {
     float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    return length2 >= 0.9409f && length2 <= 1.0609f;
+    return glbk_ism__is_unit2(length2);
 }
 
 /* Returns whether three floats are a flux, 0..1e30. */

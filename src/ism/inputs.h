@@ -60,7 +60,7 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
-    if (length2 >= 0.9409f && length2 <= 1.0609f) return 1;
+    if (ism__is_unit2(length2)) return 1;
     return !ism__v3_finite(v) || !(length2 > 0.0f || v.x != 0.0f || v.y != 0.0f || v.z != 0.0f) ? 0 : -1;
 }
 

@@ -37,7 +37,8 @@ LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p)
 LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *frame)
 {
     size_t i;
-    if (!p || (p->count && (!p->sums || !frame)) || p->frames == UINT32_MAX) return LSAMP_ERR_ARGUMENT;
+    if (!p || (p->count && (!p->sums || !frame))) return LSAMP_ERR_ARGUMENT;
+    if (p->frames == UINT32_MAX) return LSAMP_ERR_LIMIT;
     for (i = 0; i < p->count; i++) p->sums[i] += (double)frame[i];
     p->frames++;
     return LSAMP_OK;
@@ -46,7 +47,8 @@ LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *
 LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float *mean)
 {
     size_t i;
-    if (!p || (p->count && (!p->sums || !mean)) || p->frames == 0) return LSAMP_ERR_ARGUMENT;
+    if (!p || (p->count && (!p->sums || !mean))) return LSAMP_ERR_ARGUMENT;
+    if (p->frames == 0) return LSAMP_ERR_ORDER;
     for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frames);
     return LSAMP_OK;
 }

@@ -9,15 +9,15 @@ typedef struct lsamp_progressive {  /* sums of frames, from which their mean is 
 
 LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p);
 /* Forgets all frames. Call it before the first frame and after every change of camera, scene or light.
-   Errors   LSAMP_ERR_ARGUMENT (NULL) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL). There is no log */
 
 LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *frame);
 /* Adds a frame of count floats to the sums.
-   Errors   LSAMP_ERR_ARGUMENT (NULL, 2^32 frames) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_LIMIT (there are 2^32 - 1 frames). There is no log */
 
 LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float *mean);
 /* Writes the mean of the frames, count floats.
-   Errors   LSAMP_ERR_ARGUMENT (NULL, or no frame yet) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_ORDER (there is no frame yet). There is no log */
 
 #define LSAMP_PATTERN_COUNT 256u    /* patterns that lsamp_patterns_build makes, as in the paper */
 
@@ -34,4 +34,4 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.samples
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
-   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes) */
+   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */

@@ -77,7 +77,9 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
    wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
             lifted to just above it
    f        receives red, green, blue
-   Errors   LSAMP_ERR_ARGUMENT (NULL, NaN, a vector that is not unit), LSAMP_ERR_DESC (material) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit), LSAMP_ERR_DESC (material).
+            There is no log, for this is called for each direction: lsamp_sample's log names what is wrong
+            with a material */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
                                          const float tangent[3], const float wo[3], const float u[2],
@@ -87,4 +89,4 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
    material is black; wi is the normal then.
    u        random numbers in [0, 1): u[0] chooses the lobe by Russian roulette and is then stretched to 0..1
             again
-   Errors   those of lsamp_brdf_eval */
+   Errors   those of lsamp_brdf_eval; LSAMP_ERR_INPUT also for u. There is no log */

@@ -49,10 +49,12 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
                                     size_t *useful);
 /* Draws directions from each point towards the light, and weighs each of them with material and light. A
    point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
+   points  A point whose position is not finite, or one of whose vectors is 0 0 0 or not finite, is no
+           receiver: its samples have weights of 0
    out     receives points->count x desc->samples samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
-   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
-           not finite, a material out of range)
+   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector of another length
+           than 1, a material out of range)
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
@@ -64,7 +66,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const fl
                COHSM_REFUSED of csm.h, count as 0
    radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
                0 = 12); set them to 0 before the first light
-   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride) */
+   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride). There is no log */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
 /* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
@@ -208,7 +210,8 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     size_t                count;
     const float          *positions;        /* x, y, z of each, world space */
     size_t                position_stride;
-    const float          *normals;          /* unit shading normals; 0 0 0: no receiver, its weights are 0 */
+    const float          *normals;          /* unit shading normals; 0 0 0, or not finite: no receiver, its
+                                               weights are 0 */
     size_t                normal_stride;
     const float          *views;            /* unit directions to the eye; NULL = normals */
     size_t                view_stride;
@@ -247,7 +250,7 @@ typedef struct lsamp_sample_desc {
 
 typedef struct lsamp_samples {      /* room for count * S each; sample k of point i is number i S + k */
     float *directions;              /* 3 floats, unit; the normal where the weight is 0 and no direction was
-                                       found */
+                                       found; 0 0 0 for a point that is no receiver */
     float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The point on the
                                        light is position + distance direction */
     float *coords;                  /* 3 floats, the light's coordinates of that point; NULL = not wanted */

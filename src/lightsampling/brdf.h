@@ -39,7 +39,7 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
 /* Says whether each of three values is a number within 0..high; else sets the fault. */
-static int lsamp__fits(lsamp__fault *f, const char *field, const float *values, int count, float low,
+static int lsamp__values_in(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
     int k;
@@ -58,14 +58,14 @@ static int lsamp__lobes_valid(const lsamp_material *m, lsamp__fault *f)
     uint32_t i;
     float count = (float)m->lobe_count;
 
-    if (!lsamp__fits(f, "has the lobe_count", &count, 1, 0.0f, (float)LSAMP_MAX_LOBES, "0..8")) return 0;
-    if (!lsamp__fits(f, "has no lobes, but the lobe_count", &count, 1, 0.0f, m->lobes ? count : 0.0f,
+    if (!lsamp__values_in(f, "has the lobe_count", &count, 1, 0.0f, (float)LSAMP_MAX_LOBES, "0..8")) return 0;
+    if (!lsamp__values_in(f, "has no lobes, but the lobe_count", &count, 1, 0.0f, m->lobes ? count : 0.0f,
                      "0 then"))
         return 0;
     for (i = 0; i < m->lobe_count; i++)
-        if (!lsamp__fits(f, "has a lobe with the axis", m->lobes[i].axis, 3, -10.0f, 10.0f, "-10..10") ||
-            !lsamp__fits(f, "has a lobe with the scale", m->lobes[i].scale, 3, 0.0f, 1e9f, "0..1e9") ||
-            !lsamp__fits(f, "has a lobe with the exponent", &m->lobes[i].exponent, 1, 0.0f, 1e5f,
+        if (!lsamp__values_in(f, "has a lobe with the axis", m->lobes[i].axis, 3, -10.0f, 10.0f, "-10..10") ||
+            !lsamp__values_in(f, "has a lobe with the scale", m->lobes[i].scale, 3, 0.0f, 1e9f, "0..1e9") ||
+            !lsamp__values_in(f, "has a lobe with the exponent", &m->lobes[i].exponent, 1, 0.0f, 1e5f,
                          "0..100000"))
             return 0;
     return 1;
@@ -75,16 +75,16 @@ static int lsamp__material_valid(const lsamp_material *m, lsamp__fault *f)
 {
     float kind = (float)m->kind;
 
-    if (!lsamp__fits(f, "has the kind", &kind, 1, 0.0f, (float)LSAMP_MATERIAL_COUNT - 1.0f,
+    if (!lsamp__values_in(f, "has the kind", &kind, 1, 0.0f, (float)LSAMP_MATERIAL_COUNT - 1.0f,
                      "a LSAMP_MATERIAL_...") ||
-        !lsamp__fits(f, "has the diffuse", m->diffuse, 3, 0.0f, 1.0f, "0..1"))
+        !lsamp__values_in(f, "has the diffuse", m->diffuse, 3, 0.0f, 1.0f, "0..1"))
         return 0;
     if (m->kind == LSAMP_MATERIAL_PHONG)
-        return lsamp__fits(f, "has the specular", m->specular, 3, 0.0f, 1.0f, "0..1") &&
-               lsamp__fits(f, "has the exponent", &m->exponent, 1, 0.0f, 1e5f, "0..100000");
+        return lsamp__values_in(f, "has the specular", m->specular, 3, 0.0f, 1.0f, "0..1") &&
+               lsamp__values_in(f, "has the exponent", &m->exponent, 1, 0.0f, 1e5f, "0..100000");
     if (m->kind == LSAMP_MATERIAL_METAL_ROUGH)
-        return lsamp__fits(f, "has the metallic", &m->metallic, 1, 0.0f, 1.0f, "0..1") &&
-               lsamp__fits(f, "has the roughness", &m->roughness, 1, 0.0f, 1.0f, "0..1");
+        return lsamp__values_in(f, "has the metallic", &m->metallic, 1, 0.0f, 1.0f, "0..1") &&
+               lsamp__values_in(f, "has the roughness", &m->roughness, 1, 0.0f, 1.0f, "0..1");
     return m->kind != LSAMP_MATERIAL_LAFORTUNE || lsamp__lobes_valid(m, f);
 }
 
@@ -259,11 +259,11 @@ static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, 
 static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material *m, const float *normal,
                                         const float *tangent, const float *wo)
 {
-    lsamp__fault fault;
+    lsamp__fault fault;     /* nobody is told: these calls have no log */
 
-    if (!m || !normal || !wo || !lsamp__is_unit(normal) || !lsamp__is_unit(wo) ||
-        (tangent && !lsamp__is_unit(tangent)))
-        return LSAMP_ERR_ARGUMENT;
+    if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
+        return LSAMP_ERR_INPUT;
     if (!lsamp__material_valid(m, &fault)) return LSAMP_ERR_DESC;
     lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(wo));
     return LSAMP_OK;
@@ -284,7 +284,8 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
     lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
 
     if (result != LSAMP_OK) return result;
-    if (!wi || !f || !pdf || !lsamp__is_unit(wi)) return LSAMP_ERR_ARGUMENT;
+    if (!wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(wi)) return LSAMP_ERR_INPUT;
     lsamp__brdf_result(&s, lsamp__to_frame(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
     return LSAMP_OK;
 }
@@ -298,9 +299,9 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
     lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
 
     if (result != LSAMP_OK) return result;
-    if (!u || !wi || !f || !pdf || !lsamp__in(u[0], 0.0f, LSAMP__BELOW_1) ||
-        !lsamp__in(u[1], 0.0f, LSAMP__BELOW_1))
-        return LSAMP_ERR_ARGUMENT;
+    if (!u || !wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__in(u[0], 0.0f, LSAMP__BELOW_1) || !lsamp__in(u[1], 0.0f, LSAMP__BELOW_1))
+        return LSAMP_ERR_INPUT;
     w = lsamp__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     lsamp__brdf_result(&s, w, f, pdf);
     lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_frame(s.t, s.b, s.n, w) : s.n);

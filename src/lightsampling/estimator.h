@@ -112,15 +112,27 @@ static const lsamp_material *lsamp__material_at(const lsamp_points *p, size_t i)
     return (const lsamp_material *)(const void *)((const char *)p->materials + p->material_stride * i);
 }
 
-/* Says whether a normal is 0 0 0, by which a receiver is left out. */
-static int lsamp__is_zero(const float *p) { return p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f; }
+/* Says whether a vector is 0 0 0 or not finite, by which a point is no receiver. */
+static int lsamp__is_none(const float *p)
+{
+    return (p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f) || !lsamp__v3_finite(lsamp__v3_load(p));
+}
 
-/* Returns LSAMP_ERR_INPUT, and logs which, if a vector of the array is not unit. */
+/* Says whether point i is lit at all: its position and vectors are there and finite. */
+static int lsamp__is_receiver(const lsamp_points *p, size_t i)
+{
+    return lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i))) &&
+           !lsamp__is_none(lsamp__row(p->normals, p->normal_stride, i)) &&
+           !(p->views && lsamp__is_none(lsamp__row(p->views, p->view_stride, i))) &&
+           !(p->tangents && lsamp__is_none(lsamp__row(p->tangents, p->tangent_stride, i)));
+}
+
+/* Returns LSAMP_ERR_INPUT, and logs so, if vector i of an array is not unit. */
 static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
 {
     if (lsamp__is_unit(p)) return LSAMP_OK;
     lsamp__log_element(log, array, i, "has the length", (double)lsamp__v3_length(lsamp__v3_load(p)),
-                       "1 (0.97..1.03)");
+                       "1 (0.97..1.03), or 0");
     return LSAMP_ERR_INPUT;
 }
 
@@ -161,18 +173,12 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
     if (p->count == 0) return LSAMP_OK;
     result = lsamp__arrays_check(p, log);
     for (i = 0; i < p->count && result == LSAMP_OK; i++) {
-        const float *normal = lsamp__row(p->normals, p->normal_stride, i);
         if ((i == 0 || p->material_stride) && !lsamp__material_valid(lsamp__material_at(p, i), &fault)) {
             lsamp__log_element(log, "points.materials", i, fault.field, (double)fault.value, fault.wanted);
             return LSAMP_ERR_INPUT;
         }
-        if (lsamp__is_zero(normal)) continue;
-        if (!lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i)))) {
-            lsamp__log_element(log, "points.positions", i, "has the x", (double)lsamp__row(p->positions,
-                               p->position_stride, i)[0], "finite, and y and z");
-            return LSAMP_ERR_INPUT;
-        }
-        result = lsamp__unit_check("points.normals", normal, i, log);
+        if (!lsamp__is_receiver(p, i)) continue;
+        result = lsamp__unit_check("points.normals", lsamp__row(p->normals, p->normal_stride, i), i, log);
         if (result == LSAMP_OK && p->views)
             result = lsamp__unit_check("points.views", lsamp__row(p->views, p->view_stride, i), i, log);
         if (result == LSAMP_OK && p->tangents)
@@ -254,7 +260,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
             points->tangents ? lsamp__row(points->tangents, points->tangent_stride, i) : NULL;
         const float *p = lsamp__row(points->positions, points->position_stride, i);
 
-        if (lsamp__is_zero(normal)) {
+        if (!lsamp__is_receiver(points, i)) {
             memset(&e, 0, sizeof e);
             e.aim.light = light;
         } else {

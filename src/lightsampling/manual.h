@@ -90,14 +90,14 @@
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate         T10, T20, T23
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point   T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame T18, T22
-     section 5     emitters that are not Lambertian  lsamp__emit                            irradiance
-     section 4, 5  D, where maps look from           lsamp_light_domain
+     section 5     emitters that are not Lambertian  lsamp__emit                            T43
+     section 4, 5  D, where maps look from           lsamp_light_domain                     -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                        T10, T73
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
-     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers
-     section 5.1   sky: diffuse by P_L, specular by
-                   P_f; local lights by P_L          lsamp_sampling, lsamp__estimator_init  T10
+     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers   -
+     section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init  T10
+                   P_f; local lights by P_L
      section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
 
    Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
@@ -112,10 +112,12 @@
    Memory, errors, threads, determinism
 
    Nothing here allocates: lights, patterns and sums live in memory that you own. Every function that can fail
-   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. There are no globals: any
-   number of threads may sample the same light; sums of frames belong to one thread at a time. Unit vectors
-   may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and pixel only, and are the
-   same bits on every compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
+   returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. The log of a desc says why a
+   call failed, unless the desc is NULL; calls without a desc say at their declarations that they have no log.
+   There are no globals: any number of threads may sample the same light; sums of frames belong to one thread
+   at a time. Unit vectors may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and
+   pixel only, and are the same bits on every compiler and processor (not with x87 arithmetic, nor with
+   clang's -ffast-math).
 
    What is supported: docs/lightsampling.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef LIGHTSAMPLING_H

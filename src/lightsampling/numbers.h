@@ -45,12 +45,10 @@ static int lsamp__in3(const float *p, float low, float high)
     return 1;
 }
 
-/* Says whether a vector counts as unit: lengths that an 8-bit normal map makes do. */
 static int lsamp__is_unit(const float *p)
 {
     lsamp__v3 v = lsamp__v3_load(p);
-    float length2 = lsamp__v3_dot(v, v);
-    return lsamp__v3_finite(v) && length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f;
+    return lsamp__v3_finite(v) && lsamp__is_unit2(lsamp__v3_dot(v, v));
 }
 
 static lsamp__logger lsamp__logger_of(const lsamp_system *s, const char *function)

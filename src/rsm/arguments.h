@@ -123,7 +123,7 @@ static inline int rsm__stride_checked(const rsm__logger *log, const char *field,
 static inline int rsm__unit_or_none(const float n[3])
 {
     const float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    if (length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f) return 1;
+    if (rsm__is_unit2(length2)) return 1;
     return (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) || !(length2 <= RSM__MAX_FLOAT);
 }
 
@@ -148,7 +148,7 @@ static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
             high[l] = length2 > high[l] ? length2 : high[l];
         }
     for (l = 0; l < 4; l++)
-        if (low[l] < 0.97f * 0.97f || high[l] > 1.03f * 1.03f) return 0;
+        if (low[l] < RSM__UNIT_LEAST2 || high[l] > RSM__UNIT_MOST2) return 0;
     return i == count;
 }
 

@@ -66,7 +66,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (nn >= 0.9409f && nn <= 1.0609f) return 1;           /* 0.97..1.03 squared */
+    if (sfield__is_unit2(nn)) return 1;
     return sfield__finite(nn) && nn > 0 ? -1 : 0;
 }
 

@@ -149,6 +149,20 @@ static inline P_COLD void P_log_element(const P_logger *logger, const char *arra
     logger->log(logger->user, m.text);
 }
 
+/* Logs "FUNCTION: ARRAY[INDEX] TEXT", as in "cohsm_merge: shards[3] is NULL". */
+static inline P_COLD void P_log_element_text(const P_logger *logger, const char *array, uint64_t index,
+                                             const char *text)
+{
+    P_message m;
+    if (!logger->log) return;
+    P_message_begin(&m, logger, array);
+    P_message_text(&m, "[");
+    P_message_count(&m, index);
+    P_message_text(&m, "] ");
+    P_message_text(&m, text);
+    logger->log(logger->user, m.text);
+}
+
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh, uint64_t position,

@@ -113,8 +113,8 @@ static void a_desc_names_field_value_and_range(void **state)
     DESC(d.open_thickness = -1, "desc.open_thickness is -1; it must be 0 or more");
     DESC(d.map_side = 3, "desc.map_side is 3; it must be 0, or 4..1024");
     DESC(d.depth_bits = 9, "desc.depth_bits is 9; it must be 0, or 4..8");
-    DESC(d.radius = -1, "desc.radius is -1; it must be 0 or more");
-    DESC(d.center[1] = HUGE_VALF, "desc.center is not finite");
+    DESC(d.radius = -1, "desc.radius is -1; it must be 0 or more, and finite");
+    DESC(d.center[1] = HUGE_VALF, "desc.center is infinity; it must be finite");
     DESC(d.radius = 0.01f,
          "desc.radius is 0.01; it must be so large that the sphere about center holds the mesh");
     DESC(d.pixel_end = 257, "desc.pixel_end is 257; it must be above pixel_begin, and map_side^2 or less");
@@ -146,14 +146,20 @@ static void a_domain_names_the_field_at_fault(void **state)
     DESC(d.domain.kind = COHSM_DOMAIN_LIST; d.domain.location_count = 2; d.domain.locations = still,
          "desc.domain.locations[1] has the length 0; it must be more: with w = 0 it is a direction");
     DESC(d.domain.kind = COHSM_DOMAIN_LIST; d.domain.location_count = 2; d.domain.locations = endless,
-         "desc.domain.locations[1] has the x 0; it must be finite, and y and z");
+         "desc.domain.locations[1] has the y infinity; it must be finite");
     DESC(d.domain.kind = COHSM_DOMAIN_RECTANGLE, "desc.domain.u has no length");
     DESC(d.domain.kind = COHSM_DOMAIN_RECTANGLE; d.domain.u[0] = d.domain.v[0] = 1,
          "desc.domain.u and v span no area");
     DESC(d.domain.kind = COHSM_DOMAIN_VOLUME; d.domain.u[0] = d.domain.v[1] = 1,
          "desc.domain.u and v and w span no volume");
     DESC(d.domain.kind = COHSM_DOMAIN_DISC; d.domain.u[0] = d.domain.v[1] = 1; d.domain.origin[2] = endless[5],
-         "desc.domain has origin, u, v or w that is not finite");
+         "desc.domain.origin is infinity; it must be finite");
+    DESC(d.domain.kind = COHSM_DOMAIN_DISC; d.domain.u[1] = endless[5],
+         "desc.domain.u is infinity; it must be finite");
+    DESC(d.domain.kind = COHSM_DOMAIN_DISC; d.domain.u[0] = 1; d.domain.v[0] = -endless[5],
+         "desc.domain.v is -infinity; it must be finite");
+    DESC(d.domain.kind = COHSM_DOMAIN_DISC; d.domain.u[0] = d.domain.v[1] = 1; d.domain.w[2] = endless[5],
+         "desc.domain.w is infinity; it must be finite");
 }
 
 #define MESH(change, result, text)                                                  \
@@ -175,10 +181,11 @@ static void a_mesh_names_field_value_and_range(void **state)
     (void)state;
     MESH(m.positions = NULL, COHSM_ERR_ARGUMENT, "mesh.positions is NULL");
     MESH(m.vertex_count = 0, COHSM_ERR_ARGUMENT, "mesh.vertex_count is 0; it must be 1 or more");
-    MESH(m.indices16 = narrow, COHSM_ERR_ARGUMENT, "mesh has indices and indices16");
+    MESH(m.indices16 = narrow, COHSM_ERR_ARGUMENT, "mesh.indices16 is set beside indices");
     MESH(m.vertex_stride = 10, COHSM_ERR_ARGUMENT,
          "mesh.vertex_stride is 10; it must be 0, or 12 or more and a multiple of 4");
-    MESH(m.vertex_count = 0x80000000u, COHSM_ERR_LIMIT, "mesh has 2^31 or more vertices or indices");
+    MESH(m.vertex_count = 0x80000000u, COHSM_ERR_LIMIT, "mesh.vertex_count is 2147483648; it must be below 2^31");
+    MESH(m.index_count = 0x80000001u, COHSM_ERR_LIMIT, "mesh.index_count is 2147483649; it must be below 2^31");
     MESH(m.index_count = 5, COHSM_ERR_ARGUMENT, "mesh.index_count is 5; it must be a multiple of 3, above 0");
     MESH(m.indices = NULL; m.indices16 = narrow; m.index_count = 3; m.vertex_count = 20, COHSM_ERR_INPUT,
          "mesh: index 2 of triangle 0 is 90, but the mesh has 20 vertices");
@@ -199,6 +206,7 @@ static void a_builder_says_what_it_was_not_given(void **state)
     cohsm_builder *b = NULL;
     cohsm_maps *maps;
     cohsm_view view;
+    uint32_t i;
     (void)state;
     said(cohsm_builder_create(&d, NULL), COHSM_ERR_ARGUMENT, "cohsm_builder_create: out is NULL");
     said(cohsm_builder_create(&d, &b), COHSM_ERR_DESC,
@@ -221,9 +229,17 @@ static void a_builder_says_what_it_was_not_given(void **state)
     said(cohsm_builder_add(b, 3, far_depth, far_depth, NULL), COHSM_ERR_ORDER,
          "cohsm_builder_add: index is 3; it must be the number of views that were added before");
     said(cohsm_builder_add(b, 36, far_depth, far_depth, NULL), COHSM_ERR_ORDER,
-         "cohsm_builder_add: the builder has all its views, or failed before");
+         "cohsm_builder_add: index is 36; it must be below the number of views");
     said(cohsm_builder_finish(b, &maps, NULL), COHSM_ERR_ORDER,
-         "cohsm_builder_finish: the builder has not all its views, or has ended");
+         "cohsm_builder_finish: the number of views that were added is 0; it must be "
+         "cohsm_builder_view_count(builder)");
+    for (i = 0; i < 36; i++) assert_int_equal(cohsm_builder_add(b, i, far_depth, far_depth, NULL), COHSM_OK);
+    assert_int_equal(cohsm_builder_finish(b, &maps, NULL), COHSM_OK);
+    cohsm_free(maps);
+    said(cohsm_builder_finish(b, &maps, NULL), COHSM_ERR_ORDER,
+         "cohsm_builder_finish: the builder has ended, or failed before");
+    said(cohsm_builder_add(b, 0, far_depth, far_depth, NULL), COHSM_ERR_ORDER,
+         "cohsm_builder_add: the builder has ended, or failed before");
     cohsm_builder_free(b);
 }
 
@@ -235,9 +251,11 @@ static void files_shards_and_budgets_say_why(void **state)
     cohsm_report report;
     cohsm_maps *maps, *part;
     uint32_t side, map_side;
-    size_t bytes, packed_bytes;
+    size_t bytes, packed_bytes, i;
     const void *data = cohsm_data(good, &bytes);
     void *packed;
+    model far_ball = model_sphere(10, 6, 0.1);
+    cohsm_mesh far_mesh;
     (void)state;
     none[0] = good;
     said(cohsm_open(NULL, 0, &deaf, &maps), COHSM_ERR_ARGUMENT, "cohsm_open: data is NULL");
@@ -279,7 +297,7 @@ static void files_shards_and_budgets_say_why(void **state)
     d = small();
     none[0] = NULL;
     said(cohsm_merge(none, 1, &deaf, &maps), COHSM_ERR_ARGUMENT,
-         "cohsm_merge: shards[0] is 0; it must be maps, not NULL");
+         "cohsm_merge: shards[0] is NULL");
     said(cohsm_verify(NULL, &deaf, &ball_mesh, &report), COHSM_ERR_ARGUMENT, "cohsm_verify: maps is NULL");
     said(cohsm_verify(good, &deaf, NULL, &report), COHSM_ERR_ARGUMENT, "cohsm_verify: mesh is NULL");
     said(cohsm_verify(good, &deaf, &ball_mesh, NULL), COHSM_ERR_ARGUMENT, "cohsm_verify: out is NULL");
@@ -287,11 +305,20 @@ static void files_shards_and_budgets_say_why(void **state)
          "cohsm_verify: system.allocator has one function of the two");
     said(cohsm_verify(good, &hungry, &ball_mesh, &report), COHSM_ERR_ALLOC,
          "cohsm_verify: system.allocator returned no memory");
+    for (i = 0; i < far_ball.vertices; i++) far_ball.p[3 * i] += 1;
+    far_mesh = mesh_of(&far_ball);
+    said(cohsm_verify(good, &deaf, &far_mesh, &report), COHSM_ERR_MISMATCH,
+         "cohsm_verify: mesh reaches out of the sphere of the maps");
+    model_free(&far_ball);
     said(cohsm_budget(&d, NULL, 1000, &side, &map_side), COHSM_ERR_ARGUMENT, "cohsm_budget: mesh is NULL");
     said(cohsm_budget(&d, &ball_mesh, 1000, NULL, &map_side), COHSM_ERR_ARGUMENT, "cohsm_budget: side is NULL");
     said(cohsm_budget(&d, &ball_mesh, 1000, &side, NULL), COHSM_ERR_ARGUMENT, "cohsm_budget: map_side is NULL");
     said(cohsm_budget(&d, &ball_mesh, 1000, &side, &map_side), COHSM_ERR_LIMIT,
          "cohsm_budget: bytes is 1000; it must be more: not even 64 maps of 16 x 16 pixels fit");
+    d.depth_bits = 3;                               /* found by the trial builds, of which nobody needs to know */
+    said(cohsm_budget(&d, &ball_mesh, 1000, &side, &map_side), COHSM_ERR_DESC,
+         "cohsm_budget: desc.depth_bits is 3; it must be 0, or 4..8");
+    d.depth_bits = 0;
     d.domain.kind = COHSM_DOMAIN_LINE;
     said(cohsm_budget(&d, &ball_mesh, 1000, &side, &map_side), COHSM_ERR_MISMATCH,
          "cohsm_budget: desc.domain.kind is 3; it must be LATLONG or OCTAHEDRAL");
@@ -368,7 +395,15 @@ static void a_scene_names_the_instance(void **state)
          "and a translation");
     two[1].maps = NULL;
     said(cohsm_visible_scene(two, 2, &q, &lit, NULL), COHSM_ERR_ARGUMENT,
-         "cohsm_visible_scene: instances[1] has the maps 0; it must be maps, not NULL");
+         "cohsm_visible_scene: instances[1] has no maps");
+    two[1].maps = good;
+    two[0].maps = NULL;                                         /* the log is that of the first maps there are */
+    said(cohsm_visible_scene(two, 2, &q, &lit, NULL), COHSM_ERR_ARGUMENT,
+         "cohsm_visible_scene: instances[0] has no maps");
+    two[0].maps = good;
+    said(cohsm_visible_scene(two, UINT32_MAX, &q, &lit, NULL), COHSM_ERR_ARGUMENT,
+         "cohsm_visible_scene: instance_count is 4294967295; it must be below 2^32 - 1");
+    assert_int_equal(cohsm_visible_scene(NULL, 2, &q, &lit, NULL), COHSM_ERR_ARGUMENT);         /* no log in reach */
     said(cohsm_visible_scene(two, 1, NULL, &lit, NULL), COHSM_ERR_ARGUMENT, "cohsm_visible_scene: query is NULL");
     said(cohsm_visible_scene(two, 1, &q, NULL, NULL), COHSM_ERR_ARGUMENT, "cohsm_visible_scene: visible is NULL");
     q.filter = COHSM_FILTER_COUNT;

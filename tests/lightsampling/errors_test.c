@@ -257,16 +257,14 @@ static void arrays_and_strides_of_points_are_named(void **state)
 
 static void elements_of_points_are_named(void **state)
 {
-    const float nan = (float)(HUGE_VAL - HUGE_VAL);
     world w;
     (void)state;
-    SAMPLE(w.positions[3] = nan, LSAMP_ERR_INPUT,
-           "points.positions[1] has the x not a number; it must be finite, and y and z");
-    SAMPLE(w.normals[4] = 2, LSAMP_ERR_INPUT, "points.normals[1] has the length 2; it must be 1 (0.97..1.03)");
-    SAMPLE(w.points.views = w.positions, LSAMP_ERR_INPUT,
-           "points.views[0] has the length 0; it must be 1 (0.97..1.03)");
+    SAMPLE(w.normals[4] = 2, LSAMP_ERR_INPUT,
+           "points.normals[1] has the length 2; it must be 1 (0.97..1.03), or 0");
+    SAMPLE(w.points.views = w.positions; w.positions[4] = 1.04f; w.positions[1] = 1, LSAMP_ERR_INPUT,
+           "points.views[1] has the length 1.04; it must be 1 (0.97..1.03), or 0");
     SAMPLE(w.points.tangents = w.tangents; w.tangents[3] = 0.5f, LSAMP_ERR_INPUT,
-           "points.tangents[1] has the length 0.5; it must be 1 (0.97..1.03)");
+           "points.tangents[1] has the length 0.5; it must be 1 (0.97..1.03), or 0");
 #define MATERIAL(of, change, text)                                                                      \
     SAMPLE(w.materials[1].kind = of; change, LSAMP_ERR_INPUT, "points.materials[1] " text)
     MATERIAL(LSAMP_MATERIAL_COUNT, (void)0, "has the kind 5; it must be a LSAMP_MATERIAL_...");
@@ -283,6 +281,37 @@ static void elements_of_points_are_named(void **state)
     LOBE(w.lobes[1].axis[0] = 11, "has a lobe with the axis 11; it must be -10..10");
     LOBE(w.lobes[1].scale[1] = -1, "has a lobe with the scale -1; it must be 0..1e9");
     LOBE(w.lobes[0].exponent = -1, "has a lobe with the exponent -1; it must be 0..100000");
+}
+
+/* Point 1 is spoilt: it is no receiver, and the others are lit as before. */
+static void a_point_without_or_with_endless_vectors_is_left_out(void **state)
+{
+    const float nan = (float)(HUGE_VAL - HUGE_VAL), odd[4] = { 0, nan, HUGE_VALF, -HUGE_VALF };
+    world w, whole;
+    size_t useful, i, k;
+    int array;
+    (void)state;
+    open_world(&whole);
+    assert_int_equal(lsamp_sample(&whole.desc, whole.light, &whole.points, &whole.out, &useful), LSAMP_OK);
+    assert_int_equal(useful, 8);
+    for (array = 0; array < 4; array++)
+        for (i = 0; i < 4; i++) {
+            float views[6] = { 0, 1, 0, 0, 1, 0 };
+            float *spoilt;
+            open_world(&w);
+            memset(w.directions, 0x31, sizeof w.directions);
+            memset(w.weights, 0x31, sizeof w.weights);
+            w.points.views = views;
+            w.points.tangents = w.tangents;
+            spoilt = array == 0 ? w.positions : array == 1 ? w.normals : array == 2 ? views : w.tangents;
+            if (array == 0 && i == 0) continue;         /* a position may be 0 0 0 */
+            for (k = 3; k < 6; k++) spoilt[k] = i == 0 || k == 3 + i % 3 ? odd[i] : spoilt[k];
+            assert_int_equal(lsamp_sample(&w.desc, w.light, &w.points, &w.out, &useful), LSAMP_OK);
+            assert_int_equal(useful, 4);
+            assert_int_equal(lines, 0);
+            assert_memory_equal(w.weights, whole.weights, 12 * sizeof(float));
+            for (k = 12; k < 24; k++) assert_true(w.weights[k] == 0 && w.directions[k] == 0);
+        }
 }
 
 static void surface(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
@@ -326,12 +355,12 @@ static void calls_without_a_log_refuse_as_well(void **state)
     p.count = 3;
     refused = m;
     refused.diffuse[0] = -1;
-    assert_int_equal(lsamp_brdf_eval(&m, half, NULL, up, up, f, &pdf), LSAMP_ERR_ARGUMENT);
-    assert_int_equal(lsamp_brdf_eval(&m, up, half, up, up, f, &pdf), LSAMP_ERR_ARGUMENT);
-    assert_int_equal(lsamp_brdf_eval(&m, up, NULL, up, half, f, &pdf), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_brdf_eval(&m, half, NULL, up, up, f, &pdf), LSAMP_ERR_INPUT);
+    assert_int_equal(lsamp_brdf_eval(&m, up, half, up, up, f, &pdf), LSAMP_ERR_INPUT);
+    assert_int_equal(lsamp_brdf_eval(&m, up, NULL, up, half, f, &pdf), LSAMP_ERR_INPUT);
     assert_int_equal(lsamp_brdf_eval(NULL, up, NULL, up, up, f, &pdf), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_brdf_eval(&refused, up, NULL, up, up, f, &pdf), LSAMP_ERR_DESC);
-    assert_int_equal(lsamp_brdf_sample(&m, up, NULL, up, bad, wi, f, &pdf), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_brdf_sample(&m, up, NULL, up, bad, wi, f, &pdf), LSAMP_ERR_INPUT);
     assert_int_equal(lsamp_brdf_sample(&refused, up, NULL, up, u, wi, f, &pdf), LSAMP_ERR_DESC);
     assert_true(f[0] == 7 && wi[0] == 7 && pdf == 7);
     assert_int_equal(lsamp_accumulate(1, 0, f, NULL, sums, 0), LSAMP_ERR_ARGUMENT);
@@ -341,8 +370,12 @@ static void calls_without_a_log_refuse_as_well(void **state)
     assert_int_equal(lsamp_progressive_reset(&p), LSAMP_ERR_ARGUMENT);
     p.sums = totals;
     assert_int_equal(lsamp_progressive_reset(&p), LSAMP_OK);
-    assert_int_equal(lsamp_progressive_mean(&p, sums), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_progressive_mean(&p, sums), LSAMP_ERR_ORDER);
+    assert_int_equal(lsamp_progressive_mean(&p, NULL), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_progressive_add(&p, NULL), LSAMP_ERR_ARGUMENT);
+    p.frames = UINT32_MAX;
+    assert_int_equal(lsamp_progressive_add(&p, sums), LSAMP_ERR_LIMIT);
+    assert_true(totals[0] == 0);
     assert_true(sums[0] == 7);
     assert_int_equal(lsamp_patterns_bytes(0), 0);
     assert_int_equal(lsamp_patterns_bytes(65537), 0);
@@ -362,6 +395,7 @@ int main(void)
         cmocka_unit_test(memory_and_pointers_are_named),
         cmocka_unit_test(arrays_and_strides_of_points_are_named),
         cmocka_unit_test(elements_of_points_are_named),
+        cmocka_unit_test(a_point_without_or_with_endless_vectors_is_left_out),
         cmocka_unit_test(a_light_says_why_it_has_no_domain),
         cmocka_unit_test(calls_without_a_log_refuse_as_well),
     };

@@ -1,5 +1,6 @@
 /* fuzz_samples - libFuzzer target: bytes choose a light, materials, points and a sampling. A light that is made answers
-   with unit directions, finite weights that are not negative, coordinates in 0..1; calls that fail write nothing. */
+   with unit directions where there is a receiver, finite weights that are not negative, coordinates in 0..1; calls that
+   fail write nothing. */
 
 #define LIGHTSAMPLING_IMPLEMENTATION
 #include "lightsampling.h"
@@ -178,6 +179,20 @@ static int is_unit(const float *v)
     return length2 > 0.94f && length2 < 1.07f;
 }
 
+/* Is point i a receiver: finite, and no vector of it 0 0 0? */
+static int is_receiver(const lsamp_points *p, size_t i)
+{
+    const float *vector[4] = { p->positions + 3 * i, p->normals + 3 * i, p->views ? p->views + 3 * i : NULL,
+                               p->tangents ? p->tangents + 3 * i : NULL };
+    int k;
+    for (k = 0; k < 4; k++) {
+        float length2 = vector[k] ? vector[k][0] * vector[k][0] + vector[k][1] * vector[k][1] +
+                                    vector[k][2] * vector[k][2] : 1;
+        if (!(length2 <= 3e38f) || (k > 0 && !(length2 > 0))) return 0;
+    }
+    return 1;
+}
+
 static int in_unit(const float *x)
 {
     return x[0] >= 0 && x[0] < 1 && x[1] >= 0 && x[1] < 1 && x[2] >= 0 && x[2] < 1;
@@ -213,10 +228,10 @@ static void use_light(input *in, room *r, const lsamp_light *light, int *lines)
     }
     need(useful <= (size_t)POINTS * d.samples);
     for (i = 0; i < (size_t)POINTS * d.samples; i++) {
-        const float *w = r->weights + 3 * i, *n = r->normals + 3 * (i / d.samples);
+        const float *w = r->weights + 3 * i, *u = r->directions + 3 * i;
         int k;
         need(r->distances[i] > 0);
-        need(is_unit(r->directions + 3 * i) || (n[0] == 0 && n[1] == 0 && n[2] == 0));
+        need(is_receiver(&p, i / d.samples) ? is_unit(u) : u[0] == 0 && u[1] == 0 && u[2] == 0);
         need(in_unit(r->coords + 3 * i));
         for (k = 0; k < 3; k++) need(w[k] >= 0 && w[k] <= 3.4e38f);
     }

@@ -686,7 +686,7 @@ static void test_rectangle(void **state)
             double x = (i + 0.5) / 1000.0 - 0.5, y = (j + 0.5) / 1000.0 - 0.5, d2 = x * x + y * y + 1.0;
             want += 1e-6 / (d2 * d2) / d2;
         }
-    check_irradiance("irradiance", "unit square 1 above, emission cos^2", &d, centre, up, want, 1);
+    check_irradiance("T43", "irradiance, unit square above the point, emission cos^2", &d, centre, up, want, 1);
     d.cosine_power = 0.0f;
     want = 0.0;
     for (i = 0; i < 400; i++)
@@ -1346,7 +1346,7 @@ static void test_progressive(void **state)
         out.weights = weights;
         out.coords = NULL;
         check_ok(lsamp_progressive_reset(&total));
-        assert_int_equal(lsamp_progressive_mean(&total, mean), LSAMP_ERR_ARGUMENT);
+        assert_int_equal(lsamp_progressive_mean(&total, mean), LSAMP_ERR_ORDER);
         for (frame = 0; frame < 600; frame++) {
             desc.frame = frame;
             check_ok(lsamp_sample(&desc, box.light, &points, &out, NULL));
@@ -1532,11 +1532,9 @@ static void test_bad_input(void **state)
     REFUSED(LSAMP_ERR_DESC, lsamp_sample(&wrong, box.light, &points, &out, &useful));
     q = points, q.normals = shorter;
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
-    q = points, q.positions = nan3;
-    REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     q = points, q.position_stride = 13;
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &q, &out, &useful));
-    q = points, q.views = nan3, q.view_stride = 12;
+    q = points, q.views = shorter, q.view_stride = 12;
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     q = points, q.count = SIZE_MAX / 8;
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &q, &out, &useful));
@@ -1551,8 +1549,8 @@ static void test_bad_input(void **state)
     assert_int_equal(lsamp_accumulate(1, 1, weights, NULL, w, 11), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_accumulate(1, 0, weights, NULL, w, 12), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_brdf_eval(NULL, up, NULL, up, up, f, &pdf), LSAMP_ERR_ARGUMENT);
-    assert_int_equal(lsamp_brdf_eval(&m, up, NULL, up, zero, f, &pdf), LSAMP_ERR_ARGUMENT);
-    assert_int_equal(lsamp_brdf_sample(&m, up, NULL, up, nan3, w, f, &pdf), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_brdf_eval(&m, up, NULL, up, zero, f, &pdf), LSAMP_ERR_INPUT);
+    assert_int_equal(lsamp_brdf_sample(&m, up, NULL, up, nan3, w, f, &pdf), LSAMP_ERR_INPUT);
     assert_int_equal(lsamp_brdf_eval(&broken, up, NULL, up, up, f, &pdf), LSAMP_ERR_DESC);
     assert_int_equal(lsamp_progressive_add(NULL, w), LSAMP_ERR_ARGUMENT);
     free(box.memory);
@@ -1608,7 +1606,7 @@ static void test_messages_name_what_was_refused(void **state)
     desc.samples = 1;
     last[0] = 0;
     assert_int_equal(lsamp_sample(&desc, light, &points, &out, NULL), LSAMP_ERR_INPUT);
-    assert_string_equal(last, "lsamp_sample: points.normals[1] has the length 0.5; it must be 1 (0.97..1.03)");
+    assert_string_equal(last, "lsamp_sample: points.normals[1] has the length 0.5; it must be 1 (0.97..1.03), or 0");
 }
 
 static void test_a_normal_of_zeros_is_no_receiver(void **state)

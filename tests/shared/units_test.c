@@ -13,6 +13,7 @@
 #include "src/shared/fp_begin.h"
 #include "src/shared/mem.h"
 #include "src/shared/v3.h"
+#include "src/shared/unit.h"
 #include "src/shared/m4.h"
 #include "src/shared/trig.h"
 #include "src/shared/bytes.h"
@@ -133,6 +134,15 @@ static void test_finite(void **state)
     assert_false(P_finite(P_from_bits(0xff800000u)));
     assert_false(P_finite(P_from_bits(0x7fc00000u)));
     assert_false(P_v3_finite(P_v3_make(1, 2, P_from_bits(0xffc00001u))));
+}
+
+static void lengths_of_0_97_to_1_03_count_as_unit(void **state)
+{
+    const float nan = P_from_bits(0x7fc00000u), infinite = P_from_bits(0x7f800000u);
+    (void)state;
+    assert_true(P_is_unit2(1) && P_is_unit2(0.97001f * 0.97001f) && P_is_unit2(1.02999f * 1.02999f));
+    assert_false(P_is_unit2(0.96999f * 0.96999f) || P_is_unit2(1.03001f * 1.03001f));
+    assert_false(P_is_unit2(0) || P_is_unit2(nan) || P_is_unit2(infinite));
 }
 
 static void test_v3_basis(void **state)
@@ -729,7 +739,8 @@ int main(void)
 {
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mem), cmocka_unit_test(test_v3_normalize), cmocka_unit_test(test_finite),
-        cmocka_unit_test(test_v3_basis), cmocka_unit_test(test_v3_small), cmocka_unit_test(test_m4_inverse),
+        cmocka_unit_test(lengths_of_0_97_to_1_03_count_as_unit), cmocka_unit_test(test_v3_basis),
+        cmocka_unit_test(test_v3_small), cmocka_unit_test(test_m4_inverse),
         cmocka_unit_test(test_m4_rigid), cmocka_unit_test(test_sin_cos), cmocka_unit_test(test_inverse_trig),
         cmocka_unit_test(test_atan2_special), cmocka_unit_test(test_exp_log_pow), cmocka_unit_test(test_bytes),
         cmocka_unit_test(test_crc), cmocka_unit_test(test_rng), cmocka_unit_test(test_radical_inverse),
