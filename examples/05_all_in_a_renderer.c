@@ -759,16 +759,18 @@ static int send_to_ism(app *a)
 {
     ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
     const uint32_t phases = a->ism_maps.desc.lazy_frames;
+    ism_info info;
     size_t count;
     const ism_vpl *from = ism_vpls(a->ism, &count);
-    GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, from, (uint32_t)count, NULL, 0));   /* without near points */
+    ism_get_info(a->ism, &info);
+    GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, from, (uint32_t)count, &info));   /* without near points */
     if (a->frame == 0) GL(glbk_ism_mesh_upload(&a->gl, &a->ism_maps, &mesh));
     else GL(glbk_ism_mesh_move(&a->gl, &a->ism_maps, a->positions, 0));
     for (uint32_t phase = 0; phase < phases; phase++) {         /* a frame renews one phase, the first all */
         if (a->frame != 0 && phase != a->frame % phases) continue;
         if (ism_phase_surfels(a->ism, phase, a->surfels, VPLS * a->ism_maps.phase_surfel_count, &count) != ISM_OK)
             return failed("ism", "no surfels");
-        GL(glbk_ism_surfels_upload(&a->gl, &a->ism_maps, phase, a->surfels));
+        GL(glbk_ism_surfels_upload(&a->gl, &a->ism_maps, phase, a->surfels, count));
     }
     GL(glbk_ism_draw(&a->gl, &a->ism_maps, 0));
     return 0;

@@ -205,7 +205,7 @@ int main(int count, char **values)
     make_room(&gl);
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
         const float time = count > 1 ? 0.0f : (float)glfwGetTime(), eye_x = fmodf(time, 8) < 4 ? 0.0f : 0.6f;
-        if (now.eye_x < eye_x || now.eye_x > eye_x) glbk_rsm_forget(&renderer);     /* a cut */
+        if (now.eye_x < eye_x || now.eye_x > eye_x) glbk_rsm_reset(&renderer);     /* a cut */
         now.eye_x = eye_x;
         now.angle = count > 1 ? -0.6f : sinf(time);
         if (frame(&gl, &renderer, &seen, &map, &lamp, &now, &light) != GLBK_OK ||

@@ -98,12 +98,12 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
         if (frame->index && phase != frame->index % LAZY) continue;
         if (ism_phase_surfels(ism, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK) return 0;
-        if (glbk_ism_surfels_upload(gl, maps, phase, surfels) != GLBK_OK) return 0;
+        if (glbk_ism_surfels_upload(gl, maps, phase, surfels, n) != GLBK_OK) return 0;
     }
     chosen = ism_vpls(ism, &n);
     near_points = ism_near_points(ism, &near_count);
     ism_get_info(ism, &info);
-    return glbk_ism_vpls_upload(gl, maps, chosen, (uint32_t)n, info.center, info.radius) == GLBK_OK &&
+    return glbk_ism_vpls_upload(gl, maps, chosen, (uint32_t)n, &info) == GLBK_OK &&
            glbk_ism_near_points_upload(gl, maps, near_points, (uint32_t)near_count) == GLBK_OK &&
            glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps, 0) == GLBK_OK;
 }

@@ -123,12 +123,12 @@ static int draw_maps(app *a)
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
         if (a->index && phase != a->index % LAZY) continue;
         if (ism_phase_surfels(a->chosen, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK ||
-            glbk_ism_surfels_upload(&a->gl, &a->maps, phase, surfels) != GLBK_OK)
+            glbk_ism_surfels_upload(&a->gl, &a->maps, phase, surfels, n) != GLBK_OK)
             return 0;
     }
     ism_get_info(a->chosen, &info);
     vpls = ism_vpls(a->chosen, &n);
-    if (glbk_ism_vpls_upload(&a->gl, &a->maps, vpls, (uint32_t)n, info.center, info.radius) != GLBK_OK) return 0;
+    if (glbk_ism_vpls_upload(&a->gl, &a->maps, vpls, (uint32_t)n, &info) != GLBK_OK) return 0;
     points = ism_near_points(a->chosen, &n);
     return glbk_ism_near_points_upload(&a->gl, &a->maps, points, (uint32_t)n) == GLBK_OK &&
            glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;

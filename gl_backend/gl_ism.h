@@ -105,8 +105,8 @@ extern "C" {
    results are those of ism.h up to the rounding of floats. A surfel is a triangle and barycentric coordinates
    in it, so geometry that moves needs nothing but new positions. A frame, after ism_choose and ism_scatter:
 
-       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; at first all
-       glbk_ism_vpls_upload(gl, &maps, vpls, n, center, radius);    // of ism_vpls and ism_get_info
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels, m);       // of ism_phase_surfels; at first all
+       glbk_ism_vpls_upload(gl, &maps, vpls, n, &info);             // of ism_vpls and ism_get_info
        glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
        glbk_ism_mesh_move(gl, &maps, positions, 0);                 // if something moved
        glbk_ism_draw(gl, &maps, 0);
@@ -259,23 +259,28 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, 
    Errors      GLBK_ERR_ARGUMENT (NULL, or a bad stride), GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
-                                             const ism_surfel *surfels);
+                                             const ism_surfel *surfels, size_t count);
 /* Sets the surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
    phase    below lazy_frames. A frame changes the phase index % lazy_frames alone; the first frame needs all
             of them
-   surfels  desc.vpl_count x maps->phase_surfel_count of them, VPL by VPL
-   Errors   GLBK_ERR_ARGUMENT (NULL, or there is no such phase) */
+   surfels  VPL by VPL
+   count    surfels of the phase, as ism_phase_surfels counts them: desc.vpl_count x maps->phase_surfel_count
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or there is no such phase. GLBK_ERR_MISMATCH: count is
+            another, since ism_create and glbk_ism_maps_create were given different descs */
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
-                                          uint32_t count, const float center[3], float radius);
+                                          uint32_t count, const ism_info *info);
 /* Sets the VPLs of a frame. They have no near points until glbk_ism_near_points_upload.
    vpls     as ism_vpls has them; area, source, texel and jumped play no part
    count    at most desc.vpl_count; 0 = no light
-   center   of the sphere about the mesh, with its radius, both of ism_get_info; the maps of directional VPLs
-            show this sphere. NULL = there are none
-   Errors   GLBK_ERR_ARGUMENT (NULL, a bad radius, or a directional VPL without center); GLBK_ERR_INPUT (what
-            ism_set_vpls refuses, a negative side or reach, a window that leaves nothing of a side);
-            GLBK_ERR_LIMIT (too many); GLBK_ERR_ALLOC */
+   info     what ism_get_info writes of the ism_maps whose VPLs these are, after ism_scatter. The maps of
+            directional VPLs show the sphere of info->center and info->radius. surfel_count, tile_side and
+            lazy_frames must be those of maps->desc; in a struct of your own, for VPLs of your own, they may
+            be 0
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a VPL that ism_set_vpls refuses, a negative
+            side or reach, a window that leaves nothing of a side, or a radius of 0 beside a directional VPL.
+            GLBK_ERR_LIMIT: count is above desc.vpl_count. GLBK_ERR_MISMATCH: info is of an ism_create with
+            another desc. GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *maps,
                                                  const ism_near_point *points, uint32_t count);
 /* Sets the near points of the VPLs that glbk_ism_vpls_upload was given last, for ISM_NEAR_GATHER, which is
@@ -485,6 +490,67 @@ static inline GLBK_ISM__COLD void glbk_ism__message_count(glbk_ism__message *m, 
     do digits[--at] = (char)('0' + (int)(value % 10));
     while ((value /= 10) != 0);
     glbk_ism__message_text(m, digits + at);
+}
+
+/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
+   *exponent, the power of ten of the first one. value is finite and above 0. */
+static inline GLBK_ISM__COLD int glbk_ism__message_digits(double value, char digits[8], int *exponent)
+{
+    uint32_t whole;
+    int count = 6, i;
+
+    for (*exponent = 5; value >= 999999.5; value /= 10.0) ++*exponent;
+    for (; value < 99999.95; value *= 10.0) --*exponent;
+    whole = (uint32_t)(value + 0.5);
+    if (whole > 999999) {
+        whole = 100000;
+        ++*exponent;
+    }
+    for (; count > 1 && whole % 10 == 0; count--) whole /= 10;
+    for (i = count; i > 0; whole /= 10) digits[--i] = (char)('0' + (int)(whole % 10));
+    digits[count] = 0;
+    return count;
+}
+
+/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
+   with six, as in 0.25, -3, 1.5e-7. */
+static inline GLBK_ISM__COLD void glbk_ism__message_number(glbk_ism__message *m, double value)
+{
+    char digits[8], first[2] = { 0, 0 };
+    int exponent, count, i;
+
+    if (value != value) {
+        glbk_ism__message_text(m, "not a number");
+        return;
+    }
+    if (value < 0.0) glbk_ism__message_text(m, "-");
+    if (value < 0.0) value = -value;
+    if (!(value > 0.0) || value > 1.7976931348623157e308) {
+        glbk_ism__message_text(m, value > 0.0 ? "infinity" : "0");
+        return;
+    }
+    if (value < 9007199254740992.0 && value - (double)(uint64_t)value <= 0.0) {
+        glbk_ism__message_count(m, (uint64_t)value);
+        return;
+    }
+    count = glbk_ism__message_digits(value, digits, &exponent);
+    first[0] = digits[0];
+    if (exponent < -4 || exponent > 9) {
+        glbk_ism__message_text(m, first);
+        if (count > 1) glbk_ism__message_text(m, ".");
+        glbk_ism__message_text(m, digits + 1);
+        glbk_ism__message_text(m, exponent < 0 ? "e-" : "e");
+        glbk_ism__message_count(m, (uint64_t)(exponent < 0 ? -exponent : exponent));
+        return;
+    }
+    if (exponent < 0) glbk_ism__message_text(m, "0.");
+    for (i = exponent; i < -1; i++) glbk_ism__message_text(m, "0");
+    for (i = 0; i < count; i++) {
+        if (exponent >= 0 && i == exponent + 1) glbk_ism__message_text(m, ".");
+        first[0] = digits[i];
+        glbk_ism__message_text(m, first);
+    }
+    for (i = count; i <= exponent; i++) glbk_ism__message_text(m, "0");
 }
 
 /* ==== src/shared/gl_memory.h ==== */
@@ -2072,44 +2138,85 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
     if (result != GLBK_OK) return result;
     if (!g || !g->colors.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
-    if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    if (g->width != r->width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                                  "that of the renderer");
+    if (g->height == r->height) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                              "that of the renderer");
 }
 
 /* ---- lists ---- */
 
-/* Logs what is wrong with a field of element i of a list. text: what the field must be, or what is wrong. */
-static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *function, const char *list,
-                                         size_t i, const char *field, const char *text)
+/* An element of a list that a call was given. */
+typedef struct glbk__ism_element {
+    const glbk_context *ctx;
+    const char *function;           /* the call */
+    const char *list;               /* the parameter */
+    size_t      index;
+} glbk__ism_element;
+
+/* Logs "FUNCTION: LIST[INDEX].FIELD WHAT VALUE; it must be WANTED". component: which number of the field is
+   wrong, or -1 if the field is no vector. */
+static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, int component,
+                                          const char *what, double value, const char *wanted)
 {
-    glbk_ism__message name;
-    name.used = 0;
-    glbk_ism__message_text(&name, list);
+    glbk_ism__message name, text;
+    name.used = text.used = 0;
+    glbk_ism__message_text(&name, e->list);
     glbk_ism__message_text(&name, "[");
-    glbk_ism__message_count(&name, i);
+    glbk_ism__message_count(&name, e->index);
     glbk_ism__message_text(&name, "].");
     glbk_ism__message_text(&name, field);
-    return glbk__refuse(ctx, GLBK_ERR_INPUT, function, name.text, text);
+    if (component >= 0) {
+        glbk_ism__message_text(&name, "[");
+        glbk_ism__message_count(&name, (uint64_t)component);
+        glbk_ism__message_text(&name, "]");
+    }
+    glbk_ism__message_text(&text, what);
+    glbk_ism__message_text(&text, " ");
+    glbk_ism__message_number(&text, value);
+    glbk_ism__message_text(&text, "; it must be ");
+    glbk_ism__message_text(&text, wanted);
+    return glbk__refuse(e->ctx, GLBK_ERR_INPUT, e->function, name.text, text.text);
 }
 
-/* Returns whether three floats are finite. */
-static int glbk__ism_finite(const float *v)
+/* Returns whether a float is finite. */
+static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
+
+/* Checks that three floats are finite. */
+static glbk_result glbk__ism_check_finite(const glbk__ism_element *e, const char *field, const float *v)
 {
-    float sum = v[0] * 0 + v[1] * 0 + v[2] * 0;
-    return sum >= 0 && sum <= 0;
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!glbk__ism_finite(v[k])) return glbk__ism_refuse_field(e, field, k, "is", (double)v[k], "finite");
+    return GLBK_OK;
 }
 
-/* Returns whether a vector is 0.97..1.03 long; 0 for what is not a number. */
-static int glbk__ism_unit(const float *v)
+/* Checks that three floats are a flux. */
+static glbk_result glbk__ism_check_flux(const glbk__ism_element *e, const float *v)
 {
-    float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    return glbk_ism__is_unit2(length2);
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!(v[k] >= 0 && v[k] <= 1e30f))
+            return glbk__ism_refuse_field(e, "flux", k, "is", (double)v[k], "0..1e30");
+    return GLBK_OK;
 }
 
-/* Returns whether three floats are a flux, 0..1e30. */
-static int glbk__ism_flux(const float *v)
+/* Checks that a vector is 0.97..1.03 long. */
+static glbk_result glbk__ism_check_unit(const glbk__ism_element *e, const char *field, const float *v)
 {
-    return v[0] >= 0 && v[0] <= 1e30f && v[1] >= 0 && v[1] <= 1e30f && v[2] >= 0 && v[2] <= 1e30f;
+    const float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (glbk_ism__is_unit2(length2)) return GLBK_OK;
+    return glbk__ism_refuse_field(e, field, -1, "has the length", (double)sqrtf(length2), "1 (0.97..1.03)");
+}
+
+/* Checks that a number is within 0..most. wanted: that range in words. */
+static glbk_result glbk__ism_check_number(const glbk__ism_element *e, const char *field, float value,
+                                          float most, const char *wanted)
+{
+    if (value >= 0 && value <= most) return GLBK_OK;
+    return glbk__ism_refuse_field(e, field, -1, "is", (double)value, wanted);
 }
 
 /* Returns whether a window leaves something of each side of the tile. */
@@ -2119,34 +2226,70 @@ static int glbk__ism_window(uint32_t window)
            (window >> 6 & 63) + (window >> 18 & 63) <= 63;
 }
 
-/* Checks element i of a list of VPLs as ism_set_vpls does, and what ism.h computes besides. */
+/* Checks element i of a list of VPLs as ism_set_vpls does, and the fields that ism.h computes itself. */
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
-    const char *field = NULL, *text = "must be finite and not negative";
-    if (!glbk__ism_finite(v->position)) field = "position", text = "must be finite";
-    else if (!glbk__ism_flux(v->flux)) field = "flux", text = "must be 0..1e30";
-    else if (!glbk__ism_unit(v->normal)) field = "normal", text = "must be unit (0.97..1.03 long)";
-    else if (!glbk__ism_unit(v->axis)) field = "axis", text = "must be unit (0.97..1.03 long)";
-    else if (!(v->exponent >= 0 && v->exponent <= 1e5f)) field = "exponent", text = "must be 0..1e5";
-    else if (!(v->side >= 0 && v->side < 3e38f)) field = "side";
-    else if (!(v->reach >= 0 && v->reach < 3e38f)) field = "reach";
-    else if (!glbk__ism_window(v->window)) field = "window", text = "leaves nothing of a side";
-    return field ? glbk__ism_bad_element(ctx, "glbk_ism_vpls_upload", "vpls", i, field, text) : GLBK_OK;
+    const glbk__ism_element e = { ctx, "glbk_ism_vpls_upload", "vpls", i };
+    glbk_result result = glbk__ism_check_finite(&e, "position", v->position);
+    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, v->flux);
+    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "normal", v->normal);
+    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
+    if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "side", v->side, 3e38f, "finite and not negative");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
+    if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
+    return glbk__ism_refuse_field(&e, "window", -1, "is", (double)v->window,
+                                  "cuts that leave something of each side");
 }
 
 /* Checks element i of a list of near points. */
 static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism_near_point *p, size_t i,
                                               uint32_t vpl_count)
 {
-    const char *field = NULL, *text = "must be finite";
-    if (!glbk__ism_finite(p->position)) field = "position";
-    else if (!glbk__ism_finite(p->normal)) field = "normal";
-    else if (!glbk__ism_flux(p->flux)) field = "flux", text = "must be 0..1e30";
-    else if (!(p->side >= 0 && p->side < 3e38f)) field = "side", text = "must be finite and not negative";
-    else if (!(p->reach >= 0 && p->reach < 3e38f)) field = "reach", text = "must be finite and not negative";
-    else if (!(p->vpl >= 0 && p->vpl < (float)vpl_count)) field = "vpl", text = "is the number of no VPL";
-    if (!field) return GLBK_OK;
-    return glbk__ism_bad_element(ctx, "glbk_ism_near_points_upload", "points", i, field, text);
+    const glbk__ism_element e = { ctx, "glbk_ism_near_points_upload", "points", i };
+    glbk_result result = glbk__ism_check_finite(&e, "position", p->position);
+    if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
+    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "side", p->side, 3e38f, "finite and not negative");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
+    if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;
+    return glbk__ism_refuse_field(&e, "vpl", -1, "is", (double)p->vpl, "the number of an uploaded VPL");
+}
+
+/* Logs that a size of lists is another than that of the maps, for which they were made. */
+static glbk_result glbk__ism_refuse_size(const glbk_context *ctx, const char *function, const char *field,
+                                         size_t value, size_t wanted)
+{
+    glbk_ism__message text;
+    text.used = 0;
+    glbk_ism__message_count(&text, wanted);
+    glbk_ism__message_text(&text, ", as glbk_ism_maps_create was told: give ism_create the same desc");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, text.text);
+}
+
+/* Checks that lists come from an ism_create with the desc of the maps, and that their sphere can be used. */
+static glbk_result glbk__ism_check_info(const glbk_context *ctx, const char *function, const ism_desc *d,
+                                        const ism_info *info)
+{
+    int k;
+    if (info->surfel_count && info->surfel_count != d->surfel_count)
+        return glbk__ism_refuse_size(ctx, function, "info.surfel_count", info->surfel_count, d->surfel_count);
+    if (info->tile_side && info->tile_side != d->tile_side)
+        return glbk__ism_refuse_size(ctx, function, "info.tile_side", info->tile_side, d->tile_side);
+    if (info->lazy_frames && info->lazy_frames != d->lazy_frames)
+        return glbk__ism_refuse_size(ctx, function, "info.lazy_frames", info->lazy_frames, d->lazy_frames);
+    if (!(info->radius >= 0 && info->radius < 3e38f))
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "info.radius", (double)info->radius,
+                                  "finite and not negative");
+    for (k = 0; k < 3; k++)
+        if (!glbk__ism_finite(info->center[k]))
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "info.center", (double)info->center[k],
+                                      "finite");
+    return GLBK_OK;
 }
 
 /* Checks a mesh but for the values of its indices, which are checked while they are read. */
@@ -2154,18 +2297,18 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 {
     const int indexed = mesh->indices || mesh->indices16;
     const size_t corners = indexed ? mesh->index_count : mesh->vertex_count;
+    const char *count = indexed ? "mesh.index_count" : "mesh.vertex_count";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     if (mesh->indices && mesh->indices16)
         return glbk__refuse(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
     if (corners % 3)
-        return glbk__refuse_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
-                                  (double)corners, "a multiple of 3");
+        return glbk__refuse_value(ctx, bad, function, count, (double)corners, "a multiple of 3");
     if (corners && !mesh->positions) return glbk__refuse(ctx, bad, function, "mesh.positions", "is NULL");
     if (!glbk_ism__stride_valid(mesh->vertex_stride, 12))
         return glbk__refuse_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
                                   "0 or a multiple of 4, at least 12");
     if (corners > 0x7fffffff)
-        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, count, (double)corners,
                                   "2147483647 at most");
     if (mesh->vertex_count <= 0x7fffffff) return GLBK_OK;
     return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
@@ -2293,8 +2436,8 @@ static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
     return result;
 }
 
-/* Decides how large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT says that it is too
-   much. */
+/* Decides how large the atlas is and how many surfels a phase has. Returns GLBK_ERR_LIMIT if the atlas is too
+   large. 16384 VPLs with 65536 surfels each are below 2^31, rounded up to phases too. */
 static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *function, glbk_ism_maps *m)
 {
     const ism_desc *d = &m->desc;
@@ -2303,12 +2446,9 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     m->phase_surfel_count = (d->surfel_count + d->lazy_frames - 1) / d->lazy_frames;
     /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
     m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
-    if (m->side > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
-                                  m->side, 8, ctx->max_side);
-    if ((uint64_t)m->phase_surfel_count * d->lazy_frames * d->vpl_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
-                        "is above 2147483647");
+    if (m->side <= ctx->max_side) return GLBK_OK;
+    return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
+                              m->side, 8, ctx->max_side);
 }
 
 /* Makes all tables, pictures, blocks and programs of maps that are laid out. */
@@ -2496,9 +2636,9 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
 }
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase,
-                                             const ism_surfel *surfels)
+                                             const ism_surfel *surfels, size_t count)
 {
-    size_t count;
+    size_t wanted;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
@@ -2507,7 +2647,8 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
     if (phase >= m->desc.lazy_frames)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                   m->desc.lazy_frames - 1.0);
-    count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    wanted = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    if (count != wanted) return glbk__ism_refuse_size(ctx, __func__, "count", count, wanted);
     result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
                         : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
@@ -2529,32 +2670,31 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
 
 /* Checks all arguments of glbk_ism_vpls_upload. */
 static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *function, const glbk_ism_maps *m,
-                                        const ism_vpl *vpls, uint32_t count, const float *center,
-                                        float radius)
+                                        const ism_vpl *vpls, uint32_t count, const ism_info *info)
 {
     glbk_result result = glbk__ism_check_maps(ctx, function, m);
     uint32_t i;
     if (result != GLBK_OK) return result;
     if (count && !vpls) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
+    if (!info) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "info", "is NULL");
     if (count > m->desc.vpl_count)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
-    if (center && !(radius > 0 && radius < 3e38f))
-        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
+    result = glbk__ism_check_info(ctx, function, &m->desc, info);
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__ism_check_vpl(ctx, &vpls[i], i);
-        if (result == GLBK_OK && vpls[i].directional && !center)
-            result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "center",
-                                  "is NULL, and there is a directional VPL");
+        if (result == GLBK_OK && vpls[i].directional && !(info->radius > 0))
+            result = glbk__refuse(ctx, GLBK_ERR_INPUT, function, "info.radius",
+                                  "is 0; it must be above 0, since there is a directional VPL");
     }
     return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls,
-                                          uint32_t count, const float center[3], float radius)
+                                          uint32_t count, const ism_info *info)
 {
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, center, radius);
+    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
     if (result == GLBK_OK && count) {
         const glbk_ism__allocator memory = glbk_ism__memory(ctx);
         float *texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
@@ -2567,9 +2707,8 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     m->vpl_count = count;
     m->near_point_count = 0;
-    memset(m->sphere, 0, sizeof m->sphere);
-    if (center) memcpy(m->sphere, center, 3 * sizeof(float));
-    m->sphere[3] = center ? radius : 1;
+    memcpy(m->sphere, info->center, sizeof info->center);
+    m->sphere[3] = info->radius > 0 ? info->radius : 1;
     return glbk__ism_write_frame(ctx, m);
 }
 
@@ -2753,18 +2892,28 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
     return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
 }
 
+/* Checks that the surfels of all phases were given. */
+static glbk_result glbk__ism_check_phases(const glbk_context *ctx, const char *function,
+                                          const glbk_ism_maps *m)
+{
+    glbk_ism__message name;
+    uint32_t phase = 0;
+    while (phase < m->desc.lazy_frames && (m->phases >> phase & 1)) phase++;
+    if (phase == m->desc.lazy_frames) return GLBK_OK;
+    name.used = 0;
+    glbk_ism__message_text(&name, "the surfels of phase ");
+    glbk_ism__message_count(&name, phase);
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, name.text,
+                        "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+}
+
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
-    uint64_t all;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
-    if (result != GLBK_OK) return result;
-    all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
-    if (m->triangle_count && m->phases != all)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
-                            "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
-    result = glbk__ism_splat(ctx, m, surfels_per_pass);
+    if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
     if (result == GLBK_OK) m->drawn = 1;
     return result;

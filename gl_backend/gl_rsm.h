@@ -482,7 +482,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *rend
    Errors   GLBK_ERR_ARGUMENT (NULL, or something was not created); GLBK_ERR_DESC (a field is out of range);
             GLBK_ERR_MISMATCH (the G-buffer has another size); GLBK_ERR_ORDER (nothing was gathered, or it was
             filtered already, or the renderer was made without desc.denoise) */
-GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *renderer);
+GLBK_DEF void glbk_rsm_reset(glbk_rsm_renderer *renderer);
 /* Forgets all frames, so that glbk_rsm_denoise begins anew: for a cut, where nothing of the last frame is
    seen again. NULL is allowed. */
 
@@ -3716,7 +3716,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 
-GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
+GLBK_DEF void glbk_rsm_reset(glbk_rsm_renderer *r)
 {
     if (r) r->remembers = 0;
 }

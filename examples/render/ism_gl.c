@@ -131,7 +131,7 @@ static glbk_result send_surfels(im_gl *g, int level, const ism_maps *maps, uint3
             continue;
         if (ism_phase_surfels(maps, phase, g->surfels, count, &count) != ISM_OK)
             return GLBK_ERR_ARGUMENT;
-        result = glbk_ism_surfels_upload(g->gl, m, phase, g->surfels);
+        result = glbk_ism_surfels_upload(g->gl, m, phase, g->surfels, count);
     }
     return result;
 }
@@ -144,8 +144,8 @@ static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
     ism_info info;
     glbk_result result;
     ism_get_info(maps, &info);
-    result = glbk_ism_vpls_upload(g->gl, &g->maps[level], from, (uint32_t)count, info.center,
-                                  info.radius > 0 ? info.radius : 1);
+    if (!(info.radius > 0)) info.radius = 1;        /* without maps nothing was scattered: no sphere is drawn */
+    result = glbk_ism_vpls_upload(g->gl, &g->maps[level], from, (uint32_t)count, &info);
     if (result != GLBK_OK)
         return result;
     points = ism_near_points(maps, &count);

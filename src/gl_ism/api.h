@@ -8,8 +8,8 @@
    results are those of ism.h up to the rounding of floats. A surfel is a triangle and barycentric coordinates
    in it, so geometry that moves needs nothing but new positions. A frame, after ism_choose and ism_scatter:
 
-       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; at first all
-       glbk_ism_vpls_upload(gl, &maps, vpls, n, center, radius);    // of ism_vpls and ism_get_info
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels, m);       // of ism_phase_surfels; at first all
+       glbk_ism_vpls_upload(gl, &maps, vpls, n, &info);             // of ism_vpls and ism_get_info
        glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
        glbk_ism_mesh_move(gl, &maps, positions, 0);                 // if something moved
        glbk_ism_draw(gl, &maps, 0);
@@ -162,23 +162,28 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, 
    Errors      GLBK_ERR_ARGUMENT (NULL, or a bad stride), GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
-                                             const ism_surfel *surfels);
+                                             const ism_surfel *surfels, size_t count);
 /* Sets the surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
    phase    below lazy_frames. A frame changes the phase index % lazy_frames alone; the first frame needs all
             of them
-   surfels  desc.vpl_count x maps->phase_surfel_count of them, VPL by VPL
-   Errors   GLBK_ERR_ARGUMENT (NULL, or there is no such phase) */
+   surfels  VPL by VPL
+   count    surfels of the phase, as ism_phase_surfels counts them: desc.vpl_count x maps->phase_surfel_count
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or there is no such phase. GLBK_ERR_MISMATCH: count is
+            another, since ism_create and glbk_ism_maps_create were given different descs */
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
-                                          uint32_t count, const float center[3], float radius);
+                                          uint32_t count, const ism_info *info);
 /* Sets the VPLs of a frame. They have no near points until glbk_ism_near_points_upload.
    vpls     as ism_vpls has them; area, source, texel and jumped play no part
    count    at most desc.vpl_count; 0 = no light
-   center   of the sphere about the mesh, with its radius, both of ism_get_info; the maps of directional VPLs
-            show this sphere. NULL = there are none
-   Errors   GLBK_ERR_ARGUMENT (NULL, a bad radius, or a directional VPL without center); GLBK_ERR_INPUT (what
-            ism_set_vpls refuses, a negative side or reach, a window that leaves nothing of a side);
-            GLBK_ERR_LIMIT (too many); GLBK_ERR_ALLOC */
+   info     what ism_get_info writes of the ism_maps whose VPLs these are, after ism_scatter. The maps of
+            directional VPLs show the sphere of info->center and info->radius. surfel_count, tile_side and
+            lazy_frames must be those of maps->desc; in a struct of your own, for VPLs of your own, they may
+            be 0
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a VPL that ism_set_vpls refuses, a negative
+            side or reach, a window that leaves nothing of a side, or a radius of 0 beside a directional VPL.
+            GLBK_ERR_LIMIT: count is above desc.vpl_count. GLBK_ERR_MISMATCH: info is of an ism_create with
+            another desc. GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *maps,
                                                  const ism_near_point *points, uint32_t count);
 /* Sets the near points of the VPLs that glbk_ism_vpls_upload was given last, for ISM_NEAR_GATHER, which is

@@ -113,44 +113,85 @@ static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *
     if (result != GLBK_OK) return result;
     if (!g || !g->colors.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
-    if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    if (g->width != r->width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
+                                  "that of the renderer");
+    if (g->height == r->height) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
+                              "that of the renderer");
 }
 
 /* ---- lists ---- */
 
-/* Logs what is wrong with a field of element i of a list. text: what the field must be, or what is wrong. */
-static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *function, const char *list,
-                                         size_t i, const char *field, const char *text)
+/* An element of a list that a call was given. */
+typedef struct glbk__ism_element {
+    const glbk_context *ctx;
+    const char *function;           /* the call */
+    const char *list;               /* the parameter */
+    size_t      index;
+} glbk__ism_element;
+
+/* Logs "FUNCTION: LIST[INDEX].FIELD WHAT VALUE; it must be WANTED". component: which number of the field is
+   wrong, or -1 if the field is no vector. */
+static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, int component,
+                                          const char *what, double value, const char *wanted)
 {
-    glbk_ism__message name;
-    name.used = 0;
-    glbk_ism__message_text(&name, list);
+    glbk_ism__message name, text;
+    name.used = text.used = 0;
+    glbk_ism__message_text(&name, e->list);
     glbk_ism__message_text(&name, "[");
-    glbk_ism__message_count(&name, i);
+    glbk_ism__message_count(&name, e->index);
     glbk_ism__message_text(&name, "].");
     glbk_ism__message_text(&name, field);
-    return glbk__refuse(ctx, GLBK_ERR_INPUT, function, name.text, text);
+    if (component >= 0) {
+        glbk_ism__message_text(&name, "[");
+        glbk_ism__message_count(&name, (uint64_t)component);
+        glbk_ism__message_text(&name, "]");
+    }
+    glbk_ism__message_text(&text, what);
+    glbk_ism__message_text(&text, " ");
+    glbk_ism__message_number(&text, value);
+    glbk_ism__message_text(&text, "; it must be ");
+    glbk_ism__message_text(&text, wanted);
+    return glbk__refuse(e->ctx, GLBK_ERR_INPUT, e->function, name.text, text.text);
 }
 
-/* Returns whether three floats are finite. */
-static int glbk__ism_finite(const float *v)
+/* Returns whether a float is finite. */
+static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
+
+/* Checks that three floats are finite. */
+static glbk_result glbk__ism_check_finite(const glbk__ism_element *e, const char *field, const float *v)
 {
-    float sum = v[0] * 0 + v[1] * 0 + v[2] * 0;
-    return sum >= 0 && sum <= 0;
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!glbk__ism_finite(v[k])) return glbk__ism_refuse_field(e, field, k, "is", (double)v[k], "finite");
+    return GLBK_OK;
 }
 
-/* Returns whether a vector is 0.97..1.03 long; 0 for what is not a number. */
-static int glbk__ism_unit(const float *v)
+/* Checks that three floats are a flux. */
+static glbk_result glbk__ism_check_flux(const glbk__ism_element *e, const float *v)
 {
-    float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    return glbk_ism__is_unit2(length2);
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!(v[k] >= 0 && v[k] <= 1e30f))
+            return glbk__ism_refuse_field(e, "flux", k, "is", (double)v[k], "0..1e30");
+    return GLBK_OK;
 }
 
-/* Returns whether three floats are a flux, 0..1e30. */
-static int glbk__ism_flux(const float *v)
+/* Checks that a vector is 0.97..1.03 long. */
+static glbk_result glbk__ism_check_unit(const glbk__ism_element *e, const char *field, const float *v)
 {
-    return v[0] >= 0 && v[0] <= 1e30f && v[1] >= 0 && v[1] <= 1e30f && v[2] >= 0 && v[2] <= 1e30f;
+    const float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (glbk_ism__is_unit2(length2)) return GLBK_OK;
+    return glbk__ism_refuse_field(e, field, -1, "has the length", (double)sqrtf(length2), "1 (0.97..1.03)");
+}
+
+/* Checks that a number is within 0..most. wanted: that range in words. */
+static glbk_result glbk__ism_check_number(const glbk__ism_element *e, const char *field, float value,
+                                          float most, const char *wanted)
+{
+    if (value >= 0 && value <= most) return GLBK_OK;
+    return glbk__ism_refuse_field(e, field, -1, "is", (double)value, wanted);
 }
 
 /* Returns whether a window leaves something of each side of the tile. */
@@ -160,34 +201,70 @@ static int glbk__ism_window(uint32_t window)
            (window >> 6 & 63) + (window >> 18 & 63) <= 63;
 }
 
-/* Checks element i of a list of VPLs as ism_set_vpls does, and what ism.h computes besides. */
+/* Checks element i of a list of VPLs as ism_set_vpls does, and the fields that ism.h computes itself. */
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
-    const char *field = NULL, *text = "must be finite and not negative";
-    if (!glbk__ism_finite(v->position)) field = "position", text = "must be finite";
-    else if (!glbk__ism_flux(v->flux)) field = "flux", text = "must be 0..1e30";
-    else if (!glbk__ism_unit(v->normal)) field = "normal", text = "must be unit (0.97..1.03 long)";
-    else if (!glbk__ism_unit(v->axis)) field = "axis", text = "must be unit (0.97..1.03 long)";
-    else if (!(v->exponent >= 0 && v->exponent <= 1e5f)) field = "exponent", text = "must be 0..1e5";
-    else if (!(v->side >= 0 && v->side < 3e38f)) field = "side";
-    else if (!(v->reach >= 0 && v->reach < 3e38f)) field = "reach";
-    else if (!glbk__ism_window(v->window)) field = "window", text = "leaves nothing of a side";
-    return field ? glbk__ism_bad_element(ctx, "glbk_ism_vpls_upload", "vpls", i, field, text) : GLBK_OK;
+    const glbk__ism_element e = { ctx, "glbk_ism_vpls_upload", "vpls", i };
+    glbk_result result = glbk__ism_check_finite(&e, "position", v->position);
+    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, v->flux);
+    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "normal", v->normal);
+    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
+    if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "side", v->side, 3e38f, "finite and not negative");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
+    if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
+    return glbk__ism_refuse_field(&e, "window", -1, "is", (double)v->window,
+                                  "cuts that leave something of each side");
 }
 
 /* Checks element i of a list of near points. */
 static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism_near_point *p, size_t i,
                                               uint32_t vpl_count)
 {
-    const char *field = NULL, *text = "must be finite";
-    if (!glbk__ism_finite(p->position)) field = "position";
-    else if (!glbk__ism_finite(p->normal)) field = "normal";
-    else if (!glbk__ism_flux(p->flux)) field = "flux", text = "must be 0..1e30";
-    else if (!(p->side >= 0 && p->side < 3e38f)) field = "side", text = "must be finite and not negative";
-    else if (!(p->reach >= 0 && p->reach < 3e38f)) field = "reach", text = "must be finite and not negative";
-    else if (!(p->vpl >= 0 && p->vpl < (float)vpl_count)) field = "vpl", text = "is the number of no VPL";
-    if (!field) return GLBK_OK;
-    return glbk__ism_bad_element(ctx, "glbk_ism_near_points_upload", "points", i, field, text);
+    const glbk__ism_element e = { ctx, "glbk_ism_near_points_upload", "points", i };
+    glbk_result result = glbk__ism_check_finite(&e, "position", p->position);
+    if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
+    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "side", p->side, 3e38f, "finite and not negative");
+    if (result == GLBK_OK)
+        result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
+    if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;
+    return glbk__ism_refuse_field(&e, "vpl", -1, "is", (double)p->vpl, "the number of an uploaded VPL");
+}
+
+/* Logs that a size of lists is another than that of the maps, for which they were made. */
+static glbk_result glbk__ism_refuse_size(const glbk_context *ctx, const char *function, const char *field,
+                                         size_t value, size_t wanted)
+{
+    glbk_ism__message text;
+    text.used = 0;
+    glbk_ism__message_count(&text, wanted);
+    glbk_ism__message_text(&text, ", as glbk_ism_maps_create was told: give ism_create the same desc");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, text.text);
+}
+
+/* Checks that lists come from an ism_create with the desc of the maps, and that their sphere can be used. */
+static glbk_result glbk__ism_check_info(const glbk_context *ctx, const char *function, const ism_desc *d,
+                                        const ism_info *info)
+{
+    int k;
+    if (info->surfel_count && info->surfel_count != d->surfel_count)
+        return glbk__ism_refuse_size(ctx, function, "info.surfel_count", info->surfel_count, d->surfel_count);
+    if (info->tile_side && info->tile_side != d->tile_side)
+        return glbk__ism_refuse_size(ctx, function, "info.tile_side", info->tile_side, d->tile_side);
+    if (info->lazy_frames && info->lazy_frames != d->lazy_frames)
+        return glbk__ism_refuse_size(ctx, function, "info.lazy_frames", info->lazy_frames, d->lazy_frames);
+    if (!(info->radius >= 0 && info->radius < 3e38f))
+        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "info.radius", (double)info->radius,
+                                  "finite and not negative");
+    for (k = 0; k < 3; k++)
+        if (!glbk__ism_finite(info->center[k]))
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "info.center", (double)info->center[k],
+                                      "finite");
+    return GLBK_OK;
 }
 
 /* Checks a mesh but for the values of its indices, which are checked while they are read. */
@@ -195,18 +272,18 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 {
     const int indexed = mesh->indices || mesh->indices16;
     const size_t corners = indexed ? mesh->index_count : mesh->vertex_count;
+    const char *count = indexed ? "mesh.index_count" : "mesh.vertex_count";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
     if (mesh->indices && mesh->indices16)
         return glbk__refuse(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
     if (corners % 3)
-        return glbk__refuse_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
-                                  (double)corners, "a multiple of 3");
+        return glbk__refuse_value(ctx, bad, function, count, (double)corners, "a multiple of 3");
     if (corners && !mesh->positions) return glbk__refuse(ctx, bad, function, "mesh.positions", "is NULL");
     if (!glbk_ism__stride_valid(mesh->vertex_stride, 12))
         return glbk__refuse_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
                                   "0 or a multiple of 4, at least 12");
     if (corners > 0x7fffffff)
-        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, count, (double)corners,
                                   "2147483647 at most");
     if (mesh->vertex_count <= 0x7fffffff) return GLBK_OK;
     return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,

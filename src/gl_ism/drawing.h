@@ -114,18 +114,28 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
     return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
 }
 
+/* Checks that the surfels of all phases were given. */
+static glbk_result glbk__ism_check_phases(const glbk_context *ctx, const char *function,
+                                          const glbk_ism_maps *m)
+{
+    glbk_ism__message name;
+    uint32_t phase = 0;
+    while (phase < m->desc.lazy_frames && (m->phases >> phase & 1)) phase++;
+    if (phase == m->desc.lazy_frames) return GLBK_OK;
+    name.used = 0;
+    glbk_ism__message_text(&name, "the surfels of phase ");
+    glbk_ism__message_count(&name, phase);
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, name.text,
+                        "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+}
+
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
-    uint64_t all;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
-    if (result != GLBK_OK) return result;
-    all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
-    if (m->triangle_count && m->phases != all)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
-                            "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
-    result = glbk__ism_splat(ctx, m, surfels_per_pass);
+    if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
     if (result == GLBK_OK) m->drawn = 1;
     return result;

@@ -117,8 +117,8 @@ static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
     return result;
 }
 
-/* Decides how large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT says that it is too
-   much. */
+/* Decides how large the atlas is and how many surfels a phase has. Returns GLBK_ERR_LIMIT if the atlas is too
+   large. 16384 VPLs with 65536 surfels each are below 2^31, rounded up to phases too. */
 static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *function, glbk_ism_maps *m)
 {
     const ism_desc *d = &m->desc;
@@ -127,12 +127,9 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     m->phase_surfel_count = (d->surfel_count + d->lazy_frames - 1) / d->lazy_frames;
     /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
     m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
-    if (m->side > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
-                                  m->side, 8, ctx->max_side);
-    if ((uint64_t)m->phase_surfel_count * d->lazy_frames * d->vpl_count <= 0x7fffffff) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
-                        "is above 2147483647");
+    if (m->side <= ctx->max_side) return GLBK_OK;
+    return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
+                              m->side, 8, ctx->max_side);
 }
 
 /* Makes all tables, pictures, blocks and programs of maps that are laid out. */

@@ -113,9 +113,9 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
 }
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase,
-                                             const ism_surfel *surfels)
+                                             const ism_surfel *surfels, size_t count)
 {
-    size_t count;
+    size_t wanted;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
@@ -124,7 +124,8 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
     if (phase >= m->desc.lazy_frames)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                   m->desc.lazy_frames - 1.0);
-    count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    wanted = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    if (count != wanted) return glbk__ism_refuse_size(ctx, __func__, "count", count, wanted);
     result = m->compute ? glbk__table_update(ctx, &m->surfels, count * phase, count, surfels)
                         : glbk__table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
@@ -146,32 +147,31 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
 
 /* Checks all arguments of glbk_ism_vpls_upload. */
 static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *function, const glbk_ism_maps *m,
-                                        const ism_vpl *vpls, uint32_t count, const float *center,
-                                        float radius)
+                                        const ism_vpl *vpls, uint32_t count, const ism_info *info)
 {
     glbk_result result = glbk__ism_check_maps(ctx, function, m);
     uint32_t i;
     if (result != GLBK_OK) return result;
     if (count && !vpls) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
+    if (!info) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "info", "is NULL");
     if (count > m->desc.vpl_count)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
-    if (center && !(radius > 0 && radius < 3e38f))
-        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
+    result = glbk__ism_check_info(ctx, function, &m->desc, info);
     for (i = 0; i < count && result == GLBK_OK; i++) {
         result = glbk__ism_check_vpl(ctx, &vpls[i], i);
-        if (result == GLBK_OK && vpls[i].directional && !center)
-            result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "center",
-                                  "is NULL, and there is a directional VPL");
+        if (result == GLBK_OK && vpls[i].directional && !(info->radius > 0))
+            result = glbk__refuse(ctx, GLBK_ERR_INPUT, function, "info.radius",
+                                  "is 0; it must be above 0, since there is a directional VPL");
     }
     return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls,
-                                          uint32_t count, const float center[3], float radius)
+                                          uint32_t count, const ism_info *info)
 {
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, center, radius);
+    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
     if (result == GLBK_OK && count) {
         const glbk_ism__allocator memory = glbk_ism__memory(ctx);
         float *texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
@@ -184,9 +184,8 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     m->vpl_count = count;
     m->near_point_count = 0;
-    memset(m->sphere, 0, sizeof m->sphere);
-    if (center) memcpy(m->sphere, center, 3 * sizeof(float));
-    m->sphere[3] = center ? radius : 1;
+    memcpy(m->sphere, info->center, sizeof info->center);
+    m->sphere[3] = info->radius > 0 ? info->radius : 1;
     return glbk__ism_write_frame(ctx, m);
 }
 

@@ -93,7 +93,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 
-GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
+GLBK_DEF void glbk_rsm_reset(glbk_rsm_renderer *r)
 {
     if (r) r->remembers = 0;
 }

@@ -1258,7 +1258,7 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_read(gl, &r, 0, NULL));
     glbk_rsm_bind(NULL, &r, &m, NULL);
     glbk_rsm_bind(gl, NULL, NULL, NULL);
-    glbk_rsm_forget(NULL);
+    glbk_rsm_reset(NULL);
     glbk_rsm_map_free(gl, &m);
     glbk_rsm_renderer_free(gl, &r);
     glbk_rsm_renderer_free(gl, &bare);
@@ -1271,7 +1271,6 @@ static void rsm_illumination(void **state)
 
 static const float ism_corners[12] = { -1, 1, -1, 1, 1, -1, -1, 1, 1, 1, 1, 1 };
 static const uint32_t ism_indices[6] = { 0, 1, 2, 1, 3, 2 };
-static const float ism_center[3] = { 0, 1, 0 };
 
 /* One VPL of eight by eight texels and eight surfels, one near point. */
 static ism_desc ism_sizes(void)
@@ -1355,12 +1354,12 @@ static void ism_meshes_and_surfels(void **state)
     REFUSED(glbk_ism_mesh_move(gl, &m, NULL, 0));
     REFUSED(glbk_ism_mesh_move(gl, &m, ism_corners, 8));
     assert_int_equal(glbk_ism_draw(gl, &m, 0), GLBK_ERR_ORDER);         /* no surfels yet */
-    assert_glbk(t, glbk_ism_surfels_upload(gl, &m, 0, surfels));
-    REFUSED(glbk_ism_surfels_upload(NULL, &m, 0, surfels));
-    REFUSED(glbk_ism_surfels_upload(gl, NULL, 0, surfels));
-    REFUSED(glbk_ism_surfels_upload(gl, &none, 0, surfels));
-    REFUSED(glbk_ism_surfels_upload(gl, &m, 0, NULL));
-    REFUSED(glbk_ism_surfels_upload(gl, &m, 1, surfels));
+    assert_glbk(t, glbk_ism_surfels_upload(gl, &m, 0, surfels, 8));
+    REFUSED(glbk_ism_surfels_upload(NULL, &m, 0, surfels, 8));
+    REFUSED(glbk_ism_surfels_upload(gl, NULL, 0, surfels, 8));
+    REFUSED(glbk_ism_surfels_upload(gl, &none, 0, surfels, 8));
+    REFUSED(glbk_ism_surfels_upload(gl, &m, 0, NULL, 8));
+    REFUSED(glbk_ism_surfels_upload(gl, &m, 1, surfels, 8));
     assert_glbk(t, glbk_ism_draw(gl, &m, 0));
     glbk_ism_maps_free(gl, &m);
 }
@@ -1373,37 +1372,44 @@ static void ism_vpls_and_near_points(void **state)
     const glbk_result bad = GLBK_ERR_INPUT;
     ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 1, 0, 0, 0, 0, 0 };
     ism_near_point p = { { 0, 2, 0 }, 0.1f, { 0, -1, 0 }, 1, { 1, 1, 1 }, 0 };
+    ism_info info;
     glbk_ism_maps m, none;
     int k;
     memset(&none, 0, sizeof none);
+    memset(&info, 0, sizeof info);
+    info.center[1] = 1;
+    info.radius = 2;
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
-    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    REFUSED(glbk_ism_vpls_upload(NULL, &m, &v, 1, ism_center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, NULL, &v, 1, ism_center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &none, &v, 1, ism_center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &m, NULL, 1, ism_center, 2));
-    assert_int_equal(glbk_ism_vpls_upload(gl, &m, &v, 2, ism_center, 2), GLBK_ERR_LIMIT);
-    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 0));
-    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, NULL, 2));              /* directional: from where? */
+    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    REFUSED(glbk_ism_vpls_upload(NULL, &m, &v, 1, &info));
+    REFUSED(glbk_ism_vpls_upload(gl, NULL, &v, 1, &info));
+    REFUSED(glbk_ism_vpls_upload(gl, &none, &v, 1, &info));
+    REFUSED(glbk_ism_vpls_upload(gl, &m, NULL, 1, &info));
+    assert_int_equal(glbk_ism_vpls_upload(gl, &m, &v, 2, &info), GLBK_ERR_LIMIT);
+    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, NULL));
+    BAD_IS(bad, info.radius, 0, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));     /* directional: of what size? */
+    BAD_IS(bad, info.radius, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, info.radius, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    for (k = 0; k < 3; k++) BAD_IS(bad, info.center[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     for (k = 0; k < 3; k++) {
-        BAD_IS(bad, v.position[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-        BAD_IS(bad, v.normal[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-        BAD_IS(bad, v.flux[k], INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-        BAD_IS(bad, v.flux[k], -1, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-        BAD_IS(bad, v.axis[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+        BAD_IS(bad, v.position[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+        BAD_IS(bad, v.normal[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+        BAD_IS(bad, v.flux[k], INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+        BAD_IS(bad, v.flux[k], -1, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+        BAD_IS(bad, v.axis[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     }
-    BAD_IS(bad, v.normal[1], -1.1f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));        /* not unit */
-    BAD_IS(bad, v.axis[1], 0, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.exponent, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.normal[1], -1.1f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));        /* not unit */
+    BAD_IS(bad, v.axis[1], 0, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.exponent, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     /* nothing is left of a side */
-    BAD_IS(bad, v.window, 32u | 32u << 12, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
-    BAD_IS(bad, v.window, 63u << 6 | 1u << 18, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.window, 32u | 32u << 12, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.window, 63u << 6 | 1u << 18, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     assert_non_null(strstr(t->log, "vpls[0].window"));
     assert_glbk(t, glbk_ism_near_points_upload(gl, &m, &p, 1));
     REFUSED(glbk_ism_near_points_upload(NULL, &m, &p, 1));
@@ -1465,6 +1471,7 @@ static void ism_pixels(void **state)
     const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0 }, NULL };
     const ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 0, 0 };
     const ism_desc d = ism_sizes();
+    ism_info info;
     glbk_ism_maps m, none;
     glbk_ism_renderer r, no_r;
     glbk_gbuffer seen, small, nothing;
@@ -1472,6 +1479,7 @@ static void ism_pixels(void **state)
     glbk_pass screen;
 
     memset(&screen, 0, sizeof screen);
+    memset(&info, 0, sizeof info);
     memset(&none, 0, sizeof none);
     memset(&no_r, 0, sizeof no_r);
     memset(&nothing, 0, sizeof nothing);
@@ -1483,7 +1491,7 @@ static void ism_pixels(void **state)
     MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, SIDE, 0, &r));
     MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, SIDE, gl->max_side + 1, &r));
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
-    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));

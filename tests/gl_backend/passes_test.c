@@ -321,7 +321,7 @@ static void run_rsm(gl_test *t, turn *out)
     memset(&filter, 0, sizeof filter);
     gather.samples = 20;
     filter.view_projection = view;
-    glbk_rsm_forget(r);
+    glbk_rsm_reset(r);
     /* before there is anything to resolve */
     assert_glbk(t, glbk_rsm_resolve(&t->gl, r, seen, &pass, NULL, 1, 1));
     assert_glbk(t, glbk_rsm_map_draw(&t->gl, r, map, rsm_room, NULL));
@@ -353,7 +353,7 @@ static void make_ism(gl_test *t)
     static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f, 0.5f, 1, 0.5f };
     static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
     static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
-    static const float center[3] = { 0, 1, 0 };
+    ism_info info;
     const ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
     const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
     static glbk_pixel pixels[PIXELS];
@@ -373,14 +373,17 @@ static void make_ism(gl_test *t)
         pixels[i].normal[1] = 1;
         for (k = 0; k < 3; k++) pixels[i].material.diffuse[k] = 0.5f;
     }
+    memset(&info, 0, sizeof info);
+    info.center[1] = 1;
+    info.radius = 2;
     memset(&d, 0, sizeof d);
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = POINTS;
     d.near_point_count = 1;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &x.ism.maps));
     assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &x.ism.maps, &mesh));
-    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &x.ism.maps, 0, surfels));
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &x.ism.maps, &lamp, 1, center, 2));
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &x.ism.maps, 0, surfels, POINTS));
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &x.ism.maps, &lamp, 1, &info));
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &x.ism.renderer));
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &x.ism.seen));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, &x.ism.seen, 0, SIDE, pixels));

@@ -110,7 +110,7 @@ static void send_surfels(gl_test *t, pair *p, uint32_t surfels)
             s->barycentric[1] = (1 - s->barycentric[0]) * unit();
             s->triangle = (uint32_t)(unit() * TRIANGLES);
         }
-        for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_surfels_upload(&p->gl[i], &p->maps[i], phase, list));
+        for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_surfels_upload(&p->gl[i], &p->maps[i], phase, list, count));
     }
     free(list);
 }
@@ -119,7 +119,7 @@ static void send_surfels(gl_test *t, pair *p, uint32_t surfels)
 static void send_vpls(gl_test *t, pair *p, uint32_t count)
 {
     static ism_vpl list[600];
-    static const float center[3] = { 0, 0, 0 };
+    static const ism_info info = { .radius = 4 };
     assert_true(count <= 600);
     memset(list, 0, sizeof list);
     for (uint32_t i = 0; i < count; i++) {
@@ -142,7 +142,7 @@ static void send_vpls(gl_test *t, pair *p, uint32_t count)
             for (int k = 0; k < 3; k++) l->position[k] = -l->normal[k];
     }
     for (int i = 0; i < 2; i++)
-        assert_glbk(t, glbk_ism_vpls_upload(&p->gl[i], &p->maps[i], list, count, center, 4));
+        assert_glbk(t, glbk_ism_vpls_upload(&p->gl[i], &p->maps[i], list, count, &info));
 }
 
 /* Any number, so that the last sphere has few. */

@@ -34,7 +34,7 @@ static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f
 static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
 static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
 static const ism_near_point near_point = { { 0.1f, 2, 0 }, 0.1f, { 0, -1, 0 }, 1, { 1, 2, 3 }, 0 };
-static const float center[3] = { 0, 1, 0 };
+static const ism_info info = { .center = { 0, 1, 0 }, .radius = 2 };
 
 static void prepare(scene *s)
 {
@@ -68,8 +68,8 @@ static glbk_result make(gl_test *t, scene *s)
     GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer));
     GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
     GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
-    GL_THEN_SAME(t, result, glbk_ism_surfels_upload(&t->gl, &s->maps, 0, s->surfels));
-    GL_THEN_SAME(t, result, glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2));
+    GL_THEN_SAME(t, result, glbk_ism_surfels_upload(&t->gl, &s->maps, 0, s->surfels, POINTS));
+    GL_THEN_SAME(t, result, glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, &info));
     GL_THEN_SAME(t, result, glbk_ism_near_points_upload(&t->gl, &s->maps, &near_point, 1));
     GL_THEN_SAME(t, result, glbk_gbuffer_create(&t->gl, &size, &s->seen));
     GL_THEN_SAME(t, result, glbk_gbuffer_upload(&t->gl, &s->seen, 0, SIDE, s->pixels));
@@ -140,7 +140,7 @@ static void indices_of_16_bits_are_taken(void **state)
         assert_glbk(t, make(t, &s[i]));
         if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, NULL));
         if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, &mesh));
-        if (i) assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &s[i].maps, 0, s[i].surfels));
+        if (i) assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &s[i].maps, 0, s[i].surfels, POINTS));
         assert_glbk(t, draw(t, &s[i]));
         assert_glbk(t, look(t, &s[i]));
     }

@@ -131,13 +131,15 @@ static void send_vpls(engine *e)
     size_t count, i;
     const ism_vpl *vpls = ism_vpls(e->cpu, &count);
     ism_vpl *list = (ism_vpl *)calloc(count, sizeof *list);
+    ism_info info;
     assert_non_null(list);
     for (i = 0; i < count; i++) {
         list[i] = vpls[i];
         list[i].directional = 0;
         list[i].reach = 0;
     }
-    assert_glbk(now, glbk_ism_vpls_upload(&now->gl, &e->maps, list, (uint32_t)count, NULL, 0));
+    ism_get_info(e->cpu, &info);
+    assert_glbk(now, glbk_ism_vpls_upload(&now->gl, &e->maps, list, (uint32_t)count, &info));
     free(list);
 }
 
@@ -159,7 +161,7 @@ static void engine_draw(engine *e, const ism_frame *frame)
     for (phase = 0; phase < e->maps.desc.lazy_frames; phase++) {
         assert_int_equal(ism_phase_surfels(e->cpu, phase, surfels, room, &count), ISM_OK);
         assert_int_equal(count, room);
-        assert_glbk(now, glbk_ism_surfels_upload(&now->gl, &e->maps, phase, surfels));
+        assert_glbk(now, glbk_ism_surfels_upload(&now->gl, &e->maps, phase, surfels, count));
     }
     free(surfels);
     assert_glbk(now, glbk_ism_draw(&now->gl, &e->maps, 0));
@@ -284,6 +286,7 @@ static void pull_and_push(void **state)
     static float directions[4 * 4096], surfels[4 * 4096], depth[4096];
     ism_desc d;
     ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
+    const ism_info info = { 0 };
     glbk_ism_maps m;
     uint32_t seed = 3, trial;
     size_t i;
@@ -293,7 +296,7 @@ static void pull_and_push(void **state)
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = 8;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, &info));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
     assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
     for (i = 0; i < 4096; i++) empty += depth[i] < ISM_FAR;
@@ -351,6 +354,7 @@ static void silhouettes_and_borders(void **state)
     static float surfels[4 * 4096], depth[4096];
     ism_desc d;
     ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
+    const ism_info info = { 0 };
     glbk_ism_maps m;
     double grown[2] = { 0, 0 }, open = 0, count = 0;
     uint32_t seed = 5;
@@ -360,7 +364,7 @@ static void silhouettes_and_borders(void **state)
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = 8;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, &info));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
     for (trial = 0; trial < 148; trial++) {     /* the last twenty: borders */
         const double a = 6.283185307179586 * (trial / 2) / 64, c = cos(a), s = sin(a), shift = trial % 7 * 4 - 12;

@@ -105,10 +105,10 @@ static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
 {
     size_t count, i;
     const ism_vpl *from = ism_vpls(s->maps, &count);
-    float center[3], radius;
+    ism_info info;
     for (i = 0; i < count; i++) windows_sent += from[i].window != 0;
-    util_bounds(s->maps, center, &radius);
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, m, from, (uint32_t)count, center, radius));
+    ism_get_info(s->maps, &info);
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, m, from, (uint32_t)count, &info));
 }
 
 static void send_phase(gl_test *t, const stage *s, glbk_ism_maps *m, uint32_t phase)
@@ -117,7 +117,7 @@ static void send_phase(gl_test *t, const stage *s, glbk_ism_maps *m, uint32_t ph
     size_t count;
     assert_int_equal(ism_phase_surfels(s->maps, phase, surfels, VPLS * SURFELS, &count), ISM_OK);
     assert_int_equal(count, VPLS * m->phase_surfel_count);
-    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, m, phase, surfels));
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, m, phase, surfels, count));
 }
 
 static void open_maps(gl_test *t, const stage *s, glbk_ism_maps *m)
@@ -456,6 +456,7 @@ static void nothing_is_dark_and_too_much_is_refused(void **state)
     static const ism_surfel surfels[64];
     const ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL };
     const ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
+    const ism_info info = { 0 };
     ism_desc d;
     glbk_ism_maps m;
     glbk_gbuffer seen;
@@ -481,8 +482,8 @@ static void nothing_is_dark_and_too_much_is_refused(void **state)
     for (i = 0; i < 64; i++) assert_true(rgba[i] == 0);
     assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &mesh));
     assert_int_equal(glbk_ism_draw(&t->gl, &m, 0), GLBK_ERR_ORDER);
-    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &m, 0, surfels));            /* all of area 0 */
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &m, 0, surfels, 8));            /* all of area 0 */
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, &info));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
     assert_glbk(t, gl_read_atlas(&t->gl, &m, atlas));
     for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);

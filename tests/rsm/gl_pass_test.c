@@ -378,7 +378,7 @@ static void light_is_the_same_from_a_hostile_state(void **state)
     memcpy(calm, answers, sizeof calm);
     for (i = 0; i < PIXELS; i++) sum += (double)calm[4 * i];
     assert_true(sum > 0.1);
-    glbk_rsm_forget(&r[0]);                     /* as if it were the first frame again */
+    glbk_rsm_reset(&r[0]);                     /* as if it were the first frame again */
     assert_int_equal(r[0].remembers, 0);
     assert_glbk(t, frame(t, &map[0], &r[0], &c.target));
     assert_memory_equal(calm, answers, sizeof calm);
