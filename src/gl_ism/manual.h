@@ -66,6 +66,62 @@
    The whole frame, with a window: examples/10_ism_gl_minimal.c, and examples/10b_rsm_ism_gl_minimal.c by
    complete passes.
 
+   A frame, after ism_choose and ism_scatter
+
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels, m);       // of ism_phase_surfels; at first all
+       glbk_ism_vpls_upload(gl, &maps, vpls, n, &info);             // of ism_vpls and ism_get_info
+       glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
+       glbk_ism_mesh_move(gl, &maps, positions, 0);                 // if vertices moved
+       glbk_ism_draw(gl, &maps, 0);
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...       // what the camera sees: gl_gbuffer.h
+       glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
+       glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
+
+   In shaders of your own
+
+   These functions of lib/ism_light.glsl can be called after glbk_ism_bind:
+
+       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);   // 1 lit, 0 not
+       ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
+
+   ism_light returns in rgb the irradiance of a point by VPLs first, first + pattern, ..., times pattern, in
+   W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took off.
+   p is in world space; n and ng are unit, n for shading and ng the surface's own.
+
+   How it works, and conventions
+
+   ism.h chooses the VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter). From these lists the
+   maps are drawn here and the pixels of a G-buffer are lit: surfels are drawn as discs with the depth test,
+   pull and push fill the holes between them, and each pixel sums the light of its VPLs with visibility,
+   interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
+   dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
+   needs nothing but new positions.
+
+   Descs, settings and lists are the structs of ism.h with the same defaults, and results are those of ism.h
+   up to the rounding of floats. One desc serves ism_create and glbk_ism_maps_create: lists of another one are
+   GLBK_ERR_MISMATCH.
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, so interpolated
+   normals must be normalised before they come; any other length in a list of VPLs is GLBK_ERR_INPUT.
+
+   From the paper to the code
+
+   The paper is that of ism.h: Ritschel et al., "Making Imperfect Shadow Maps View-Adaptive", 2011. A line has
+   the function in GLSL, its twin in ism.h, and the rows of docs/conformance.md that test both.
+
+     section 3.3  points drawn into maps         ism_place_surfel   ism__draw_points    T48 T50
+     section 3.3  pull and push                  ism_pull           ism__pull           T49
+     section 3.3  depths of texels in holes      ism_filled         ism__fill           T49
+     section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
+     section 6.1  maps of equal flux, of lobes   ism_map_direction  ism_map_direction   T46 T47
+     section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
+     section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
+     section 6.4  dithered opacity               ism_dither         ism__dither         T58
+     -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
+     -            near points                    ism_gather         ism_near_points     -
+     -            windows                        ism_zoom_axis      ism_zoom            -
+
    Configuration
 
      GL_ISM_IMPLEMENTATION   compiles the code, in one source file; the implementations of

@@ -66,6 +66,66 @@
 
    The whole frame, with a window: examples/07_rsm_gl_minimal.c.
 
+   A frame by complete passes
+
+       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_upload
+       glbk_gbuffer_begin(gl, &seen, view, eye); ...              // what the camera sees: gl_gbuffer.h
+       glbk_rsm_direct(gl, &r, &seen, maps, n, &direct);          // direct light, shadowed by the same maps
+       glbk_rsm_gather(gl, &r, &seen, maps, n, &gather);          // bounced light; or glbk_rsm_interpolate
+       glbk_rsm_denoise(gl, &r, &seen, &frame, NULL);             // if few samples were taken
+       glbk_rsm_resolve(gl, &r, &seen, &pass, NULL, 1, 1);
+
+   In shaders of your own
+
+   These functions of lib/rsm_direct.glsl, lib/rsm_gather.glsl and lib/rsm_sampling.glsl can be called after
+   glbk_rsm_bind:
+
+       rsm_light rsm_bound();                      // the light whose map is bound
+       rsm_sampling rsm_bound_sampling();          // how glbk_rsm_gather took points last
+       vec3 rsm_direct(rsm_light l, vec3 p, vec3 n, int taps, float bias, float slope_bias);
+       vec3 rsm_gather_list(rsm_light l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed);
+       vec3 rsm_gather_about(rsm_light l, vec3 p, vec3 n, rsm_sampling s, vec2 turn, uint first, uint step,
+                             uint count);
+
+   p is in world space, n is unit. rsm_direct returns irradiance, W/m^2. The other two return pi times bounced
+   irradiance. rsm_gather_list goes through lights from .. to - 1 of the list: all of them are
+   glbk_rsm_frame.first_light to end_light, glossy being glbk_rsm_frame.material_count != 0u and mixed
+   glbk_rsm_frame.mixed. rsm_gather_about goes through count points first, first + step, ... of the bound
+   pattern about p; turn is cosine and sine of a rotation.
+
+   Conventions
+
+   Lights, descs and their defaults are those of rsm.h, those of the filter are gifilter.h's: the same struct
+   gives the same light here and there. A field that GL cannot honour is GLBK_ERR_DESC, and the log names the
+   field: desc.system and desc.add have to be zero, rsm_interpolation.mask and gifilt_frame.motion NULL. Maps
+   come from the CPU (rsm_map_texels, as they are), or they are drawn here through a callback of yours. Pixel
+   lights are picked by flux, from running sums that are made here, too.
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, so interpolated
+   normals must be normalised before they come; directions of lights may have any length.
+
+   Images are RGBA32UI, bits of floats, so that everything works without EXT_color_buffer_float.
+
+   From the paper to the code
+
+   The paper is that of rsm.h: Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005. A line has the
+   function in GLSL or the call, its twin in rsm.h, and the rows of docs/conformance.md that test both.
+
+     section 3.1  what a texel stores                   glbk_rsm_map_draw     rsm_rasterize       T34 T35
+     section 3.2  flux through a texel                  rsm_incident          rsm_fill            T30 T31 T33
+     section 3.2  lights move below their surface       rsm_gather_about      rsm_gather          T38
+     eq. (1)      irradiance from one texel             rsm_gather_list       rsm_gather_list     T25 T28 T40
+     eq. (2)      the sum over texels                   glbk_rsm_gather       rsm_gather          T32 T44
+     section 3.3  a receiver's projection into the map  rsm_to_face           rsm_map_project     -
+     eq. (3)      samples about the projection          rsm_gather_about      rsm_gather          T26 T27 T36
+     section 4    interpolation between alike samples   glbk_rsm_interpolate  rsm_interpolate     T39
+     section 4    direct light by the same map          glbk_rsm_direct       rsm_direct          T29
+     figure 6     ambient occlusion as a factor         glbk_rsm_gather       rsm_points          -
+     section 6    textures are averaged over a texel    glbk_rsm_object       rsm_mesh            -
+     section 7    lamps all round, and area lights      glbk_rsm_map_create   rsm_map_create      T37
+     section 7    reflectors that are not diffuse       rsm_gloss             rsm_material        -
+     -            near texels are surfaces              rsm_texel_form        rsm_gather          T42
+
    Configuration
 
      GL_RSM_IMPLEMENTATION   compiles the code, in one source file; the implementations of

@@ -1,68 +1,69 @@
-/* ---- sfield: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
 
-/* The two tables, and own visibility of a picture. */
-#define GLBK_SFIELD_SCENE_TEXTURES(X)                   \
-    X(usampler2DArray, glbk_sfield_table, 0)            \
-    X(usampler2DArray, glbk_sfield_moving, 7)           \
-    X(usampler2DArray, glbk_sfield_self, 3)
+/* Programs that shade read the two tables, and own visibility of a picture. */
+#define GLBK_SFIELD_SCENE_TEXTURES(X)                                                       \
+    X(usampler2DArray, glbk_sfield_table, 0)        /* terms of the product, fields */      \
+    X(usampler2DArray, glbk_sfield_moving, 7)       /* sky, entities, rotations */          \
+    X(usampler2DArray, glbk_sfield_self, 3)         /* own visibility of a picture */
 
-/* Building: samples of tiles, texels of cubes, integrals of the basis over texels. */
-#define GLBK_SFIELD_BUILD_TEXTURES(X)                   \
-    X(usampler2D, glbk_sfield_seen, 4)                  \
-    X(usampler2D, glbk_sfield_cube, 5)                  \
-    X(usampler2DArray, glbk_sfield_basis, 6)
+/* Programs that build read samples of tiles, texels of cubes, and integrals of the basis over texels. */
+#define GLBK_SFIELD_BUILD_TEXTURES(X)                                                       \
+    X(usampler2D, glbk_sfield_seen, 4)              /* samples of tiles */                  \
+    X(usampler2D, glbk_sfield_cube, 5)              /* texels of cubes */                   \
+    X(usampler2DArray, glbk_sfield_basis, 6)        /* integrals over texels */
 
-#define GLBK_SFIELD_TEXTURES(X)                         \
-    GLBK_SFIELD_SCENE_TEXTURES(X)                       \
+#define GLBK_SFIELD_TEXTURES(X)                                                             \
+    GLBK_SFIELD_SCENE_TEXTURES(X)                                                           \
     GLBK_SFIELD_BUILD_TEXTURES(X)
 
-/* What the tables hold. */
+/* This block says what the tables hold. */
 #define GLBK_SFIELD_CONTENTS_MEMBERS(X)                                                     \
-    X(uint, entity_texel, 1)        /* where the entities begin, in the table of what moves */ \
-    X(uint, entity_count, 1)                                                                \
+    X(uint, entity_texel, 1)        /* where entities begin in glbk_sfield_moving */        \
+    X(uint, entity_count, 1)        /* entities in use */                                   \
     X(uint, light_count, 1)         /* entities that shine */                               \
-    X(uint, wants_sky, 1)           /* not 0: what is left after all occluders is wanted */ \
-    X(uint, term_texel, 1)          /* where the terms of the product begin */              \
-    X(uint, term_count, 1)          /* texels of them, two terms each */                    \
-    X(uint, sky_texel, 1)           /* where the sky begins, in the table of what moves */  \
-    X(uint, pad, 1)
+    X(uint, wants_sky, 1)           /* not 0: the sky, or the open share, is wanted */      \
+    X(uint, term_texel, 1)          /* where terms begin in glbk_sfield_table */            \
+    X(uint, term_count, 1)          /* texels of terms, two terms each */                   \
+    X(uint, sky_texel, 1)           /* where the sky begins in glbk_sfield_moving */        \
+    X(uint, unused0, 1)
 
 #define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
 
-/* An object whose own visibility is drawn. */
-#define GLBK_SFIELD_OBJECT_MEMBERS(X)                   \
-    X(mat4, world, 1)                                   \
-    X(mat4, clip, 1)
+/* This block has an object whose own visibility is drawn. */
+#define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                       \
+    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, clip, 1)                /* world to clip space */
 
-/* Tiles of an atlas, each a face of an eye's cube. */
+/* This block has the tiles of an atlas, each of which is a face of an eye's cube. */
 #define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                        \
-    X(vec4, sphere, 1)              /* centre, radius */                                    \
-    X(uint, first_tile, 1)          /* of the column that is drawn */                       \
+    X(vec4, sphere, 1)              /* of the field: centre, radius */                      \
+    X(uint, first_tile, 1)          /* the first tile of the column that is drawn */        \
     X(uint, rows, 1)                /* tiles of a column */                                 \
     X(uint, width, 1)               /* samples a side of a tile */                          \
     X(uint, side, 1)                /* texels a side of a face */                           \
     X(uint, batch, 1)               /* eyes */                                              \
     X(uint, groups, 1)              /* of four coefficients */                              \
-    X(uint, pad0, 1) X(uint, pad1, 1)                                                       \
+    X(uint, unused0, 1)                                                                     \
+    X(uint, unused1, 1)                                                                     \
     GLBK_SFIELD_TILE_MEMBERS(X)
 
 #define GLBK_SFIELD_TILE_MEMBERS(X)                                                         \
-    X(vec4, eyes, 256)              /* in radii about the centre; 1 / greatest depth */     \
+    X(vec4, eyes, 256)              /* places in radii about the centre; 1 / greatest depth */ \
     X(uvec4, places, 256)           /* face, number of the eye; column, row of the atlas */
 
-#define GLBK_SFIELD_BLOCKS(X)                                   \
-    X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)    \
-    X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)          \
-    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)        \
+#define GLBK_SFIELD_BLOCKS(X)                                                               \
+    X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                \
+    X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                      \
+    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                    \
     X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
 
 #define GLBK_SFIELD_STORAGE(X)
 
-/* What compute shaders write: a picture's light and gloss; cubes and coefficients of a builder. */
-#define GLBK_SFIELD_IMAGES(X)                                           \
-    X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)          \
-    X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)          \
-    X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2)         \
+/* Compute shaders write a picture's light and gloss, and cubes and coefficients of a builder. */
+#define GLBK_SFIELD_IMAGES(X)                                                               \
+    X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)                              \
+    X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)                              \
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2)                             \
     X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
 
 GLBK__PART(SFIELD)

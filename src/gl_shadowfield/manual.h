@@ -70,6 +70,63 @@
    The whole frame, with a window: examples/09_shadowfield_gl_minimal.c; as complete passes, with own
    visibility: examples/09b_shadowfield_gl_passes.c.
 
+   A frame
+
+       glbk_sfield_scene_entities(gl, &scene, entities, count);     // or _scene_sky: where all is
+       glbk_gbuffer_begin(gl, &gbuffer, world_to_clip, eye);        // or _import, or _upload
+       glbk_gbuffer_object(gl, &gbuffer, &surface);                 // for each object, with your draw
+       glbk_sfield_shade(gl, &renderer, &gbuffer, &scene, eye, 0);
+
+   renderer.light then holds the light at each pixel without the surface's colour. No function resolves the
+   light to a picture, as those of other techniques do, since how light meets colour is your lighting pass's
+   matter: albedo times light.rgb, and specular colour times gloss.rgb.
+
+   In shaders of your own
+
+   Two functions of lib/sfield_shade.glsl can be called after glbk_sfield_bind, with SFIELD_BANDS defined:
+
+       void sfield_cosine(vec3 n, out float t[SFIELD_COEFS]);
+       sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS],
+                                float g[SFIELD_COEFS]);
+
+       position, normal   world space; the normal is unit
+       own                the entity that the point lies on, counted from 1; 0 = none
+       t                  from sfield_cosine, or own visibility x cosine, turned into the world
+       g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
+
+   The result has light (irradiance, W/m^2; times albedo / pi it is radiance), gloss, and open, the first
+   coefficient of the part of the sphere that stays visible.
+
+   Conventions
+
+   The fields of a scene are uploaded once, into one table, with the terms of the product; entities and the
+   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and own visibility
+   are shadowfield.h's, and so are the numbers of entities: they count from 1, 0 is none. The points that are
+   shaded are the pixels of a G-buffer (gl_gbuffer.h): of the screen, or vertices.
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, so interpolated
+   normals must be normalised before they come.
+
+   From the paper to the code
+
+   The paper is that of shadowfield.h: Zhou, Hu, Lin, Guo and Shum, "Precomputed Shadow Fields for Dynamic
+   Scenes", SIGGRAPH 2005. A line has the function in GLSL or the call, its twin in shadowfield.h, and the
+   rows of docs/conformance.md that test both.
+
+     section 3.1  an object occlusion field       glbk_sfield_builder_see  sfield_build           T72
+     section 3.1  a source radiance field         glbk_sfield_builder_see  sfield_build_emissive  T73
+     section 3.1  S_d, the environment            sfield_sky               sfield_scene_sky       -
+     section 3.1  O_p, own visibility             glbk_sfield_self_object  sfield_build_self      -
+     section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
+     section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
+     section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
+     section 4.1  triple products                 sfield_product           sfield_sh_product      T5 T6
+     section 4.1  the double product              sfield_dot               sfield_sh_dot          -
+     section 4.1  rotations                       sfield_rotate            sfield_sh_rotate       T9 T76
+     section 4.1  the basis, the cosine           sfield_basis             sfield_sh_basis        T3 T10
+     figure 5     entities from near to far       sfield_shade             sfield_shade           T78
+     section 4.2  culling                         sfield_occlusion         sfield_scene_stats     -
+
    Configuration
 
      GL_SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code; other files may have that of

@@ -1,0 +1,63 @@
+/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+
+#define GLBK_ISM_TABLES(X)                                                                              \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \
+    X(usampler2DArray, glbk_ism_surfels, 1)     /* triangle, barycentric coordinates, area */           \
+    X(usampler2DArray, glbk_ism_triangles, 2)   /* of each three indices, opacity */                    \
+    X(sampler2DArray, glbk_ism_positions, 3)    /* of vertices */
+
+#define GLBK_ISM_PICTURES(X)                                                                            \
+    X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                            \
+    X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */       \
+    X(usampler2D, glbk_ism_below, 6)            /* kept texels, or the level below */                   \
+    X(glbk_color_sampler, glbk_ism_light, 7)    /* irradiance; 8 to 11 are the G-buffer's */            \
+    X(usampler2D, glbk_ism_pull1, 12)           /* levels of pull, whose slots are neighbours */        \
+    X(usampler2D, glbk_ism_pull2, 13)                                                                   \
+    X(usampler2D, glbk_ism_pull3, 14)
+
+#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X)
+
+#define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
+    X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
+    X(uint, tile_side, 1)           /* texels a side of a VPL's tile */                                 \
+    X(uint, tiles_across, 1)        /* tiles a side of the atlas */                                     \
+    X(uint, surfel_count, 1)        /* surfels of a VPL, in all phases */                               \
+    X(uint, vpl_capacity, 1)        /* VPLs that there is room for */                                   \
+    X(uint, phase_surfel_count, 1)  /* surfels of a VPL in one phase */                                 \
+    X(uint, fill_levels, 1)         /* levels of pull and push; 0 = holes stay */                       \
+    X(uint, triangle_count, 1)
+
+#define GLBK_ISM_MESH_MEMBERS(X)                                                                        \
+    X(vec4, sphere, 1)              /* about the mesh: centre, radius */                                \
+    X(float, splat_scale, 1)        /* area of a disc over that of its surfel */                        \
+    X(uint, window_rim, 1)          /* texels a side of a tile outside of its window */                 \
+    X(uint, near_point_count, 1)    /* near points in use */                                            \
+    X(uint, first_sphere, 1)        /* where in glbk_ism_vpls spheres of near points begin */           \
+    X(uint, first_near_point, 1)    /* where in glbk_ism_vpls near points begin */                      \
+    X(uint, first_surfel, 1)        /* of a draw of rectangles: the surfel of instance 0 */             \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)
+
+#define GLBK_ISM_FRAME_MEMBERS(X) GLBK_ISM_COUNT_MEMBERS(X) GLBK_ISM_MESH_MEMBERS(X)
+
+#define GLBK_ISM_VIEW_MEMBERS(X)                                                                        \
+    X(uint, width, 1)               /* of the picture, in pixels */                                     \
+    X(uint, height, 1)              /* of the picture, in pixels */                                     \
+    X(uint, pattern, 1)             /* pixels a side that share the VPLs */                             \
+    X(uint, no_maps, 1)             /* not 0: nothing casts shadows */                                  \
+    X(float, bias, 1)               /* as in ism_shading, with its default */                           \
+    X(float, clamp_at, 1)           /* ism_shading.clamp, with its default */                           \
+    X(uint, first_row, 1)           /* the first row of pixels of a dispatch */                         \
+    X(uint, unused0, 1)
+
+#define GLBK_ISM_BLOCKS(X)                                                                              \
+    X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
+    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
+
+#define GLBK_ISM_STORAGE(X)
+#define GLBK_ISM_IMAGES(X)                                                                              \
+    X(writeonly, rgba32f, image2D, glbk_ism_planes_out, 0)      /* glbk_ism_planes */                   \
+    X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)        /* glbk_ism_atlas */                    \
+    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
+
+GLBK__PART(ISM)
