@@ -2754,21 +2754,27 @@ GLBK__PART_CODE(csm, CSM)
 
 enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
 
-/* Checks magic, format and length of a block, as docs/csm-format.md has them, in the host's byte order: that
+/* Checks magic, format and length of block i, as docs/csm-format.md has them, in the host's byte order: that
    of GL. */
-static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
+static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b, size_t i)
 {
     static const char function[] = "glbk_csm_maps_create";
     uint32_t head[3];
-    if (!b->data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (!b->data)
+        return glbk__refuse_element(ctx, GLBK_ERR_ARGUMENT, function, "blocks", i, ".data", "is NULL");
     if (b->bytes < 400 || b->bytes % 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
-                                  "cohsm_data's");
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
+                                          (double)b->bytes, "what cohsm_data says: a multiple of 16, >= 400");
     memcpy(head, b->data, sizeof head);
-    if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
-        return glbk__refuse(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+    if (head[0] != GLBK__CSM_MAGIC)
+        return glbk__refuse_element(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".data",
+                                    "begin with other bytes than a block of csm.h");
+    if (head[2] != b->bytes / 4)
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
+                                          (double)b->bytes, "four times the length that its header names");
     if (head[1] != 1)
-        return glbk__refuse_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+        return glbk__refuse_element_value(ctx, GLBK_ERR_VERSION, function, "blocks", i, "'s version",
+                                          (double)head[1], "1");
     return GLBK_OK;
 }
 
@@ -2815,29 +2821,43 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
 }
 
+/* Checks the blocks and finds where each begins, in texels; *texels receives how many there are in all. */
+static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                     uint32_t *starts, size_t *texels)
+{
+    static const char function[] = "glbk_csm_maps_create";
+    glbk_result result = count ? glbk__require(ctx, function, "blocks", blocks) : GLBK_OK;
+    size_t i;
+
+    if (result == GLBK_OK && count) result = glbk__require(ctx, function, "starts", starts);
+    *texels = 0;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__csm_check_block(ctx, &blocks[i], i);
+        if (result != GLBK_OK) return result;
+        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - *texels)
+            return glbk__refuse_element_value(ctx, GLBK_ERR_LIMIT, function, "blocks", i, ".bytes",
+                                              (double)blocks[i].bytes, "4 GB at most with those before");
+        starts[i] = (uint32_t)*texels;
+        *texels += blocks[i].bytes / 16;
+        *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
+    }
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
                                           uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
 {
-    size_t texels = 0, i;
+    const uint32_t most = ((uint32_t)1 << 28) / GLBK__CSM_RECORD;
+    size_t texels, i;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (count && (!blocks || !starts))
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
-    for (i = 0; i < count; i++) {
-        result = glbk__csm_check_block(ctx, &blocks[i]);
-        if (result != GLBK_OK) return result;
-        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
-            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
-        starts[i] = (uint32_t)texels;
-        if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
-        texels += blocks[i].bytes / 16;
-        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
-    }
-    if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
-                                  (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_line_up(ctx, blocks, count, starts, &texels);
+    if (result != GLBK_OK) return result;
+    if (capacity > most)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
+    for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
@@ -2901,21 +2921,22 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
 {
     static const char function[] = "glbk_csm_maps_place";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
+    glbk_result result = glbk__require_created(ctx, function, "maps", maps ? &maps->blocks.name : NULL);
     float inverse[16], scale;
     uint32_t i;
 
-    if (!maps->blocks.name) return glbk__refuse(ctx, bad, function, "maps", "were not created");
+    if (result == GLBK_OK && count) result = glbk__require(ctx, function, "instances", instances);
+    if (result != GLBK_OK) return result;
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
-    if (count && !instances) return glbk__refuse(ctx, bad, function, "instances", "is NULL");
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texels)
-            return glbk__refuse_value(ctx, bad, function, "an instance's start", instances[i].start,
-                                      "one it wrote");
+            return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
+                                              instances[i].start, "one that glbk_csm_maps_create wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
-            return glbk__refuse_value(ctx, bad, function, "the instance with a bad transform", i,
-                                      "turned, evenly scaled, moved");
+            return glbk__refuse_element(ctx, bad, function, "instances", i, ".transform",
+                                        "is not a rotation, one scale > 0 and a translation");
     }
     return GLBK_OK;
 }
@@ -2926,7 +2947,6 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
     glbk_csm_scene scene;
     glbk_result result;
 
-    if (!ctx || !maps) return GLBK_ERR_ARGUMENT;
     result = glbk__csm_check_instances(ctx, maps, instances, count);
     if (result != GLBK_OK) return result;
     memset(&scene, 0, sizeof scene);
@@ -2981,10 +3001,10 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
     return &cache->list[i];
 }
 
-/* Finds or compiles a program of a cache. defines are those of this use, which those of the maps follow;
-   shades is 1 if the program reads the G-buffer. */
-static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
-                                     const char *name, int shades, const char *defines,
+/* Finds or compiles a program of a cache, for a public function. defines are those of this use, which those
+   of the maps follow; programs named csm_shade read the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, glbk_csm_programs *cache,
+                                     uint32_t key, const char *name, const char *defines,
                                      const glbk_csm_maps *maps, glbk_program **out)
 {
     char all[160] = { 0 };
@@ -2994,15 +3014,17 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
 
     key = key << 11 | maps->key;
     *out = glbk__csm_keep_program(ctx, cache, key, &i);
-    if (!*out) return GLBK_ERR_LIMIT;
+    if (!*out)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
+                                  "the number of programs that the uses of one frame need",
+                                  GLBK_CSM_MAX_PROGRAMS + 1, 0, GLBK_CSM_MAX_PROGRAMS);
     cache->used[i] = cache->frame;
     if ((*out)->name) return GLBK_OK;
     sink.out = all;
     sink.bytes = sizeof all;
     glbk__append_text(&sink, defines);
     glbk__append_text(&sink, maps->defines);
-    result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
-                    : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
+    result = glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;
@@ -3029,8 +3051,8 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
-    return glbk__csm_program(ctx, &asker->programs, question,
-                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", 0, defines, maps, out);
+    return glbk__csm_program(ctx, "glbk_csm_ask_run", &asker->programs, question,
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", defines, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -3039,8 +3061,9 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     glbk_target_desc target;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result != GLBK_OK) return result;
     if (!capacity || capacity > (uint32_t)1 << 20)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
     memset(&texture, 0, sizeof texture);
@@ -3069,10 +3092,15 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
 {
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
-    const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
-    if (!asker->capacity) return glbk__refuse(ctx, bad, function, "asker", "was not created");
-    if (!q->positions || !q->lights)
-        return glbk__refuse(ctx, bad, function, "query.positions or query.lights", "is NULL");
+    glbk_result result = glbk__require_created(ctx, function, "asker", asker ? &asker->frame.name : NULL);
+    size_t least, stride;
+
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query", q);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query.positions", q->positions);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query.lights", q->lights);
+    if (result != GLBK_OK) return result;
+    least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12;
+    stride = q->light_stride;
     if (!q->count || q->count > asker->capacity)
         return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
@@ -3090,7 +3118,7 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
                                   "a COHSM_FILTER_...");
     if (!glbk_csm__finite(q->bias))
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias, "finite");
     return GLBK_OK;
 }
 
@@ -3121,7 +3149,6 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
     glbk_result result;
     uint32_t *words;
 
-    if (!ctx || !asker || !q) return GLBK_ERR_ARGUMENT;
     result = glbk__csm_check_query(ctx, asker, q);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);
@@ -3149,7 +3176,10 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     glbk_result result;
     uint32_t groups = (count + 63) / 64;
 
-    if (!ctx || !asker || !maps) return GLBK_ERR_ARGUMENT;
+    result = glbk__require_created(ctx, __func__, "asker", asker ? &asker->frame.name : NULL);
+    if (result == GLBK_OK)
+        result = glbk__require_created(ctx, __func__, "maps", maps ? &maps->blocks.name : NULL);
+    if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
@@ -3179,9 +3209,10 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
                                        float *visible)
 {
     uint32_t row[4 * 1024], done, n, i;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "asker", asker ? &asker->frame.name : NULL);
 
-    if (!ctx || !asker || !visible) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "visible", visible);
+    if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
@@ -3222,61 +3253,67 @@ static int glbk__csm_is_sky(const lsamp_light_desc *d)
     return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
 }
 
-/* Who is told why a light is refused: the context of a call, or one that has nothing but a light's own
-   log. */
+/* What is said when a light is refused: to whom, by which public function, and where the light stands:
+   "ARRAY[INDEX]", or "ARRAY" alone if the index is GLBK__NO_INDEX. */
 typedef struct glbk__csm_logger {
     const glbk_context *ctx;
     const char         *function;
+    const char         *array;
+    size_t              index;
 } glbk__csm_logger;
 
-static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function)
+static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function,
+                                              const char *array, size_t index)
 {
     glbk__csm_logger log;
     log.ctx = ctx;
     log.function = function;
+    log.array = array;
+    log.index = index;
     return log;
 }
 
-/* Logs why a field is refused, and returns 0. */
-static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
+/* Logs why a member is refused (".texels"), and returns 0. */
+static int glbk__csm_refuse(const glbk__csm_logger *log, const char *member, const char *text)
 {
-    return glbk__refuse(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
+    (void)glbk__refuse_element(log->ctx, GLBK_ERR_DESC, log->function, log->array, log->index, member, text);
+    return 0;
 }
 
 /* Returns 1 if a number is in its range, else logs it and returns 0; wanted is the range in words. */
-static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, float value, float low,
-                              float high, const char *wanted)
+static int glbk__csm_in(const glbk__csm_logger *log, const char *member, double value, double low,
+                        double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
-    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) ==
-           GLBK_OK;
+    (void)glbk__refuse_element_value(log->ctx, GLBK_ERR_DESC, log->function, log->array, log->index, member,
+                                     value, wanted);
+    return 0;
 }
 
 /* Does the same for three numbers. */
-static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, const float *v, float low,
-                               float high, const char *wanted)
+static int glbk__csm_in3(const glbk__csm_logger *log, const char *member, const float *v, double low,
+                         double high, const char *wanted)
 {
-    return glbk__csm_field_in(log, field, v[0], low, high, wanted) &&
-           glbk__csm_field_in(log, field, v[1], low, high, wanted) &&
-           glbk__csm_field_in(log, field, v[2], low, high, wanted);
+    return glbk__csm_in(log, member, (double)v[0], low, high, wanted) &&
+           glbk__csm_in(log, member, (double)v[1], low, high, wanted) &&
+           glbk__csm_in(log, member, (double)v[2], low, high, wanted);
 }
 
-/* Returns 1 if a vector is unit, else logs it and returns 0. Lengths from 0.97 to 1.03 count as 1. */
-static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
+/* Returns 1 if a vector is unit, as the field says: a length of 0.97 to 1.03. Else logs the length under the
+   name of a member and returns 0. */
+static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const float *v)
 {
-    float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (glbk_csm__is_unit2(square)) return 1;
-    return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
+    const glbk_csm__v3 n = glbk_csm__v3_load(v);
+    if (glbk_csm__is_unit2(glbk_csm__v3_dot(n, n))) return 1;
+    return glbk__csm_in(log, member, (double)glbk_csm__v3_length(n), 1, 1, "0.97..1.03");
 }
 
 /* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
-static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, lsamp_light_kind kind)
+static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind)
 {
     if (kind == LSAMP_LIGHT_CALLBACK)
-        return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
-    if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
-    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
-                              "a LSAMP_LIGHT_...") == GLBK_OK;
+        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
+    return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
 
 /* ---- csm: meshes that emit ---- */
@@ -3305,19 +3342,26 @@ static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
 /* Returns 1 if a mesh can emit, else logs why not and returns 0. */
 static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
 {
+    char field[GLBK__ELEMENT_ROOM];
     size_t i, count;
-    if (!m || !m->positions || !m->vertex_count)
-        return glbk__csm_refuse(log, "desc.mesh", "has no vertices");
-    if (m->indices && m->indices16) return glbk__csm_refuse(log, "desc.mesh", "has two kinds of indices");
+    if (!m) return glbk__csm_refuse(log, ".mesh", "is NULL");
+    if (!m->positions) return glbk__csm_refuse(log, ".mesh->positions", "is NULL");
+    if (!m->vertex_count) return glbk__csm_refuse(log, ".mesh->vertex_count", "is 0");
+    if (m->indices && m->indices16)
+        return glbk__csm_refuse(log, ".mesh->indices", "and indices16 are given; one must be NULL");
     if (m->vertex_stride % 4 || (m->vertex_stride && m->vertex_stride < 12))
-        return glbk__csm_refuse(log, "desc.mesh->vertex_stride", "is not 0, nor a multiple of 4 >= 12");
+        return glbk__csm_in(log, ".mesh->vertex_stride", (double)m->vertex_stride, 0, 0,
+                            "0 or a multiple of 4, >= 12");
     count = glbk__csm_corner_count(m);
     if (!count || count % 3 || count / 3 >= (size_t)1 << 26)
-        return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
+        return glbk__csm_in(log, ".mesh's corners", (double)count, -1, -1,
+                            "a multiple of 3, below 3 * 2^26");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
-        return glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
-                                  glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
+        glbk__name_element(field, log->array, log->index, ".mesh");
+        (void)glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, field, i,
+                                 glbk__csm_corner_index(m, i), m->vertex_count);
+        return 0;
     }
     return 1;
 }
@@ -3331,64 +3375,62 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||
                      d->kind == LSAMP_LIGHT_SPOT || d->kind == LSAMP_LIGHT_MESH;
     if (!d->texels && (d->width || d->height || d->frames > 1))
-        return glbk__csm_refuse(log, "desc.texels", "is NULL, but has a size or frames");
+        return glbk__csm_refuse(log, ".texels", "is NULL, but there are a size or frames");
     if (!d->texels) return 1;
-    if (hard) return glbk__csm_refuse(log, "desc.texels", "is not for this kind");
-    if (!d->width || d->width > 65536 || !d->height || d->height > 65536)
-        return glbk__csm_refuse(log, "desc.width or desc.height", "is not in 1..65536");
-    if (d->kind == LSAMP_LIGHT_LINE && d->height != 1)
-        return glbk__csm_refuse(log, "desc.height", "is not 1");
-    if (d->frames > (uint32_t)1 << 24) return glbk__csm_refuse(log, "desc.frames", "is more than 2^24");
-    if ((uint64_t)d->width * d->height <= (uint64_t)1 << 27) return 1;     /* 65536 x 65536 passes 32 bits */
-    return glbk__csm_refuse(log, "desc.texels", "are more than 2^27");
+    if (hard) return glbk__csm_refuse(log, ".texels", "are not for this kind of light");
+    return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
+           glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
+                        d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
+           glbk__csm_in(log, ".frames", d->frames, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 
 static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
     static const char lengths[] = "1e-18..1e18", places[] = "-1e18..1e18";
-    const float big = 1e18f;
+    static const char direction[] = ".direction: its length";
+    const double least = (double)1e-18f, big = (double)1e18f;
     float area;
 
     switch (d->kind) {
-    case LSAMP_LIGHT_SUN: return glbk__csm_field_is_unit(log, "desc.direction", d->direction);
+    case LSAMP_LIGHT_SUN: return glbk__csm_unit(log, direction, d->direction);
     case LSAMP_LIGHT_POINT: return 1;
     case LSAMP_LIGHT_SPOT:
-        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
-               glbk__csm_field_in(log, "desc.cone_half_angle", d->cone_half_angle, 5e-7f, 3.14159274f,
-                                  "5e-7..pi");
+        return glbk__csm_unit(log, direction, d->direction) &&
+               glbk__csm_in(log, ".cone_half_angle", (double)d->cone_half_angle, (double)5e-7f,
+                            (double)3.14159274f, "5e-7..pi");
     case LSAMP_LIGHT_LINE:
-        if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, "desc.u", "is 0 0 0");
-        return glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) &&
-               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+        if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, ".u", "is 0 0 0");
+        return glbk__csm_in3(log, ".u", d->u, -big, big, places) &&
+               glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_RECTANGLE:
-        if (!glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) ||
-            !glbk__csm_field3_in(log, "desc.v", d->v, -big, big, places))
+        if (!glbk__csm_in3(log, ".u", d->u, -big, big, places) ||
+            !glbk__csm_in3(log, ".v", d->v, -big, big, places))
             return 0;
         area = glbk_csm__v3_length(glbk_csm__v3_cross(glbk_csm__v3_load(d->u), glbk_csm__v3_load(d->v)));
-        return (area > 0 && glbk_csm__finite(area)) ||
-               glbk__csm_refuse(log, "desc.u and desc.v", "span no area");
+        if (area > 0 && glbk_csm__finite(area)) return 1;
+        return glbk__csm_in(log, "'s area, of u and v,", (double)area, -1, -1, "above 0 and finite");
     case LSAMP_LIGHT_DISC:
-        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
-               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
-    case LSAMP_LIGHT_SPHERE: return glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+        return glbk__csm_unit(log, direction, d->direction) &&
+               glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
+    case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_MESH: return glbk__csm_mesh_valid(log, d->mesh);
     default:
-        return d->cosine_power == 0 || glbk__csm_refuse(log, "desc.cosine_power", "is not 0");
+        return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
 }
 
 static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
-    const float big = 1e18f;
-    if (d->emission_fn)
-        return glbk__csm_refuse(log, "desc.emission_fn", "is set: GPUs call no functions");
-    return glbk__csm_kind_valid(log, "desc.kind", d->kind) &&
-           glbk__csm_field3_in(log, "desc.radiance", d->radiance, 0, 3e38f, "0..3e38") &&
-           glbk__csm_field_in(log, "desc.cosine_power", d->cosine_power, 0, 1e5f, "0..100000") &&
-           glbk__csm_field_in(log, "desc.rotation", d->rotation, -1000, 1000, "-1000..1000") &&
-           glbk__csm_field_in(log, "desc.time", d->time, -1e9f, 1e9f, "-1e9..1e9") &&
-           glbk__csm_field_in(log, "desc.frames_per_second", d->frames_per_second, 0, 1e6f, "0..1e6") &&
-           glbk__csm_field3_in(log, "desc.position", d->position, -big, big, "-1e18..1e18") &&
+    const double big = (double)1e18f;
+    if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+    return glbk__csm_kind_valid(log, d->kind) &&
+           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)3e38f, "0..3e38") &&
+           glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 1e5, "0..100000") &&
+           glbk__csm_in(log, ".rotation", (double)d->rotation, -1000, 1000, "-1000..1000") &&
+           glbk__csm_in(log, ".time", (double)d->time, -1e9, 1e9, "-1e9..1e9") &&
+           glbk__csm_in(log, ".frames_per_second", (double)d->frames_per_second, 0, 1e6, "0..1e6") &&
+           glbk__csm_in3(log, ".position", d->position, -big, big, "-1e18..1e18") &&
            glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
@@ -3403,10 +3445,10 @@ static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_lig
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
 {
-    glbk_context silent;
+    glbk_context none;
     glbk__csm_logger log;
-    memset(&silent, 0, sizeof silent);
-    log = glbk__csm_logger_make(&silent, __func__);
+    memset(&none, 0, sizeof none);
+    log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
     return d ? glbk__csm_texel_count(&log, d) : 0;
 }
 
@@ -3614,7 +3656,7 @@ static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsam
     }
     if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
     if (!(g.area > 0)) {
-        (void)glbk__csm_refuse(log, "desc.mesh", "has no area");
+        (void)glbk__csm_refuse(log, ".mesh", "has no area");
         return GLBK_ERR_INPUT;
     }
     words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
@@ -3640,11 +3682,12 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
 {
     glbk_context none;
     glbk__csm_logger log;
-    if (!d || !words) return GLBK_ERR_ARGUMENT;
+    if (!d) return GLBK_ERR_ARGUMENT;
     memset(&none, 0, sizeof none);
     none.system.log = d->system.log;
     none.system.user = d->system.user;
-    log = glbk__csm_logger_make(&none, __func__);
+    if (!words) return glbk__require(&none, __func__, "words", words);
+    log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
     return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
 }
 
@@ -3663,11 +3706,14 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
                                           const uint32_t *starts)
 {
     static const char function[] = "glbk_csm_lights_create";
-    if (d->light_count && (!d->lights || !starts))
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights",
-                            "is NULL");
-    if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+    glbk_result result = glbk__require(ctx, function, "desc", d);
+    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "desc.lights", d->lights);
+    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "starts", starts);
+    if (result != GLBK_OK) return result;
+    if (d->lobe_count && !d->lobes)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL");
+    if (d->lobe_count > (uint32_t)1 << 20)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.lobe_count", d->lobe_count, 0, 1048576);
     if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
                                   "1..65536 with patterns, 0 without");
@@ -3683,21 +3729,23 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     uint32_t i, *words;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    result = glbk__csm_check_lights(ctx, d, starts);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_check_lights(ctx, d, starts);
     if (result != GLBK_OK) return result;
-    log = glbk__csm_logger_make(ctx, __func__);
+    log = glbk__csm_logger_make(ctx, __func__, "desc.lights", 0);
     texels = 2 * (size_t)d->lobe_count;
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
+        log.index = i;
         one = glbk__csm_texel_count(&log, &d->lights[i]);
         if (!one) return GLBK_ERR_DESC;
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
-            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+            return glbk__refuse_element_value(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", i,
+                                              " and those before: their texels", (double)texels,
+                                              "at most 2^28");
     }
     out->lobe_count = d->lobe_count;
     out->patterns_at = (uint32_t)texels;
@@ -3709,8 +3757,10 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     else {
         memset(words, 0, texels * 16);
         glbk__csm_write_lobes(d, words);
-        for (i = 0; i < d->light_count && result == GLBK_OK; i++)
+        for (i = 0; i < d->light_count && result == GLBK_OK; i++) {
+            log.index = i;
             result = glbk__csm_light_write(&log, &d->lights[i], words + 4 * (size_t)starts[i]);
+        }
         if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
     }
     if (result == GLBK_OK)
@@ -3729,10 +3779,10 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     uint32_t *words;
     glbk_result result;
 
-    if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
-    if (!lights->texels.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
-    log = glbk__csm_logger_make(ctx, __func__);
+    result = glbk__require_created(ctx, __func__, "lights", lights ? &lights->texels.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
+    if (result != GLBK_OK) return result;
+    log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
     texels = glbk__csm_texel_count(&log, desc);
     if (!texels) return GLBK_ERR_DESC;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
@@ -3765,8 +3815,8 @@ static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 }
 
 /* Finds or compiles the program for a combination of shape, ask, filter and defines of maps. */
-static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
-                                           uint32_t filter, glbk_program **out)
+static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
+                                           const glbk_csm_use *use, uint32_t filter, glbk_program **out)
 {
     char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
@@ -3778,8 +3828,8 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer 
         defines[48] = ' ';
     }
     if (!r->patterns) defines[49] = 0;
-    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter,
-                             r->compute ? "csm_shade.comp" : "csm_shade.frag", 1, defines, use->maps, out);
+    return glbk__csm_program(ctx, function, &r->shade, shape * 16 + ask * 4 + filter,
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, use->maps, out);
 }
 
 /* Makes the sum, twice where passes draw from one into the other. */
@@ -3808,11 +3858,12 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
 {
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    if (!d->width || !d->height)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", d);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
     if (d->lobes > LSAMP_MAX_LOBES)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
     out->width = d->width;
@@ -3841,25 +3892,25 @@ GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Checks a light of a frame. */
+/* Checks light i of a frame. */
 static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function,
-                                       const glbk_csm_renderer *r, const glbk_csm_lights *lights,
-                                       const glbk_csm_use *u)
+                                       const glbk_csm_renderer *r, const glbk_csm_frame_desc *d, size_t i)
 {
-    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
-    const glbk_result bad = GLBK_ERR_DESC;
-    if (!u->maps || !u->maps->blocks.name)
-        return glbk__refuse(ctx, bad, function, "use.maps", "were not created");
-    if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
-    if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
-    if (!u->samples || u->samples > 65536)
-        return glbk__refuse_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
-    if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
-        return glbk__refuse_value(ctx, bad, function, "use.start", u->start, "that of a light");
-    if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
-                                  "the patterns' length");
+    const glbk_csm_use *u = &d->uses[i];
+    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function, "desc.uses", i);
+    if (!u->maps || !u->maps->blocks.name) {
+        (void)glbk__csm_refuse(&log, ".maps", u->maps ? "was not created" : "is NULL");
+        return GLBK_ERR_DESC;
+    }
+    if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
+        !glbk__csm_kind_valid(&log, u->kind) ||
+        !glbk__csm_in(&log, ".samples", u->samples, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
+                      "one that glbk_csm_lights_create wrote"))
+        return GLBK_ERR_DESC;
+    if (r->patterns && !glbk__csm_in(&log, ".samples", u->samples, d->lights->pattern_length,
+                                     d->lights->pattern_length, "the length of the patterns"))
+        return GLBK_ERR_MISMATCH;
     return GLBK_OK;
 }
 
@@ -3867,28 +3918,36 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
 static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function,
                                          const glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
 {
-    glbk_result bad = GLBK_ERR_DESC;
+    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function, "desc", GLBK__NO_INDEX);
+    glbk__csm_logger planes = glbk__csm_logger_make(ctx, function, "desc.planes", 0);
+    glbk_result result = glbk__require_created(ctx, function, "renderer", r ? &r->targets[0].name : NULL);
     uint32_t i;
-    if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->lights || !d->lights->texels.name)
-        return glbk__refuse(ctx, bad, function, "desc.lights", "were not created");
-    if (d->use_count && !d->uses) return glbk__refuse(ctx, bad, function, "desc.uses", "is NULL");
-    if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__refuse_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
-                                  GLBK_CSM_MAX_PLANES);
-    if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
-                                  "a LSAMP_SAMPLING_...");
-    if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(d->bias)) return glbk__refuse(ctx, bad, function, "desc.bias", "is not finite");
-    if (!(d->offset >= 0))
-        return glbk__refuse_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
+    if (!d->lights || !d->lights->texels.name) {
+        (void)glbk__csm_refuse(&log, ".lights", d->lights ? "was not created" : "is NULL");
+        return GLBK_ERR_DESC;
+    }
+    if ((d->use_count && !d->uses && !glbk__csm_refuse(&log, ".uses", "is NULL")) ||
+        !glbk__csm_in(&log, ".plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES, "0..8") ||
+        !glbk__csm_in(&log, ".sampling", (double)d->sampling, 0, LSAMP_SAMPLING_COUNT - 1,
+                      "a LSAMP_SAMPLING_...") ||
+        !glbk__csm_in(&log, ".filter", (double)d->filter, 0, COHSM_FILTER_COUNT - 1, "a COHSM_FILTER_...") ||
+        !glbk__csm_in(&log, ".bias", (double)d->bias, -1e39, 1e39, "finite") ||
+        !glbk__csm_in(&log, ".offset", (double)d->offset, 0, 1e39, "0 or more, and finite"))
+        return GLBK_ERR_DESC;
+    for (i = 0; i < d->plane_count; i++) {
+        planes.index = i;
+        if (!glbk__csm_unit(&planes, "'s normal: its length", d->planes[i]) ||
+            !glbk__csm_in(&planes, "[3]", (double)d->planes[i][3], -1e39, 1e39, "finite"))
+            return GLBK_ERR_DESC;
+    }
     if (r->frames == UINT32_MAX)
-        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
-    for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
-        bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
-    return bad;
+        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames, which are all");
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++)
+        result = glbk__csm_check_use(ctx, function, r, d, i);
+    return result;
 }
 
 /* Adds samples frame->first .. end - 1 of one light to the sum. */
@@ -3930,7 +3989,7 @@ static glbk_result glbk__csm_prepare(glbk_context *ctx, const char *function, gl
     if (result != GLBK_OK) return result;
     r->shade.frame++;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
-        result = glbk__csm_shade_program(ctx, r, &d->uses[i], (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, function, r, &d->uses[i], (uint32_t)d->filter, &program);
     return result;
 }
 
@@ -3939,14 +3998,13 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
     return glbk__csm_prepare(ctx, __func__, r, d);
 }
 
-/* Checks that a G-buffer has the size of the renderer. */
+/* Checks that renderer and G-buffer were created, and that they have one size. */
 static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function,
                                            const glbk_csm_renderer *r, const glbk_gbuffer *g)
 {
-    if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
-    if (g->width == r->width && g->height == r->height) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
-                              g->width == r->width ? g->height : g->width, "that of the renderer");
+    const glbk_result result =
+        glbk__require_created(ctx, function, "renderer", r ? &r->targets[0].name : NULL);
+    return result == GLBK_OK ? glbk__require_gbuffer(ctx, function, g, r->width, r->height) : result;
 }
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -3973,7 +4031,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     frame.sampling = (uint32_t)d->sampling;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
         const glbk_csm_use *u = &d->uses[i];
-        result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
         frame.sample_count = u->samples;
         frame.seed = u->seed;
@@ -3999,18 +4057,18 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 {
     const int asks = picture && (picture->keep_empty || picture->world_to_clip);
     glbk_csm_frame frame;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->resolve.name : NULL);
     uint32_t i;
 
-    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
-    if (asks && !gbuffer)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
-                            "asks what is seen, but gbuffer is NULL");
-    if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
+    if (result == GLBK_OK && asks && !gbuffer)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gbuffer",
+                            "is NULL, but picture asks what is seen");
+    if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
     frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
-    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
     for (i = 0; i < 2; i++)
@@ -4022,11 +4080,12 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
 GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, float *rgba)
 {
-    glbk_result result;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->targets[0].name : NULL);
     size_t i, count;
     float scale;
 
-    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
+    if (result != GLBK_OK) return result;
     if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {
@@ -4176,7 +4235,8 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
 static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
 {
     static const char function[] = "glbk_csm_builder_create";
-    const glbk_result bad = GLBK_ERR_DESC;
+    const glbk_result bad = GLBK_ERR_DESC, result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
     if (d->map_side < 4 || d->map_side > 1024)
         return glbk__refuse_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
     if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
@@ -4187,9 +4247,9 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
         return glbk__refuse_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
         return glbk__refuse_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
-                                  "0 or more");
-    if (!d->view_fn || !d->draw_fn)
-        return glbk__refuse(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+                                  "0 or more, and finite");
+    if (!d->view_fn) return glbk__refuse(ctx, bad, function, "desc.view_fn", "is NULL");
+    if (!d->draw_fn) return glbk__refuse(ctx, bad, function, "desc.draw_fn", "is NULL");
     return GLBK_OK;
 }
 
@@ -4200,10 +4260,9 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     size_t pixels;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    result = glbk__csm_check_builder(ctx, d);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_check_builder(ctx, d);
     if (result != GLBK_OK) return result;
     out->desc = *d;
     pixels = (size_t)d->map_side * d->map_side;
@@ -4283,10 +4342,11 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     glbk_csm_peel block;
     glbk_pass pass;
     cohsm_view view;
-    glbk_result result = GLBK_OK;
+    glbk_result result;
     uint32_t layer, i, m;
 
-    if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
+    result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
+    if (result != GLBK_OK) return result;
     if (!count || count > b->batch)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
     m = b->desc.map_side;
@@ -4374,18 +4434,31 @@ static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
     return GLBK_OK;
 }
 
+/* Checks that the views that were drawn last are the next to be compressed. */
+static glbk_result glbk__csm_check_batch(const glbk_context *ctx, const glbk_csm_builder *b)
+{
+    static const char function[] = "glbk_csm_builder_compress";
+    const glbk_result bad = GLBK_ERR_ORDER;
+    if (!b->drawn)
+        return glbk__refuse(ctx, bad, function, "builder", "has drawn no view since the last compression");
+    if (b->drawn_from != b->next_view)
+        return glbk__refuse_range(ctx, bad, function, "the first view drawn", b->drawn_from, b->next_view,
+                                  b->next_view);
+    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
+        return glbk__refuse_value(ctx, bad, function, "the end of the views drawn",
+                                  (double)b->next_view + b->drawn, "at most the next multiple of 65536");
+    return GLBK_OK;
+}
+
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_csm_peel block;
     glbk_result result;
     size_t left = 1;
 
-    if (!ctx || !b) return GLBK_ERR_ARGUMENT;
-    if (!b->drawn || b->drawn_from != b->next_view)
-        return glbk__refuse_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
-                                  "the next to compress");
-    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+    result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
+    if (result == GLBK_OK) result = glbk__csm_check_batch(ctx, b);
+    if (result != GLBK_OK) return result;
     glbk__csm_fill_block(b, b->drawn, &block);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
@@ -4451,9 +4524,10 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     size_t *ends, at = 0, pixels;
     float *z;
     uint32_t view;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
 
-    if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "add_fn", add_fn ? b : NULL);
+    if (result != GLBK_OK) return result;
     if (!b->next_view)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
@@ -4470,7 +4544,8 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+            result = glbk__refuse_value(ctx, GLBK_ERR_INPUT, __func__, "the view that add_fn refused", view,
+                                        "one that it takes");
     }
     glbk_csm__free(&memory, sorted);
     glbk_csm__free(&memory, ends);

@@ -330,14 +330,47 @@ typedef struct glbk_picture {       /* what glbk_..._resolve draws, beside what 
 
 /* ---- for the techniques' headers: not for you, may change without notice ---- */
 
+/* Checks an argument that must not be NULL: returns GLBK_OK, or logs that FIELD is NULL and returns
+   GLBK_ERR_ARGUMENT. The other function checks an object, too: `name` points to its name of GL, or is NULL if
+   the argument is; an object without a name was not created. Without a context both return GLBK_ERR_ARGUMENT
+   and log nothing. */
+GLBK__DEF glbk_result glbk__require(const glbk_context *ctx, const char *function, const char *field,
+                                    const void *argument);
+GLBK__DEF glbk_result glbk__require_created(const glbk_context *ctx, const char *function, const char *field,
+                                            const uint32_t *name);
+
+/* Checks a width or height in pixels, 1 .. ctx->max_side: of none GLBK_ERR_DESC comes, of too many
+   GLBK_ERR_LIMIT. */
+GLBK__DEF glbk_result glbk__require_side(const glbk_context *ctx, const char *function, const char *field,
+                                         uint32_t side);
+
+/* Checks that a G-buffer was created, for pictures of width x height pixels. */
+GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char *function,
+                                            const glbk_gbuffer *gbuffer, uint32_t width, uint32_t height);
+
+/* These log of a member (".radius") of an element of an array what glbk__refuse and glbk__refuse_value log of
+   a field: "FUNCTION: ARRAY[INDEX]MEMBER TEXT". With the index GLBK__NO_INDEX the field is ARRAY MEMBER.
+   glbk__name_element writes such a field's name. */
+enum { GLBK__ELEMENT_ROOM = 80 };   /* characters; of longer names the end is cut off */
+#define GLBK__NO_INDEX SIZE_MAX
+GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
+                                  const char *member);
+GLBK__DEF glbk_result glbk__refuse_element(const glbk_context *ctx, glbk_result result, const char *function,
+                                           const char *array, size_t index, const char *member,
+                                           const char *text);
+GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_result result,
+                                                 const char *function, const char *array, size_t index,
+                                                 const char *member, double value, const char *wanted);
+
 /* Does what glbk__program_create does, for a program of one pass over the screen or of compute that uses
    lib/gbuffer.glsl beside files of its own part. */
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out);
 
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
-   width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). */
-GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+   width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is
+   __func__ of the resolve. */
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *function, const glbk_pass *pass,
                                           const glbk_picture *picture, uint32_t width, uint32_t height,
                                           glbk_program *program);
 
@@ -911,6 +944,83 @@ static const glbk_part glbk__gbuffer_reader = {
     glbk__gbuffer_units, glbk__gbuffer_bindings
 };
 
+/* ==== src/gl_gbuffer/refusing.h ==== */
+
+/* ---- gbuffer: why a call fails, for all techniques ---- */
+
+GLBK__DEF glbk_result glbk__require(const glbk_context *ctx, const char *function, const char *field,
+                                    const void *argument)
+{
+    if (ctx && argument) return GLBK_OK;
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, field, "is NULL");
+}
+
+GLBK__DEF glbk_result glbk__require_created(const glbk_context *ctx, const char *function, const char *field,
+                                            const uint32_t *name)
+{
+    const glbk_result result = glbk__require(ctx, function, field, name);
+    if (result != GLBK_OK || *name) return result;
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, field, "was not created");
+}
+
+GLBK__DEF glbk_result glbk__require_side(const glbk_context *ctx, const char *function, const char *field,
+                                         uint32_t side)
+{
+    if (side && side <= ctx->max_side) return GLBK_OK;
+    return glbk__refuse_range(ctx, side ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, side, 1,
+                              ctx->max_side);
+}
+
+GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char *function,
+                                            const glbk_gbuffer *gbuffer, uint32_t width, uint32_t height)
+{
+    glbk_result result =
+        glbk__require_created(ctx, function, "gbuffer", gbuffer ? &gbuffer->colors.name : NULL);
+    if (result != GLBK_OK) return result;
+    result = GLBK_ERR_MISMATCH;
+    if (gbuffer->width != width)
+        return glbk__refuse_range(ctx, result, function, "gbuffer->width", gbuffer->width, width, width);
+    if (gbuffer->height != height)
+        return glbk__refuse_range(ctx, result, function, "gbuffer->height", gbuffer->height, height, height);
+    return GLBK_OK;
+}
+
+GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
+                                  const char *member)
+{
+    glbk__sink sink = { NULL, GLBK__ELEMENT_ROOM, 0 };
+    char digits[24];
+    size_t at = sizeof digits - 2, number = index;
+
+    memset(out, 0, GLBK__ELEMENT_ROOM);
+    memcpy(digits + at, "]", 2);
+    do digits[--at] = (char)('0' + number % 10);
+    while ((number /= 10) != 0);
+    digits[--at] = '[';
+    sink.out = out;
+    glbk__append_text(&sink, array);
+    if (index != GLBK__NO_INDEX) glbk__append_text(&sink, digits + at);
+    glbk__append_text(&sink, member);
+}
+
+GLBK__DEF glbk_result glbk__refuse_element(const glbk_context *ctx, glbk_result result, const char *function,
+                                           const char *array, size_t index, const char *member,
+                                           const char *text)
+{
+    char field[GLBK__ELEMENT_ROOM];
+    glbk__name_element(field, array, index, member);
+    return glbk__refuse(ctx, result, function, field, text);
+}
+
+GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_result result,
+                                                 const char *function, const char *array, size_t index,
+                                                 const char *member, double value, const char *wanted)
+{
+    char field[GLBK__ELEMENT_ROOM];
+    glbk__name_element(field, array, index, member);
+    return glbk__refuse_value(ctx, result, function, field, value, wanted);
+}
+
 /* ==== src/gl_gbuffer/making.h ==== */
 
 /* ---- gbuffer: creating, uploading, reading ---- */
@@ -981,6 +1091,9 @@ static void glbk__gbuffer_matrix(const float *from, float to[16])
 static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
                                             glbk_attributes *to)
 {
+    static const char function[] = "glbk_gbuffer_create";
+    static const char *const names[4] = { "desc.attributes.position", "desc.attributes.normal",
+                                          "desc.attributes.uv", "desc.attributes.tangent" };
     int32_t at[4];
     int i, k;
     *to = *from;
@@ -991,14 +1104,14 @@ static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_
     at[2] = to->uv;
     at[3] = to->tangent;
     if (at[0] < 0)
-        return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, names[0], at[0], 0, 15);
     for (i = 0; i < 4; i++) {
         if (at[i] > 15)
-            return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
-        for (k = 0; k < i; k++)
-            if (at[i] >= 0 && at[i] == at[k])
-                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes",
-                                         "has one location twice");
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, names[i], at[i], "at most 15");
+        for (k = 0; k < i && at[i] >= 0; k++)
+            if (at[i] == at[k])
+                return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, names[i], at[i],
+                                          "used by no other attribute");
     }
     return GLBK_OK;
 }
@@ -1049,15 +1162,34 @@ static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
     return result;
 }
 
+/* Checks the sizes of a desc. */
+static glbk_result glbk__gbuffer_check_desc(const glbk_context *ctx, const glbk_gbuffer_desc *d)
+{
+    static const char function[] = "glbk_gbuffer_create";
+    glbk_result result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
+    result = glbk__require_side(ctx, function, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
+    if (d->depth && d->depth->width != d->width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->width", d->depth->width,
+                                  "desc.width");
+    if (d->depth && d->depth->height != d->height)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->height", d->depth->height,
+                                  "desc.height");
+    if (d->depth && (d->depth->format < GLBK_FORMAT_DEPTH24 || d->depth->format > GLBK_FORMAT_DEPTH32F))
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->format",
+                                  (double)d->depth->format, "a GLBK_FORMAT_DEPTH...");
+    return GLBK_OK;
+}
+
 GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_result result;
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!ctx || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->width || !d->height) return glbk__gbuffer_bad(ctx, __func__, "desc.width or height", "is 0");
-    if (d->depth && (d->depth->width != d->width || d->depth->height != d->height))
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, d);
+    if (result != GLBK_OK) return result;
     result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
@@ -1089,8 +1221,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
    no length becomes 0xffffffff. */
 static uint32_t glbk__gbuffer_pack_unit(const float *v)
 {
-    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
-    float sum = ax + ay + az, x, y;
+    const float ax = fabsf(v[0]), ay = fabsf(v[1]), sum = ax + ay + fabsf(v[2]);
+    float x, y;
 
     if (!(sum > 0)) return 0xffffffffu;
     x = v[0] / sum;
@@ -1109,7 +1241,7 @@ static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
     float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
           y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
-    float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 1 - ax - ay, t = z < 0 ? -z : 0, size;
+    float z = 1 - fabsf(x) - fabsf(y), t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
     if (bits == 0xffffffffu) return;
@@ -1190,10 +1322,14 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
                                            const glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                            const glbk_pixel *pixels, glbk__gbuffer_rows *out)
 {
-    const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
-    if (!ctx || !pixels || !within)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
-                            "is NULL or out of range");
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    glbk_result result = glbk__require_created(ctx, function, "gbuffer", g ? &g->colors.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "pixels", pixels);
+    if (result != GLBK_OK) return result;
+    if (row >= g->height)
+        return glbk__refuse_range(ctx, bad, function, "row", row, 0, g->height - 1.0);
+    if (!row_count || row_count > g->height - row)
+        return glbk__refuse_range(ctx, bad, function, "row_count", row_count, 1, g->height - row);
     out->memory = glbk_gbuf__memory(ctx);
     out->count = (size_t)g->width * row_count;
     out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
@@ -1244,9 +1380,9 @@ GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g,
 GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g, const glbk_offset *offset)
 {
     const uint32_t first = GLBK_SLOT_glbk_gbuffer_place + glbk__offset(offset).unit;
+    const glbk_result result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->colors.name : NULL);
     uint32_t i;
-    if (!ctx || !g || !g->colors.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
+    if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, first + i, &g->words[i]);
     return GLBK_OK;
 }
@@ -1315,10 +1451,10 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     glbk_result result;
     uint32_t i;
 
-    if (!ctx || !g || !g->target.name || !world_to_clip || !eye)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
-                            "is NULL or was not created");
-    result = glbk__gbuffer_draw_program(ctx, g);
+    result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "world_to_clip", world_to_clip);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "eye", eye);
+    if (result == GLBK_OK) result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
     /* An object without maps declares their samplers nevertheless. */
@@ -1334,9 +1470,9 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_gbuffer_drawn drawn;
     glbk_result result;
 
-    if (!ctx || !g || !g->target.name || !s)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
-                            "is NULL or was not created");
+    result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "surface", s);
+    if (result != GLBK_OK) return result;
     if (!g->draw_program.name || !g->has_clip)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
@@ -1413,8 +1549,10 @@ static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, c
 {
     const char *text = NULL;
     if (!t) return 1;
-    if (!t->name || t->layers) text = "is no 2D texture";
-    else if (t->width != g->width || t->height != g->height) text = "is of another size";
+    if (!t->name) text = "has no name of GL";
+    else if (t->layers) text = "is an array, not 2D";
+    else if (t->width != g->width) text = "has not the width of the G-buffer";
+    else if (t->height != g->height) text = "has not the height of the G-buffer";
     if (text) glbk__gbuffer_bad(ctx, "glbk_gbuffer_import", field, text);
     return !text;
 }
@@ -1424,7 +1562,8 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
 {
     const char *const function = "glbk_gbuffer_import";
     if (!d->normals || (!d->depth && !d->positions)) {
-        glbk__gbuffer_bad(ctx, function, "import", "needs normals, and depth or positions");
+        glbk__gbuffer_bad(ctx, function, d->normals ? "import.depth" : "import.normals",
+                          d->normals ? "and import.positions are NULL; one is needed" : "is NULL");
         return 0;
     }
     if (d->depth && !d->positions && glbk__gbuffer_is_zero(d->world_to_clip, 16)) {
@@ -1523,12 +1662,11 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
 GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, const glbk_import *d)
 {
     glbk_gbuffer_imported block;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
     int own;
 
-    if (!ctx || !g || !g->target.name || !d)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import",
-                            "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "import", d);
+    if (result != GLBK_OK) return result;
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
     memset(&block, 0, sizeof block);
@@ -1559,8 +1697,9 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
 /* ---- gbuffer: pictures of the techniques ---- */
 
 /* Finds where a resolve draws its picture: the corner of the viewport. See glbk_picture. */
-static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width,
-                                        uint32_t height, glbk_shown *shown)
+static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const char *function,
+                                        const glbk_pass *pass, uint32_t width, uint32_t height,
+                                        glbk_shown *shown)
 {
     const int32_t *v = pass->viewport;
     const int whole = pass->target && !v[2] && !v[3];
@@ -1571,11 +1710,12 @@ static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass
     shown->bottom = whole ? 0u : (uint32_t)v[1];
     if (wide <= width && high <= height) return GLBK_OK;
     if (wide > width)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "the width that pass draws to", wide, 0,
+                                  width);
+    return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "the height that pass draws to", high, 0, height);
 }
 
-GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *function, const glbk_pass *pass,
                                           const glbk_picture *picture, uint32_t width, uint32_t height,
                                           glbk_program *program)
 {
@@ -1583,8 +1723,8 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pa
     glbk_buffer buffer;
     glbk_result result;
     memset(&shown, 0, sizeof shown);
-    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
-    if (result == GLBK_OK) result = glbk__gbuffer_corner(ctx, pass, width, height, &shown);
+    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, function);
+    if (result == GLBK_OK) result = glbk__gbuffer_corner(ctx, function, pass, width, height, &shown);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
     if (result != GLBK_OK) return result;
     shown.keep_empty = picture && picture->keep_empty;

@@ -3791,7 +3791,7 @@ GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->values.shows_bounced = bounced && glbk__rsm_bounced(r);
     result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
     if (result == GLBK_OK)
-        result = glbk__begin_picture(ctx, pass, picture, r->width, r->height,
+        result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height,
                                      &r->programs[GLBK__RSM_RESOLVE]);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (result != GLBK_OK) return result;

@@ -69,8 +69,10 @@ GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result re
     glbk__message m;
     m.used = 0;
     glbk__message_number(&m, low);
-    glbk__message_text(&m, "..");
-    glbk__message_number(&m, high);
+    if (high > low) {
+        glbk__message_text(&m, "..");
+        glbk__message_number(&m, high);
+    }
     return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
 

@@ -2,21 +2,27 @@
 
 enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
 
-/* Checks magic, format and length of a block, as docs/csm-format.md has them, in the host's byte order: that
+/* Checks magic, format and length of block i, as docs/csm-format.md has them, in the host's byte order: that
    of GL. */
-static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
+static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b, size_t i)
 {
     static const char function[] = "glbk_csm_maps_create";
     uint32_t head[3];
-    if (!b->data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (!b->data)
+        return glbk__refuse_element(ctx, GLBK_ERR_ARGUMENT, function, "blocks", i, ".data", "is NULL");
     if (b->bytes < 400 || b->bytes % 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
-                                  "cohsm_data's");
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
+                                          (double)b->bytes, "what cohsm_data says: a multiple of 16, >= 400");
     memcpy(head, b->data, sizeof head);
-    if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
-        return glbk__refuse(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+    if (head[0] != GLBK__CSM_MAGIC)
+        return glbk__refuse_element(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".data",
+                                    "begin with other bytes than a block of csm.h");
+    if (head[2] != b->bytes / 4)
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
+                                          (double)b->bytes, "four times the length that its header names");
     if (head[1] != 1)
-        return glbk__refuse_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+        return glbk__refuse_element_value(ctx, GLBK_ERR_VERSION, function, "blocks", i, "'s version",
+                                          (double)head[1], "1");
     return GLBK_OK;
 }
 
@@ -63,29 +69,43 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
 }
 
+/* Checks the blocks and finds where each begins, in texels; *texels receives how many there are in all. */
+static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                     uint32_t *starts, size_t *texels)
+{
+    static const char function[] = "glbk_csm_maps_create";
+    glbk_result result = count ? glbk__require(ctx, function, "blocks", blocks) : GLBK_OK;
+    size_t i;
+
+    if (result == GLBK_OK && count) result = glbk__require(ctx, function, "starts", starts);
+    *texels = 0;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__csm_check_block(ctx, &blocks[i], i);
+        if (result != GLBK_OK) return result;
+        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - *texels)
+            return glbk__refuse_element_value(ctx, GLBK_ERR_LIMIT, function, "blocks", i, ".bytes",
+                                              (double)blocks[i].bytes, "4 GB at most with those before");
+        starts[i] = (uint32_t)*texels;
+        *texels += blocks[i].bytes / 16;
+        *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
+    }
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
                                           uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
 {
-    size_t texels = 0, i;
+    const uint32_t most = ((uint32_t)1 << 28) / GLBK__CSM_RECORD;
+    size_t texels, i;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (count && (!blocks || !starts))
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
-    for (i = 0; i < count; i++) {
-        result = glbk__csm_check_block(ctx, &blocks[i]);
-        if (result != GLBK_OK) return result;
-        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
-            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
-        starts[i] = (uint32_t)texels;
-        if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
-        texels += blocks[i].bytes / 16;
-        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* so that no line of 64 bytes straddles two rows */
-    }
-    if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
-                                  (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_line_up(ctx, blocks, count, starts, &texels);
+    if (result != GLBK_OK) return result;
+    if (capacity > most)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
+    for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
@@ -149,21 +169,22 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
 {
     static const char function[] = "glbk_csm_maps_place";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
+    glbk_result result = glbk__require_created(ctx, function, "maps", maps ? &maps->blocks.name : NULL);
     float inverse[16], scale;
     uint32_t i;
 
-    if (!maps->blocks.name) return glbk__refuse(ctx, bad, function, "maps", "were not created");
+    if (result == GLBK_OK && count) result = glbk__require(ctx, function, "instances", instances);
+    if (result != GLBK_OK) return result;
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
-    if (count && !instances) return glbk__refuse(ctx, bad, function, "instances", "is NULL");
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texels)
-            return glbk__refuse_value(ctx, bad, function, "an instance's start", instances[i].start,
-                                      "one it wrote");
+            return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
+                                              instances[i].start, "one that glbk_csm_maps_create wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
-            return glbk__refuse_value(ctx, bad, function, "the instance with a bad transform", i,
-                                      "turned, evenly scaled, moved");
+            return glbk__refuse_element(ctx, bad, function, "instances", i, ".transform",
+                                        "is not a rotation, one scale > 0 and a translation");
     }
     return GLBK_OK;
 }
@@ -174,7 +195,6 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
     glbk_csm_scene scene;
     glbk_result result;
 
-    if (!ctx || !maps) return GLBK_ERR_ARGUMENT;
     result = glbk__csm_check_instances(ctx, maps, instances, count);
     if (result != GLBK_OK) return result;
     memset(&scene, 0, sizeof scene);

@@ -133,7 +133,8 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
 static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
 {
     static const char function[] = "glbk_csm_builder_create";
-    const glbk_result bad = GLBK_ERR_DESC;
+    const glbk_result bad = GLBK_ERR_DESC, result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
     if (d->map_side < 4 || d->map_side > 1024)
         return glbk__refuse_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
     if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
@@ -144,9 +145,9 @@ static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_c
         return glbk__refuse_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
         return glbk__refuse_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
-                                  "0 or more");
-    if (!d->view_fn || !d->draw_fn)
-        return glbk__refuse(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+                                  "0 or more, and finite");
+    if (!d->view_fn) return glbk__refuse(ctx, bad, function, "desc.view_fn", "is NULL");
+    if (!d->draw_fn) return glbk__refuse(ctx, bad, function, "desc.draw_fn", "is NULL");
     return GLBK_OK;
 }
 
@@ -157,10 +158,9 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     size_t pixels;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    result = glbk__csm_check_builder(ctx, d);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_check_builder(ctx, d);
     if (result != GLBK_OK) return result;
     out->desc = *d;
     pixels = (size_t)d->map_side * d->map_side;
@@ -240,10 +240,11 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     glbk_csm_peel block;
     glbk_pass pass;
     cohsm_view view;
-    glbk_result result = GLBK_OK;
+    glbk_result result;
     uint32_t layer, i, m;
 
-    if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
+    result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
+    if (result != GLBK_OK) return result;
     if (!count || count > b->batch)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
     m = b->desc.map_side;
@@ -331,18 +332,31 @@ static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
     return GLBK_OK;
 }
 
+/* Checks that the views that were drawn last are the next to be compressed. */
+static glbk_result glbk__csm_check_batch(const glbk_context *ctx, const glbk_csm_builder *b)
+{
+    static const char function[] = "glbk_csm_builder_compress";
+    const glbk_result bad = GLBK_ERR_ORDER;
+    if (!b->drawn)
+        return glbk__refuse(ctx, bad, function, "builder", "has drawn no view since the last compression");
+    if (b->drawn_from != b->next_view)
+        return glbk__refuse_range(ctx, bad, function, "the first view drawn", b->drawn_from, b->next_view,
+                                  b->next_view);
+    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
+        return glbk__refuse_value(ctx, bad, function, "the end of the views drawn",
+                                  (double)b->next_view + b->drawn, "at most the next multiple of 65536");
+    return GLBK_OK;
+}
+
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *b)
 {
     glbk_csm_peel block;
     glbk_result result;
     size_t left = 1;
 
-    if (!ctx || !b) return GLBK_ERR_ARGUMENT;
-    if (!b->drawn || b->drawn_from != b->next_view)
-        return glbk__refuse_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
-                                  "the next to compress");
-    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+    result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
+    if (result == GLBK_OK) result = glbk__csm_check_batch(ctx, b);
+    if (result != GLBK_OK) return result;
     glbk__csm_fill_block(b, b->drawn, &block);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
@@ -408,9 +422,10 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     size_t *ends, at = 0, pixels;
     float *z;
     uint32_t view;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
 
-    if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "add_fn", add_fn ? b : NULL);
+    if (result != GLBK_OK) return result;
     if (!b->next_view)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
     result = glbk__csm_end_all(ctx, b);
@@ -427,7 +442,8 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+            result = glbk__refuse_value(ctx, GLBK_ERR_INPUT, __func__, "the view that add_fn refused", view,
+                                        "one that it takes");
     }
     glbk_csm__free(&memory, sorted);
     glbk_csm__free(&memory, ends);

@@ -200,7 +200,7 @@ static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsam
     }
     if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
     if (!(g.area > 0)) {
-        (void)glbk__csm_refuse(log, "desc.mesh", "has no area");
+        (void)glbk__csm_refuse(log, ".mesh", "has no area");
         return GLBK_ERR_INPUT;
     }
     words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
@@ -226,11 +226,12 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
 {
     glbk_context none;
     glbk__csm_logger log;
-    if (!d || !words) return GLBK_ERR_ARGUMENT;
+    if (!d) return GLBK_ERR_ARGUMENT;
     memset(&none, 0, sizeof none);
     none.system.log = d->system.log;
     none.system.user = d->system.user;
-    log = glbk__csm_logger_make(&none, __func__);
+    if (!words) return glbk__require(&none, __func__, "words", words);
+    log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
     return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
 }
 
@@ -249,11 +250,14 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
                                           const uint32_t *starts)
 {
     static const char function[] = "glbk_csm_lights_create";
-    if (d->light_count && (!d->lights || !starts))
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights",
-                            "is NULL");
-    if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+    glbk_result result = glbk__require(ctx, function, "desc", d);
+    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "desc.lights", d->lights);
+    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "starts", starts);
+    if (result != GLBK_OK) return result;
+    if (d->lobe_count && !d->lobes)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL");
+    if (d->lobe_count > (uint32_t)1 << 20)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.lobe_count", d->lobe_count, 0, 1048576);
     if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
                                   "1..65536 with patterns, 0 without");
@@ -269,21 +273,23 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     uint32_t i, *words;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    result = glbk__csm_check_lights(ctx, d, starts);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__csm_check_lights(ctx, d, starts);
     if (result != GLBK_OK) return result;
-    log = glbk__csm_logger_make(ctx, __func__);
+    log = glbk__csm_logger_make(ctx, __func__, "desc.lights", 0);
     texels = 2 * (size_t)d->lobe_count;
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
+        log.index = i;
         one = glbk__csm_texel_count(&log, &d->lights[i]);
         if (!one) return GLBK_ERR_DESC;
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
-            return glbk__refuse(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+            return glbk__refuse_element_value(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", i,
+                                              " and those before: their texels", (double)texels,
+                                              "at most 2^28");
     }
     out->lobe_count = d->lobe_count;
     out->patterns_at = (uint32_t)texels;
@@ -295,8 +301,10 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     else {
         memset(words, 0, texels * 16);
         glbk__csm_write_lobes(d, words);
-        for (i = 0; i < d->light_count && result == GLBK_OK; i++)
+        for (i = 0; i < d->light_count && result == GLBK_OK; i++) {
+            log.index = i;
             result = glbk__csm_light_write(&log, &d->lights[i], words + 4 * (size_t)starts[i]);
+        }
         if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
     }
     if (result == GLBK_OK)
@@ -315,10 +323,10 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     uint32_t *words;
     glbk_result result;
 
-    if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
-    if (!lights->texels.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
-    log = glbk__csm_logger_make(ctx, __func__);
+    result = glbk__require_created(ctx, __func__, "lights", lights ? &lights->texels.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
+    if (result != GLBK_OK) return result;
+    log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
     texels = glbk__csm_texel_count(&log, desc);
     if (!texels) return GLBK_ERR_DESC;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)

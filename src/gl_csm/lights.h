@@ -12,61 +12,67 @@ static int glbk__csm_is_sky(const lsamp_light_desc *d)
     return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
 }
 
-/* Who is told why a light is refused: the context of a call, or one that has nothing but a light's own
-   log. */
+/* What is said when a light is refused: to whom, by which public function, and where the light stands:
+   "ARRAY[INDEX]", or "ARRAY" alone if the index is GLBK__NO_INDEX. */
 typedef struct glbk__csm_logger {
     const glbk_context *ctx;
     const char         *function;
+    const char         *array;
+    size_t              index;
 } glbk__csm_logger;
 
-static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function)
+static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function,
+                                              const char *array, size_t index)
 {
     glbk__csm_logger log;
     log.ctx = ctx;
     log.function = function;
+    log.array = array;
+    log.index = index;
     return log;
 }
 
-/* Logs why a field is refused, and returns 0. */
-static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
+/* Logs why a member is refused (".texels"), and returns 0. */
+static int glbk__csm_refuse(const glbk__csm_logger *log, const char *member, const char *text)
 {
-    return glbk__refuse(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
+    (void)glbk__refuse_element(log->ctx, GLBK_ERR_DESC, log->function, log->array, log->index, member, text);
+    return 0;
 }
 
 /* Returns 1 if a number is in its range, else logs it and returns 0; wanted is the range in words. */
-static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, float value, float low,
-                              float high, const char *wanted)
+static int glbk__csm_in(const glbk__csm_logger *log, const char *member, double value, double low,
+                        double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
-    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) ==
-           GLBK_OK;
+    (void)glbk__refuse_element_value(log->ctx, GLBK_ERR_DESC, log->function, log->array, log->index, member,
+                                     value, wanted);
+    return 0;
 }
 
 /* Does the same for three numbers. */
-static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, const float *v, float low,
-                               float high, const char *wanted)
+static int glbk__csm_in3(const glbk__csm_logger *log, const char *member, const float *v, double low,
+                         double high, const char *wanted)
 {
-    return glbk__csm_field_in(log, field, v[0], low, high, wanted) &&
-           glbk__csm_field_in(log, field, v[1], low, high, wanted) &&
-           glbk__csm_field_in(log, field, v[2], low, high, wanted);
+    return glbk__csm_in(log, member, (double)v[0], low, high, wanted) &&
+           glbk__csm_in(log, member, (double)v[1], low, high, wanted) &&
+           glbk__csm_in(log, member, (double)v[2], low, high, wanted);
 }
 
-/* Returns 1 if a vector is unit, else logs it and returns 0. Lengths from 0.97 to 1.03 count as 1. */
-static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
+/* Returns 1 if a vector is unit, as the field says: a length of 0.97 to 1.03. Else logs the length under the
+   name of a member and returns 0. */
+static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const float *v)
 {
-    float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (glbk_csm__is_unit2(square)) return 1;
-    return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
+    const glbk_csm__v3 n = glbk_csm__v3_load(v);
+    if (glbk_csm__is_unit2(glbk_csm__v3_dot(n, n))) return 1;
+    return glbk__csm_in(log, member, (double)glbk_csm__v3_length(n), 1, 1, "0.97..1.03");
 }
 
 /* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
-static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, lsamp_light_kind kind)
+static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind)
 {
     if (kind == LSAMP_LIGHT_CALLBACK)
-        return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
-    if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
-    return glbk__refuse_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind,
-                              "a LSAMP_LIGHT_...") == GLBK_OK;
+        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
+    return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
 
 /* ---- csm: meshes that emit ---- */
@@ -95,19 +101,26 @@ static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
 /* Returns 1 if a mesh can emit, else logs why not and returns 0. */
 static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
 {
+    char field[GLBK__ELEMENT_ROOM];
     size_t i, count;
-    if (!m || !m->positions || !m->vertex_count)
-        return glbk__csm_refuse(log, "desc.mesh", "has no vertices");
-    if (m->indices && m->indices16) return glbk__csm_refuse(log, "desc.mesh", "has two kinds of indices");
+    if (!m) return glbk__csm_refuse(log, ".mesh", "is NULL");
+    if (!m->positions) return glbk__csm_refuse(log, ".mesh->positions", "is NULL");
+    if (!m->vertex_count) return glbk__csm_refuse(log, ".mesh->vertex_count", "is 0");
+    if (m->indices && m->indices16)
+        return glbk__csm_refuse(log, ".mesh->indices", "and indices16 are given; one must be NULL");
     if (m->vertex_stride % 4 || (m->vertex_stride && m->vertex_stride < 12))
-        return glbk__csm_refuse(log, "desc.mesh->vertex_stride", "is not 0, nor a multiple of 4 >= 12");
+        return glbk__csm_in(log, ".mesh->vertex_stride", (double)m->vertex_stride, 0, 0,
+                            "0 or a multiple of 4, >= 12");
     count = glbk__csm_corner_count(m);
     if (!count || count % 3 || count / 3 >= (size_t)1 << 26)
-        return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
+        return glbk__csm_in(log, ".mesh's corners", (double)count, -1, -1,
+                            "a multiple of 3, below 3 * 2^26");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
-        return glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i,
-                                  glbk__csm_corner_index(m, i), m->vertex_count) == GLBK_OK;
+        glbk__name_element(field, log->array, log->index, ".mesh");
+        (void)glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, field, i,
+                                 glbk__csm_corner_index(m, i), m->vertex_count);
+        return 0;
     }
     return 1;
 }
@@ -121,64 +134,62 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||
                      d->kind == LSAMP_LIGHT_SPOT || d->kind == LSAMP_LIGHT_MESH;
     if (!d->texels && (d->width || d->height || d->frames > 1))
-        return glbk__csm_refuse(log, "desc.texels", "is NULL, but has a size or frames");
+        return glbk__csm_refuse(log, ".texels", "is NULL, but there are a size or frames");
     if (!d->texels) return 1;
-    if (hard) return glbk__csm_refuse(log, "desc.texels", "is not for this kind");
-    if (!d->width || d->width > 65536 || !d->height || d->height > 65536)
-        return glbk__csm_refuse(log, "desc.width or desc.height", "is not in 1..65536");
-    if (d->kind == LSAMP_LIGHT_LINE && d->height != 1)
-        return glbk__csm_refuse(log, "desc.height", "is not 1");
-    if (d->frames > (uint32_t)1 << 24) return glbk__csm_refuse(log, "desc.frames", "is more than 2^24");
-    if ((uint64_t)d->width * d->height <= (uint64_t)1 << 27) return 1;     /* 65536 x 65536 passes 32 bits */
-    return glbk__csm_refuse(log, "desc.texels", "are more than 2^27");
+    if (hard) return glbk__csm_refuse(log, ".texels", "are not for this kind of light");
+    return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
+           glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
+                        d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
+           glbk__csm_in(log, ".frames", d->frames, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 
 static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
     static const char lengths[] = "1e-18..1e18", places[] = "-1e18..1e18";
-    const float big = 1e18f;
+    static const char direction[] = ".direction: its length";
+    const double least = (double)1e-18f, big = (double)1e18f;
     float area;
 
     switch (d->kind) {
-    case LSAMP_LIGHT_SUN: return glbk__csm_field_is_unit(log, "desc.direction", d->direction);
+    case LSAMP_LIGHT_SUN: return glbk__csm_unit(log, direction, d->direction);
     case LSAMP_LIGHT_POINT: return 1;
     case LSAMP_LIGHT_SPOT:
-        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
-               glbk__csm_field_in(log, "desc.cone_half_angle", d->cone_half_angle, 5e-7f, 3.14159274f,
-                                  "5e-7..pi");
+        return glbk__csm_unit(log, direction, d->direction) &&
+               glbk__csm_in(log, ".cone_half_angle", (double)d->cone_half_angle, (double)5e-7f,
+                            (double)3.14159274f, "5e-7..pi");
     case LSAMP_LIGHT_LINE:
-        if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, "desc.u", "is 0 0 0");
-        return glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) &&
-               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+        if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, ".u", "is 0 0 0");
+        return glbk__csm_in3(log, ".u", d->u, -big, big, places) &&
+               glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_RECTANGLE:
-        if (!glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) ||
-            !glbk__csm_field3_in(log, "desc.v", d->v, -big, big, places))
+        if (!glbk__csm_in3(log, ".u", d->u, -big, big, places) ||
+            !glbk__csm_in3(log, ".v", d->v, -big, big, places))
             return 0;
         area = glbk_csm__v3_length(glbk_csm__v3_cross(glbk_csm__v3_load(d->u), glbk_csm__v3_load(d->v)));
-        return (area > 0 && glbk_csm__finite(area)) ||
-               glbk__csm_refuse(log, "desc.u and desc.v", "span no area");
+        if (area > 0 && glbk_csm__finite(area)) return 1;
+        return glbk__csm_in(log, "'s area, of u and v,", (double)area, -1, -1, "above 0 and finite");
     case LSAMP_LIGHT_DISC:
-        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
-               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
-    case LSAMP_LIGHT_SPHERE: return glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+        return glbk__csm_unit(log, direction, d->direction) &&
+               glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
+    case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_MESH: return glbk__csm_mesh_valid(log, d->mesh);
     default:
-        return d->cosine_power == 0 || glbk__csm_refuse(log, "desc.cosine_power", "is not 0");
+        return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
 }
 
 static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
-    const float big = 1e18f;
-    if (d->emission_fn)
-        return glbk__csm_refuse(log, "desc.emission_fn", "is set: GPUs call no functions");
-    return glbk__csm_kind_valid(log, "desc.kind", d->kind) &&
-           glbk__csm_field3_in(log, "desc.radiance", d->radiance, 0, 3e38f, "0..3e38") &&
-           glbk__csm_field_in(log, "desc.cosine_power", d->cosine_power, 0, 1e5f, "0..100000") &&
-           glbk__csm_field_in(log, "desc.rotation", d->rotation, -1000, 1000, "-1000..1000") &&
-           glbk__csm_field_in(log, "desc.time", d->time, -1e9f, 1e9f, "-1e9..1e9") &&
-           glbk__csm_field_in(log, "desc.frames_per_second", d->frames_per_second, 0, 1e6f, "0..1e6") &&
-           glbk__csm_field3_in(log, "desc.position", d->position, -big, big, "-1e18..1e18") &&
+    const double big = (double)1e18f;
+    if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+    return glbk__csm_kind_valid(log, d->kind) &&
+           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)3e38f, "0..3e38") &&
+           glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 1e5, "0..100000") &&
+           glbk__csm_in(log, ".rotation", (double)d->rotation, -1000, 1000, "-1000..1000") &&
+           glbk__csm_in(log, ".time", (double)d->time, -1e9, 1e9, "-1e9..1e9") &&
+           glbk__csm_in(log, ".frames_per_second", (double)d->frames_per_second, 0, 1e6, "0..1e6") &&
+           glbk__csm_in3(log, ".position", d->position, -big, big, "-1e18..1e18") &&
            glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
@@ -193,9 +204,9 @@ static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_lig
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
 {
-    glbk_context silent;
+    glbk_context none;
     glbk__csm_logger log;
-    memset(&silent, 0, sizeof silent);
-    log = glbk__csm_logger_make(&silent, __func__);
+    memset(&none, 0, sizeof none);
+    log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
     return d ? glbk__csm_texel_count(&log, d) : 0;
 }

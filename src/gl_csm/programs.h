@@ -19,10 +19,10 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
     return &cache->list[i];
 }
 
-/* Finds or compiles a program of a cache. defines are those of this use, which those of the maps follow;
-   shades is 1 if the program reads the G-buffer. */
-static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key,
-                                     const char *name, int shades, const char *defines,
+/* Finds or compiles a program of a cache, for a public function. defines are those of this use, which those
+   of the maps follow; programs named csm_shade read the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, glbk_csm_programs *cache,
+                                     uint32_t key, const char *name, const char *defines,
                                      const glbk_csm_maps *maps, glbk_program **out)
 {
     char all[160] = { 0 };
@@ -32,15 +32,17 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
 
     key = key << 11 | maps->key;
     *out = glbk__csm_keep_program(ctx, cache, key, &i);
-    if (!*out) return GLBK_ERR_LIMIT;
+    if (!*out)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
+                                  "the number of programs that the uses of one frame need",
+                                  GLBK_CSM_MAX_PROGRAMS + 1, 0, GLBK_CSM_MAX_PROGRAMS);
     cache->used[i] = cache->frame;
     if ((*out)->name) return GLBK_OK;
     sink.out = all;
     sink.bytes = sizeof all;
     glbk__append_text(&sink, defines);
     glbk__append_text(&sink, maps->defines);
-    result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
-                    : glbk__program_create(ctx, glbk_csm_part(), name, all, *out);
+    result = glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;

@@ -9,8 +9,8 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
-    return glbk__csm_program(ctx, &asker->programs, question,
-                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", 0, defines, maps, out);
+    return glbk__csm_program(ctx, "glbk_csm_ask_run", &asker->programs, question,
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", defines, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -19,8 +19,9 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     glbk_target_desc target;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result != GLBK_OK) return result;
     if (!capacity || capacity > (uint32_t)1 << 20)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
     memset(&texture, 0, sizeof texture);
@@ -49,10 +50,15 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
 {
     static const char function[] = "glbk_csm_ask_upload";
     const glbk_result bad = GLBK_ERR_ARGUMENT;
-    const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
-    if (!asker->capacity) return glbk__refuse(ctx, bad, function, "asker", "was not created");
-    if (!q->positions || !q->lights)
-        return glbk__refuse(ctx, bad, function, "query.positions or query.lights", "is NULL");
+    glbk_result result = glbk__require_created(ctx, function, "asker", asker ? &asker->frame.name : NULL);
+    size_t least, stride;
+
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query", q);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query.positions", q->positions);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "query.lights", q->lights);
+    if (result != GLBK_OK) return result;
+    least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12;
+    stride = q->light_stride;
     if (!q->count || q->count > asker->capacity)
         return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
@@ -70,7 +76,7 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter,
                                   "a COHSM_FILTER_...");
     if (!glbk_csm__finite(q->bias))
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias, "finite");
     return GLBK_OK;
 }
 
@@ -101,7 +107,6 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
     glbk_result result;
     uint32_t *words;
 
-    if (!ctx || !asker || !q) return GLBK_ERR_ARGUMENT;
     result = glbk__csm_check_query(ctx, asker, q);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);
@@ -129,7 +134,10 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     glbk_result result;
     uint32_t groups = (count + 63) / 64;
 
-    if (!ctx || !asker || !maps) return GLBK_ERR_ARGUMENT;
+    result = glbk__require_created(ctx, __func__, "asker", asker ? &asker->frame.name : NULL);
+    if (result == GLBK_OK)
+        result = glbk__require_created(ctx, __func__, "maps", maps ? &maps->blocks.name : NULL);
+    if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
@@ -159,9 +167,10 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
                                        float *visible)
 {
     uint32_t row[4 * 1024], done, n, i;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "asker", asker ? &asker->frame.name : NULL);
 
-    if (!ctx || !asker || !visible) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "visible", visible);
+    if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);

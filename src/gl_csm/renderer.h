@@ -7,8 +7,8 @@ static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 }
 
 /* Finds or compiles the program for a combination of shape, ask, filter and defines of maps. */
-static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
-                                           uint32_t filter, glbk_program **out)
+static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
+                                           const glbk_csm_use *use, uint32_t filter, glbk_program **out)
 {
     char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
@@ -20,8 +20,8 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer 
         defines[48] = ' ';
     }
     if (!r->patterns) defines[49] = 0;
-    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter,
-                             r->compute ? "csm_shade.comp" : "csm_shade.frag", 1, defines, use->maps, out);
+    return glbk__csm_program(ctx, function, &r->shade, shape * 16 + ask * 4 + filter,
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, use->maps, out);
 }
 
 /* Makes the sum, twice where passes draw from one into the other. */
@@ -50,11 +50,12 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
 {
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return GLBK_ERR_ARGUMENT;
-    if (!d->width || !d->height)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", d);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
     if (d->lobes > LSAMP_MAX_LOBES)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
     out->width = d->width;
@@ -83,25 +84,25 @@ GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Checks a light of a frame. */
+/* Checks light i of a frame. */
 static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function,
-                                       const glbk_csm_renderer *r, const glbk_csm_lights *lights,
-                                       const glbk_csm_use *u)
+                                       const glbk_csm_renderer *r, const glbk_csm_frame_desc *d, size_t i)
 {
-    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
-    const glbk_result bad = GLBK_ERR_DESC;
-    if (!u->maps || !u->maps->blocks.name)
-        return glbk__refuse(ctx, bad, function, "use.maps", "were not created");
-    if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
-    if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
-    if (!u->samples || u->samples > 65536)
-        return glbk__refuse_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
-    if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
-        return glbk__refuse_value(ctx, bad, function, "use.start", u->start, "that of a light");
-    if (r->patterns && u->samples != lights->pattern_length)
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples,
-                                  "the patterns' length");
+    const glbk_csm_use *u = &d->uses[i];
+    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function, "desc.uses", i);
+    if (!u->maps || !u->maps->blocks.name) {
+        (void)glbk__csm_refuse(&log, ".maps", u->maps ? "was not created" : "is NULL");
+        return GLBK_ERR_DESC;
+    }
+    if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
+        !glbk__csm_kind_valid(&log, u->kind) ||
+        !glbk__csm_in(&log, ".samples", u->samples, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
+                      "one that glbk_csm_lights_create wrote"))
+        return GLBK_ERR_DESC;
+    if (r->patterns && !glbk__csm_in(&log, ".samples", u->samples, d->lights->pattern_length,
+                                     d->lights->pattern_length, "the length of the patterns"))
+        return GLBK_ERR_MISMATCH;
     return GLBK_OK;
 }
 
@@ -109,28 +110,36 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
 static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function,
                                          const glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
 {
-    glbk_result bad = GLBK_ERR_DESC;
+    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function, "desc", GLBK__NO_INDEX);
+    glbk__csm_logger planes = glbk__csm_logger_make(ctx, function, "desc.planes", 0);
+    glbk_result result = glbk__require_created(ctx, function, "renderer", r ? &r->targets[0].name : NULL);
     uint32_t i;
-    if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->lights || !d->lights->texels.name)
-        return glbk__refuse(ctx, bad, function, "desc.lights", "were not created");
-    if (d->use_count && !d->uses) return glbk__refuse(ctx, bad, function, "desc.uses", "is NULL");
-    if (d->plane_count > GLBK_CSM_MAX_PLANES)
-        return glbk__refuse_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0,
-                                  GLBK_CSM_MAX_PLANES);
-    if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "desc.sampling", (double)d->sampling,
-                                  "a LSAMP_SAMPLING_...");
-    if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
-    if (!glbk_csm__finite(d->bias)) return glbk__refuse(ctx, bad, function, "desc.bias", "is not finite");
-    if (!(d->offset >= 0))
-        return glbk__refuse_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
+    if (!d->lights || !d->lights->texels.name) {
+        (void)glbk__csm_refuse(&log, ".lights", d->lights ? "was not created" : "is NULL");
+        return GLBK_ERR_DESC;
+    }
+    if ((d->use_count && !d->uses && !glbk__csm_refuse(&log, ".uses", "is NULL")) ||
+        !glbk__csm_in(&log, ".plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES, "0..8") ||
+        !glbk__csm_in(&log, ".sampling", (double)d->sampling, 0, LSAMP_SAMPLING_COUNT - 1,
+                      "a LSAMP_SAMPLING_...") ||
+        !glbk__csm_in(&log, ".filter", (double)d->filter, 0, COHSM_FILTER_COUNT - 1, "a COHSM_FILTER_...") ||
+        !glbk__csm_in(&log, ".bias", (double)d->bias, -1e39, 1e39, "finite") ||
+        !glbk__csm_in(&log, ".offset", (double)d->offset, 0, 1e39, "0 or more, and finite"))
+        return GLBK_ERR_DESC;
+    for (i = 0; i < d->plane_count; i++) {
+        planes.index = i;
+        if (!glbk__csm_unit(&planes, "'s normal: its length", d->planes[i]) ||
+            !glbk__csm_in(&planes, "[3]", (double)d->planes[i][3], -1e39, 1e39, "finite"))
+            return GLBK_ERR_DESC;
+    }
     if (r->frames == UINT32_MAX)
-        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
-    for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
-        bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
-    return bad;
+        return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames, which are all");
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++)
+        result = glbk__csm_check_use(ctx, function, r, d, i);
+    return result;
 }
 
 /* Adds samples frame->first .. end - 1 of one light to the sum. */
@@ -172,7 +181,7 @@ static glbk_result glbk__csm_prepare(glbk_context *ctx, const char *function, gl
     if (result != GLBK_OK) return result;
     r->shade.frame++;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
-        result = glbk__csm_shade_program(ctx, r, &d->uses[i], (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, function, r, &d->uses[i], (uint32_t)d->filter, &program);
     return result;
 }
 
@@ -181,14 +190,13 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
     return glbk__csm_prepare(ctx, __func__, r, d);
 }
 
-/* Checks that a G-buffer has the size of the renderer. */
+/* Checks that renderer and G-buffer were created, and that they have one size. */
 static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function,
                                            const glbk_csm_renderer *r, const glbk_gbuffer *g)
 {
-    if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
-    if (g->width == r->width && g->height == r->height) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
-                              g->width == r->width ? g->height : g->width, "that of the renderer");
+    const glbk_result result =
+        glbk__require_created(ctx, function, "renderer", r ? &r->targets[0].name : NULL);
+    return result == GLBK_OK ? glbk__require_gbuffer(ctx, function, g, r->width, r->height) : result;
 }
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -215,7 +223,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     frame.sampling = (uint32_t)d->sampling;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
         const glbk_csm_use *u = &d->uses[i];
-        result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
         frame.sample_count = u->samples;
         frame.seed = u->seed;
@@ -241,18 +249,18 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 {
     const int asks = picture && (picture->keep_empty || picture->world_to_clip);
     glbk_csm_frame frame;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->resolve.name : NULL);
     uint32_t i;
 
-    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
-    if (asks && !gbuffer)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "picture",
-                            "asks what is seen, but gbuffer is NULL");
-    if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
+    if (result == GLBK_OK && asks && !gbuffer)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gbuffer",
+                            "is NULL, but picture asks what is seen");
+    if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
     frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
-    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
     for (i = 0; i < 2; i++)
@@ -264,11 +272,12 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
 GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, float *rgba)
 {
-    glbk_result result;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->targets[0].name : NULL);
     size_t i, count;
     float scale;
 
-    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
+    if (result != GLBK_OK) return result;
     if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {

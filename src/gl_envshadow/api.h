@@ -127,7 +127,8 @@ typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_en
 /* Draws everything that casts shadows. For each object it calls glbk_envsh_cast, binds its vertex array
    (attribute 0 is the position), and draws `instances` instances. Returns GLBK_OK; any other result ends the
    call that renders the maps and is what that call returns. The function is called once for each page, with
-   rgba once for each of the four channels of a page, and on OpenGL ES that often for each column of tiles. */
+   rgba once for each of the four channels of a page, and on OpenGL ES that often for each column of tiles;
+   with desc.check of the context twice as often, and it must draw the same each time. */
 
 GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float world[16]);
 /* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
@@ -142,9 +143,11 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
    count    at most the capacity; 0 = no light
    draw_fn  draws what casts shadows; user is given to it
    Errors   GLBK_ERR_ARGUMENT (a pointer is NULL, or there are too many views); GLBK_ERR_MISMATCH (the views
-            are for tiles of another size or guard); what draw_fn returned. With desc.check of the context,
-            which reads the maps back, GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or drew fewer
-            instances than it was given */
+            are for tiles of another size or guard); what draw_fn returned. With desc.check of the context
+            GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or drew fewer instances of a caster than it
+            was given. To find that out, the maps are drawn once more with the instances in the opposite
+            order, and both results are read back and compared; a draw_fn that draws nothing at all is not
+            noticed, since all casters may lie beyond the bounds */
 
 GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_query *query,
                                      const glbk_offset *offset);

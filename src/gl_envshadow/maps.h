@@ -87,37 +87,60 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
     return result;
 }
 
-GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d,
-                                            glbk_envsh_maps *out)
+/* Checks a desc and writes what it says, with its defaults. */
+static glbk_result glbk__envsh_check_desc(const glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                          glbk_envsh_maps *out)
 {
-    glbk_result result;
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    static const char function[] = "glbk_envsh_maps_create";
+    const glbk_result bad = GLBK_ERR_DESC, result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1,
-                                  ENVSH_MAX_LIGHTS);
-    if ((d->vertex != NULL) != (d->fragment != NULL))
-        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
+        return glbk__refuse_range(ctx, bad, function, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
+    if (d->fragment && !d->vertex)
+        return glbk__refuse(ctx, bad, function, "desc.vertex", "is NULL, but desc.fragment is not");
+    if (d->vertex && !d->fragment)
+        return glbk__refuse(ctx, bad, function, "desc.fragment", "is NULL, but desc.vertex is not");
     out->capacity = d->capacity;
     out->map_side = d->map_side ? d->map_side : 256;
     out->guard = d->guard ? d->guard : 4;
     out->channels = d->rgba ? 4 : 1;
     if (out->map_side < 16 || out->map_side > 4096)
-        result = glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
-    else if (out->guard > out->map_side / 4)
-        result =
-            glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
-    else {
-        glbk__envsh_lay_out(ctx, out);
-        result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
-    }
+        return glbk__refuse_range(ctx, bad, function, "desc.map_side", out->map_side, 16, 4096);
+    if (out->guard > out->map_side / 4)
+        return glbk__refuse_range(ctx, bad, function, "desc.guard", out->guard, 1, out->map_side / 4);
+    return GLBK_OK;
+}
+
+/* Gives the tiles their places, and checks that pages with them can be made. */
+static glbk_result glbk__envsh_check_pages(const glbk_context *ctx, glbk_envsh_maps *m)
+{
+    static const char function[] = "glbk_envsh_maps_create";
+    const uint32_t most = ctx->max_layers < 1024 ? ctx->max_layers : 1024;
+    glbk__envsh_lay_out(ctx, m);
+    if (!m->pages)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.map_side", m->map_side, 16,
+                                  ctx->max_side);
+    if (m->pages > most)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the number of pages that desc.capacity needs",
+                                  m->pages, 1, most);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d,
+                                            glbk_envsh_maps *out)
+{
+    glbk_result result;
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result != GLBK_OK) return result;
+    result = glbk__envsh_check_desc(ctx, d, out);
+    if (result == GLBK_OK) result = glbk__envsh_check_pages(ctx, out);
+    if (result == GLBK_OK) result = glbk__envsh_create_textures(ctx, out);
     if (result == GLBK_OK) result = glbk__envsh_create_programs(ctx, d, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_scene), NULL, &out->scene);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_query), NULL, &out->query);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
-    if (result == GLBK_OK) return GLBK_OK;
-    glbk_envsh_maps_free(ctx, out);
+    if (result != GLBK_OK) glbk_envsh_maps_free(ctx, out);
     return result;
 }
 
@@ -198,9 +221,10 @@ static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, con
 
 GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float world[16])
 {
+    const glbk_result result = glbk__require_created(ctx, __func__, "maps", m ? &m->object.name : NULL);
     glbk_envsh_object object;
     int i;
-    if (!ctx || !m || !m->object.name) return GLBK_ERR_ARGUMENT;
+    if (result != GLBK_OK) return result;
     memset(&object, 0, sizeof object);
     if (world) memcpy(object.world, world, sizeof object.world);
     else
@@ -220,19 +244,28 @@ static void glbk__envsh_clip(const glbk_context *ctx, int on)
     if (!ctx->es) glbk__set_cap(ctx, GLBK__ENVSH_DEPTH_CLAMP, on);
 }
 
-/* Has the user draw all casters once, into the tiles of lights first, first + step, ...: those of a page and
-   a channel and, on ES, of a column of tiles. */
-static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page,
-                                          uint32_t channel, uint32_t column, glbk_envsh_draw_fn draw_fn,
-                                          void *user)
+/* Who draws the casters, and into which tiles: those of a page and a channel and, on ES, of a column. */
+typedef struct glbk__envsh_casting {
+    glbk_envsh_draw_fn draw_fn;
+    void    *user;
+    uint32_t page;
+    uint32_t channel;
+    uint32_t column;
+    int      reversed;              /* not 0: instance 0 draws for the last light, and so on to the first */
+} glbk__envsh_casting;
+
+/* Has the user draw all casters once, into the tiles of lights first, first + step, ... */
+static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, const glbk__envsh_casting *c)
 {
     static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
-    uint32_t tiles = m->across * m->down, first = (page * tiles + column) * m->channels + channel, i;
-    uint32_t step = (ctx->es ? m->across : 1) * m->channels, end = (page + 1) * tiles * m->channels;
+    const uint32_t tiles = m->across * m->down, column = c->column, channel = c->channel;
+    const uint32_t first = (c->page * tiles + column) * m->channels + channel;
+    const uint32_t step = (ctx->es ? m->across : 1) * m->channels, after = (c->page + 1) * tiles * m->channels;
+    const uint32_t end = after < m->count ? after : m->count;
+    uint32_t instances, i;
     glbk_pass pass;
     glbk_result result;
 
-    end = end < m->count ? end : m->count;
     memset(&pass, 0, sizeof pass);
     pass.target = &m->atlas_target;
     pass.depth = GLBK_DEPTH_LESS;
@@ -240,7 +273,7 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     if (result != GLBK_OK) return result;
     i = m->channels == 4;
     glbk__attach(ctx, i ? (uint32_t)GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT,
-                 &m->atlas, 0, page);
+                 &m->atlas, 0, c->page);
     if (!column) glbk_clear_depth(ctx, 1);
     if (i && !column && !channel) ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, far_bits);
     if (first >= end) return GLBK_OK;
@@ -251,10 +284,11 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     glbk__envsh_clip(ctx, 1);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_views, &m->views);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
-    m->first = first;
-    m->step = step;
+    instances = (end - first + step - 1) / step;
+    m->first = c->reversed ? first + (instances - 1) * step : first;
+    m->step = c->reversed ? 0 - step : step;        /* shaders multiply it modulo 2^32 */
     m->casts = 0;
-    result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
+    result = c->draw_fn(c->user, ctx, m, instances);
     if (!ctx->lost) glbk__envsh_clip(ctx, 0);
     if (ctx->check && result == GLBK_OK && !m->casts)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
@@ -300,41 +334,85 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
     return result;
 }
 
-/* Finds out whether draw_fn drew all instances, with desc.check of the context. glbk__envsh_cell_layer has
-   been called for this layer just before, so cell_target is attached to its uppermost level, which has one
-   cell for each tile. All views look at all casters. So if the first instance left something in its tiles,
-   the others cannot all be empty. */
-static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
+/* Returns how many pages the maps of the frame fill, at least in part. */
+static uint32_t glbk__envsh_page_count(const glbk_envsh_maps *m)
 {
-    const uint32_t tiles = m->across * m->down, base = layer / m->channels * tiles;
-    const uint32_t slots = (m->count - layer % m->channels + m->channels - 1) / m->channels;
-    const uint32_t count = slots < base + tiles ? slots - base : tiles, firsts = ctx->es ? m->across : 1;
-    const uint32_t far_bits = 0x3f800000;
-    glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
-    uint32_t *cells, i, drawn = 0, others = 0;
-    glbk_result result;
-    if (slots <= base || count <= firsts) return GLBK_OK;
-    cells = (uint32_t *)glbk_envsh__alloc_array(&memory, tiles, 16);
-    if (!cells) return GLBK_ERR_ALLOC;
-    result = glbk_target_read(ctx, &m->cell_target, 0, 0, 0, m->across, m->down, cells);
-    for (i = 0; i < count && result == GLBK_OK; i++)
-        if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
+    const uint32_t page = m->across * m->down * m->channels;
+    return (m->count + page - 1) / page;
+}
+
+/* Draws all maps and their cells. */
+static glbk_result glbk__envsh_draw_all(glbk_context *ctx, glbk_envsh_maps *m, glbk__envsh_casting *c)
+{
+    const uint32_t pages = glbk__envsh_page_count(m), columns = ctx->es ? m->across : 1;
+    glbk_result result = GLBK_OK;
+    uint32_t layer;
+
+    for (c->page = 0; c->page < pages; c->page++)
+        for (c->channel = 0; c->channel < m->channels; c->channel++)
+            for (c->column = 0; c->column < columns && result == GLBK_OK; c->column++)
+                result = glbk__envsh_cast_round(ctx, m, c);
+    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++)
+        result = glbk__envsh_cell_layer(ctx, m, layer);
+    return result;
+}
+
+/* Writes for each layer a number that all its cells of the finest level determine. */
+static glbk_result glbk__envsh_digest_cells(glbk_context *ctx, glbk_envsh_maps *m, uint64_t *digests)
+{
+    const uint32_t layers = glbk__envsh_page_count(m) * m->channels;
+    const uint32_t wide = m->cells.width, high = m->cells.height;
+    const glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
+    uint32_t *cells = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)wide * high, 16), layer;
+    glbk_result result = cells ? GLBK_OK : GLBK_ERR_ALLOC;
+    glbk_pass pass;
+    size_t i;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->cell_target;
+    for (layer = 0; layer < layers && result == GLBK_OK; layer++) {
+        result = glbk_begin(ctx, &pass, &m->make_cells);
+        if (result != GLBK_OK) break;
+        glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, 0, layer);
+        result = glbk_target_read(ctx, &m->cell_target, 0, 0, 0, wide, high, cells);
+        digests[layer] = 1;
+        for (i = 0; i < 4 * (size_t)wide * high && result == GLBK_OK; i++)
+            digests[layer] = (digests[layer] ^ cells[i]) * 0x9e3779b97f4a7c15u;
+    }
     glbk_envsh__free(&memory, cells);
-    if (drawn && !others && result == GLBK_OK)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
-                            "drew one instance, not all");
+    return result;
+}
+
+/* Finds out whether draw_fn drew all instances, with desc.check of the context: draws the maps once more, with
+   the instances in the opposite order. Where each instance of each caster is drawn, the maps are the same
+   again. If only the first ones are, other lights get them now. */
+static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, glbk__envsh_casting *c)
+{
+    const uint32_t layers = glbk__envsh_page_count(m) * m->channels;
+    const glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
+    uint64_t *digests = (uint64_t *)glbk_envsh__alloc_array(&memory, (size_t)layers + 1, 2 * sizeof *digests);
+    glbk_result result = digests ? GLBK_OK : GLBK_ERR_ALLOC;
+
+    if (result == GLBK_OK) result = glbk__envsh_digest_cells(ctx, m, digests);
+    c->reversed = 1;
+    if (result == GLBK_OK) result = glbk__envsh_draw_all(ctx, m, c);
+    if (result == GLBK_OK) result = glbk__envsh_digest_cells(ctx, m, digests + layers);
+    if (result == GLBK_OK && memcmp(digests, digests + layers, layers * sizeof *digests) != 0)
+        result = glbk__refuse(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn",
+                              "drew fewer instances of a caster than it was given");
+    glbk_envsh__free(&memory, digests);
     return result;
 }
 
 GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
                                             uint32_t count, glbk_envsh_draw_fn draw_fn, void *user)
 {
-    uint32_t pages, page, channel, column, layer;
-    glbk_result result;
+    glbk_result result = glbk__require_created(ctx, __func__, "maps", m ? &m->views.name : NULL);
+    glbk__envsh_casting casting;
 
-    if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn",
-                            "is NULL or was not created");
+    if (result == GLBK_OK && count) result = glbk__require(ctx, __func__, "views", views);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "draw_fn", draw_fn ? m : NULL);
+    if (result != GLBK_OK) return result;
     if (count > m->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
@@ -344,16 +422,12 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
                                   "the guard of the envsh_maps_desc that made the views");
     m->count = 0;
+    memset(&casting, 0, sizeof casting);
+    casting.draw_fn = draw_fn;
+    casting.user = user;
     result = glbk__envsh_upload(ctx, m, views, count);
-    pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);
-    for (page = 0; page < pages; page++)
-        for (channel = 0; channel < m->channels; channel++)
-            for (column = 0; column < (ctx->es ? m->across : 1) && result == GLBK_OK; column++)
-                result = glbk__envsh_cast_round(ctx, m, page, channel, column, draw_fn, user);
-    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++) {
-        result = glbk__envsh_cell_layer(ctx, m, layer);
-        if (ctx->check && result == GLBK_OK) result = glbk__envsh_check_instances(ctx, m, layer);
-    }
+    if (result == GLBK_OK) result = glbk__envsh_draw_all(ctx, m, &casting);
+    if (result == GLBK_OK && ctx->check) result = glbk__envsh_check_instances(ctx, m, &casting);
     if (result != GLBK_OK) m->count = 0;
     return result;
 }

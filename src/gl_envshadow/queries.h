@@ -82,10 +82,8 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
 {
     glbk_envsh_query values;
     envsh_query q;
-    glbk_result result;
-    if (!ctx || !m || !m->query.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
-    result = glbk__envsh_query_of(ctx, __func__, query, &q);
+    glbk_result result = glbk__require_created(ctx, __func__, "maps", m ? &m->query.name : NULL);
+    if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, query, &q);
     if (result != GLBK_OK) return result;
     glbk__envsh_fill_query(&q, &values);
     result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_envsh_query, &m->query,

@@ -5,11 +5,14 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t widt
 {
     glbk_texture_desc texture;
     glbk_target_desc target;
-    glbk_result result = GLBK_OK;
+    glbk_result result;
     int i;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     texture.width = out->width = width;
@@ -47,11 +50,9 @@ GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r
 static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function,
                                     const glbk_envsh_renderer *r, const glbk_gbuffer *g)
 {
-    if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer",
-                            "is NULL or was not created");
-    if (r->width == g->width && r->height == g->height) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+    const glbk_result result =
+        glbk__require_created(ctx, function, "renderer", r ? &r->targets[0].name : NULL);
+    return result == GLBK_OK ? glbk__require_gbuffer(ctx, function, g, r->width, r->height) : result;
 }
 
 /* Finds the program of a filter, which is compiled when it is first asked for. */
@@ -120,8 +121,7 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
 {
     envsh_query q;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
-    if (result == GLBK_OK && (!m || !m->query.name))
-        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__require_created(ctx, __func__, "maps", m ? &m->query.name : NULL);
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, query, &q);
     return result == GLBK_OK ? glbk__envsh_shade_all(ctx, r, g, m, &q, lights_per_pass) : result;
 }
@@ -132,9 +132,10 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
     envsh_query q;
     uint32_t first = 0, n;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
-    if (result == GLBK_OK && (!m || !m->capacity || !f || (!f->views && f->view_count) || !f->draw_fn))
-        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
-                              "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__require_created(ctx, __func__, "maps", m ? &m->query.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "frame", f);
+    if (result == GLBK_OK && f->view_count) result = glbk__require(ctx, __func__, "frame.views", f->views);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "frame.draw_fn", f->draw_fn ? f : NULL);
     if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, f->query, &q);
     if (result != GLBK_OK) return result;
     do {
@@ -153,11 +154,11 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     glbk_envsh_object object;
     glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
 
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     memset(&object, 0, sizeof object);
     object.lit = r->begun != 0;
-    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
@@ -168,7 +169,9 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
 
 GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *r, float *rgba)
 {
-    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->targets[0].name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
+    if (result != GLBK_OK) return result;
     if (r->begun) return glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
     memset(rgba, 0, 16 * (size_t)r->width * r->height);
     return GLBK_OK;

@@ -231,13 +231,46 @@ typedef struct glbk_picture {       /* what glbk_..._resolve draws, beside what 
 
 /* ---- for the techniques' headers: not for you, may change without notice ---- */
 
+/* Checks an argument that must not be NULL: returns GLBK_OK, or logs that FIELD is NULL and returns
+   GLBK_ERR_ARGUMENT. The other function checks an object, too: `name` points to its name of GL, or is NULL if
+   the argument is; an object without a name was not created. Without a context both return GLBK_ERR_ARGUMENT
+   and log nothing. */
+GLBK__DEF glbk_result glbk__require(const glbk_context *ctx, const char *function, const char *field,
+                                    const void *argument);
+GLBK__DEF glbk_result glbk__require_created(const glbk_context *ctx, const char *function, const char *field,
+                                            const uint32_t *name);
+
+/* Checks a width or height in pixels, 1 .. ctx->max_side: of none GLBK_ERR_DESC comes, of too many
+   GLBK_ERR_LIMIT. */
+GLBK__DEF glbk_result glbk__require_side(const glbk_context *ctx, const char *function, const char *field,
+                                         uint32_t side);
+
+/* Checks that a G-buffer was created, for pictures of width x height pixels. */
+GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char *function,
+                                            const glbk_gbuffer *gbuffer, uint32_t width, uint32_t height);
+
+/* These log of a member (".radius") of an element of an array what glbk__refuse and glbk__refuse_value log of
+   a field: "FUNCTION: ARRAY[INDEX]MEMBER TEXT". With the index GLBK__NO_INDEX the field is ARRAY MEMBER.
+   glbk__name_element writes such a field's name. */
+enum { GLBK__ELEMENT_ROOM = 80 };   /* characters; of longer names the end is cut off */
+#define GLBK__NO_INDEX SIZE_MAX
+GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
+                                  const char *member);
+GLBK__DEF glbk_result glbk__refuse_element(const glbk_context *ctx, glbk_result result, const char *function,
+                                           const char *array, size_t index, const char *member,
+                                           const char *text);
+GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_result result,
+                                                 const char *function, const char *array, size_t index,
+                                                 const char *member, double value, const char *wanted);
+
 /* Does what glbk__program_create does, for a program of one pass over the screen or of compute that uses
    lib/gbuffer.glsl beside files of its own part. */
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out);
 
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
-   width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). */
-GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+   width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is
+   __func__ of the resolve. */
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *function, const glbk_pass *pass,
                                           const glbk_picture *picture, uint32_t width, uint32_t height,
                                           glbk_program *program);

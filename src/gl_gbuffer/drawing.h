@@ -54,10 +54,10 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     glbk_result result;
     uint32_t i;
 
-    if (!ctx || !g || !g->target.name || !world_to_clip || !eye)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
-                            "is NULL or was not created");
-    result = glbk__gbuffer_draw_program(ctx, g);
+    result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "world_to_clip", world_to_clip);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "eye", eye);
+    if (result == GLBK_OK) result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
     /* An object without maps declares their samplers nevertheless. */
@@ -73,9 +73,9 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     glbk_gbuffer_drawn drawn;
     glbk_result result;
 
-    if (!ctx || !g || !g->target.name || !s)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface",
-                            "is NULL or was not created");
+    result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "surface", s);
+    if (result != GLBK_OK) return result;
     if (!g->draw_program.name || !g->has_clip)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))

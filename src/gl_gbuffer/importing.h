@@ -43,8 +43,10 @@ static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, c
 {
     const char *text = NULL;
     if (!t) return 1;
-    if (!t->name || t->layers) text = "is no 2D texture";
-    else if (t->width != g->width || t->height != g->height) text = "is of another size";
+    if (!t->name) text = "has no name of GL";
+    else if (t->layers) text = "is an array, not 2D";
+    else if (t->width != g->width) text = "has not the width of the G-buffer";
+    else if (t->height != g->height) text = "has not the height of the G-buffer";
     if (text) glbk__gbuffer_bad(ctx, "glbk_gbuffer_import", field, text);
     return !text;
 }
@@ -54,7 +56,8 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
 {
     const char *const function = "glbk_gbuffer_import";
     if (!d->normals || (!d->depth && !d->positions)) {
-        glbk__gbuffer_bad(ctx, function, "import", "needs normals, and depth or positions");
+        glbk__gbuffer_bad(ctx, function, d->normals ? "import.depth" : "import.normals",
+                          d->normals ? "and import.positions are NULL; one is needed" : "is NULL");
         return 0;
     }
     if (d->depth && !d->positions && glbk__gbuffer_is_zero(d->world_to_clip, 16)) {
@@ -153,12 +156,11 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
 GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, const glbk_import *d)
 {
     glbk_gbuffer_imported block;
-    glbk_result result = GLBK_OK;
+    glbk_result result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
     int own;
 
-    if (!ctx || !g || !g->target.name || !d)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or import",
-                            "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "import", d);
+    if (result != GLBK_OK) return result;
     if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
     memset(&block, 0, sizeof block);

@@ -66,6 +66,9 @@ static void glbk__gbuffer_matrix(const float *from, float to[16])
 static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
                                             glbk_attributes *to)
 {
+    static const char function[] = "glbk_gbuffer_create";
+    static const char *const names[4] = { "desc.attributes.position", "desc.attributes.normal",
+                                          "desc.attributes.uv", "desc.attributes.tangent" };
     int32_t at[4];
     int i, k;
     *to = *from;
@@ -76,14 +79,14 @@ static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_
     at[2] = to->uv;
     at[3] = to->tangent;
     if (at[0] < 0)
-        return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, names[0], at[0], 0, 15);
     for (i = 0; i < 4; i++) {
         if (at[i] > 15)
-            return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
-        for (k = 0; k < i; k++)
-            if (at[i] >= 0 && at[i] == at[k])
-                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes",
-                                         "has one location twice");
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, names[i], at[i], "at most 15");
+        for (k = 0; k < i && at[i] >= 0; k++)
+            if (at[i] == at[k])
+                return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, names[i], at[i],
+                                          "used by no other attribute");
     }
     return GLBK_OK;
 }
@@ -134,15 +137,34 @@ static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
     return result;
 }
 
+/* Checks the sizes of a desc. */
+static glbk_result glbk__gbuffer_check_desc(const glbk_context *ctx, const glbk_gbuffer_desc *d)
+{
+    static const char function[] = "glbk_gbuffer_create";
+    glbk_result result = glbk__require(ctx, function, "desc", d);
+    if (result != GLBK_OK) return result;
+    result = glbk__require_side(ctx, function, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
+    if (d->depth && d->depth->width != d->width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->width", d->depth->width,
+                                  "desc.width");
+    if (d->depth && d->depth->height != d->height)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->height", d->depth->height,
+                                  "desc.height");
+    if (d->depth && (d->depth->format < GLBK_FORMAT_DEPTH24 || d->depth->format > GLBK_FORMAT_DEPTH32F))
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "desc.depth->format",
+                                  (double)d->depth->format, "a GLBK_FORMAT_DEPTH...");
+    return GLBK_OK;
+}
+
 GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_result result;
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (!ctx || !d) return GLBK_ERR_ARGUMENT;
-    if (!d->width || !d->height) return glbk__gbuffer_bad(ctx, __func__, "desc.width or height", "is 0");
-    if (d->depth && (d->depth->width != d->width || d->depth->height != d->height))
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
+    if (out) memset(out, 0, sizeof *out);
+    result = glbk__require(ctx, __func__, "out", out);
+    if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, d);
+    if (result != GLBK_OK) return result;
     result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
@@ -174,8 +196,8 @@ GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
    no length becomes 0xffffffff. */
 static uint32_t glbk__gbuffer_pack_unit(const float *v)
 {
-    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
-    float sum = ax + ay + az, x, y;
+    const float ax = fabsf(v[0]), ay = fabsf(v[1]), sum = ax + ay + fabsf(v[2]);
+    float x, y;
 
     if (!(sum > 0)) return 0xffffffffu;
     x = v[0] / sum;
@@ -194,7 +216,7 @@ static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
     float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
           y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
-    float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 1 - ax - ay, t = z < 0 ? -z : 0, size;
+    float z = 1 - fabsf(x) - fabsf(y), t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
     if (bits == 0xffffffffu) return;
@@ -275,10 +297,14 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
                                            const glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                            const glbk_pixel *pixels, glbk__gbuffer_rows *out)
 {
-    const int within = g && g->colors.name && row_count && row < g->height && row_count <= g->height - row;
-    if (!ctx || !pixels || !within)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "row, row_count, pixels or gbuffer",
-                            "is NULL or out of range");
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    glbk_result result = glbk__require_created(ctx, function, "gbuffer", g ? &g->colors.name : NULL);
+    if (result == GLBK_OK) result = glbk__require(ctx, function, "pixels", pixels);
+    if (result != GLBK_OK) return result;
+    if (row >= g->height)
+        return glbk__refuse_range(ctx, bad, function, "row", row, 0, g->height - 1.0);
+    if (!row_count || row_count > g->height - row)
+        return glbk__refuse_range(ctx, bad, function, "row_count", row_count, 1, g->height - row);
     out->memory = glbk_gbuf__memory(ctx);
     out->count = (size_t)g->width * row_count;
     out->words = (uint32_t *)glbk_gbuf__alloc_array(&out->memory, out->count, 64);
@@ -329,9 +355,9 @@ GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g,
 GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g, const glbk_offset *offset)
 {
     const uint32_t first = GLBK_SLOT_glbk_gbuffer_place + glbk__offset(offset).unit;
+    const glbk_result result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->colors.name : NULL);
     uint32_t i;
-    if (!ctx || !g || !g->colors.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
+    if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, first + i, &g->words[i]);
     return GLBK_OK;
 }

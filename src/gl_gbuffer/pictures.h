@@ -1,8 +1,9 @@
 /* ---- gbuffer: pictures of the techniques ---- */
 
 /* Finds where a resolve draws its picture: the corner of the viewport. See glbk_picture. */
-static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width,
-                                        uint32_t height, glbk_shown *shown)
+static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const char *function,
+                                        const glbk_pass *pass, uint32_t width, uint32_t height,
+                                        glbk_shown *shown)
 {
     const int32_t *v = pass->viewport;
     const int whole = pass->target && !v[2] && !v[3];
@@ -13,11 +14,12 @@ static glbk_result glbk__gbuffer_corner(const glbk_context *ctx, const glbk_pass
     shown->bottom = whole ? 0u : (uint32_t)v[1];
     if (wide <= width && high <= height) return GLBK_OK;
     if (wide > width)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
-    return glbk__refuse_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "the width that pass draws to", wide, 0,
+                                  width);
+    return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "the height that pass draws to", high, 0, height);
 }
 
-GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass,
+GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *function, const glbk_pass *pass,
                                           const glbk_picture *picture, uint32_t width, uint32_t height,
                                           glbk_program *program)
 {
@@ -25,8 +27,8 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pa
     glbk_buffer buffer;
     glbk_result result;
     memset(&shown, 0, sizeof shown);
-    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
-    if (result == GLBK_OK) result = glbk__gbuffer_corner(ctx, pass, width, height, &shown);
+    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, function);
+    if (result == GLBK_OK) result = glbk__gbuffer_corner(ctx, function, pass, width, height, &shown);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
     if (result != GLBK_OK) return result;
     shown.keep_empty = picture && picture->keep_empty;

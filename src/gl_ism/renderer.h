@@ -187,7 +187,7 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
     result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
-    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->result);

@@ -433,6 +433,8 @@ static void programs_of_a_frame_stay(void **state)
     assert_int_equal(fake.names, names);            /* nothing is compiled twice */
     f.use_count = MANY;
     assert_int_equal(glbk_csm_prepare(&t->gl, &x.renderer, &f), GLBK_ERR_LIMIT);
+    assert_string_equal(t->log, "glbk_csm_prepare: the number of programs that the uses of one frame need is 65; "
+                                "it must be 0..64");
     f.use_count = 1;
     assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));
     names = fake.names;

@@ -977,42 +977,95 @@ static void bad_arguments_are_named(void **state)
     free_rig(t, &r);
 }
 
-static glbk_result draw_once(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
+/* Draws the first vertices of the things for all instances, and the rest for the first instances alone. */
+typedef struct partly {
+    const rig *r;
+    uint32_t   whole;               /* vertices that all instances have */
+    uint32_t   most;                /* instances of the rest */
+    uint32_t   calls;
+} partly;
+
+static glbk_result draw_partly(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
 {
-    const rig *r = (const rig *)user;
+    partly *p = (partly *)user;
+    const uint32_t few = instances < p->most ? instances : p->most, rest = (uint32_t)things.vertices - p->whole;
     glbk_result result = glbk_envsh_cast(ctx, maps, NULL);
-    ctx->gl.BindVertexArray(r->vertex_array);
-    ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, (int32_t)things.vertices);
-    (void)instances;
+    ctx->gl.BindVertexArray(p->r->vertex_array);
+    if (p->whole) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, 0, (int32_t)p->whole, (int32_t)instances);
+    if (rest && few) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, (int32_t)p->whole, (int32_t)rest, (int32_t)few);
+    p->calls++;
     return result;
 }
 
-/* It would light as if most lights had no shadows, which looks right enough. Said with desc.check alone, for one map a
-   texel and four, where the first of all tiles is full and where it is the first of each column (ES). */
-static void a_draw_without_instances_is_an_error(void **state)
+/* Most lights would light as if they had no shadows, which looks right enough. desc.check says so, for one map a texel
+   and four, however many instances are left out, and where other casters have them all. */
+static void a_draw_of_too_few_instances_is_an_error(void **state)
 {
     GL_TEST(t, state)
     static const uint32_t counts[] = { 1, 4, 9, 30 };
-    uint32_t k;
+    uint32_t k, most, whole;
     int rgba;
     rig r = make_rig(t, even, 30, 64);
     for (rgba = 0; rgba < 2; rgba++)
         for (k = 0; k < 4; k++) {
             glbk_envsh_maps m = make_maps(t, 30, 64, rgba);
             const uint32_t tiles = (counts[k] + 3 * (uint32_t)rgba) / (rgba ? 4 : 1);
-            const int can_tell = tiles > (t->gl.es ? m.across : 1);
-            t->gl.check = 0;
-            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_once, &r));
-            t->gl.check = 1;
-            t->log[0] = 0;
-            assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_once, &r),
-                             can_tell ? GLBK_ERR_ORDER : GLBK_OK);
-            assert_string_equal(t->log, can_tell ? "glbk_envsh_maps_render: draw_fn drew one instance, not all" : "");
-            assert_int_equal(m.count, can_tell ? 0 : counts[k]);
+            const uint32_t instances = t->gl.es ? (tiles + m.across - 1) / m.across : tiles;    /* the most of a call */
+            for (whole = 0; whole <= 36; whole += 36)       /* one box is always drawn, or nothing */
+                for (most = 1; most <= instances; most += instances / 3 + 1) {
+                    partly p = { &r, whole, most, 0 };
+                    const int few = most < instances;
+                    uint32_t calls;
+                    t->gl.check = 0;
+                    assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_partly, &p));
+                    calls = p.calls;
+                    t->gl.check = 1;
+                    t->log[0] = 0;
+                    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_partly, &p),
+                                     few ? GLBK_ERR_ORDER : GLBK_OK);
+                    assert_string_equal(t->log, few ? "glbk_envsh_maps_render: draw_fn drew fewer instances of a "
+                                                      "caster than it was given" : "");
+                    assert_int_equal(m.count, few ? 0 : counts[k]);
+                    assert_int_equal(p.calls, 3 * calls);   /* the check draws twice */
+                }
             assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_things, &r));
             glbk_envsh_maps_free(&t->gl, &m);
         }
     t->gl.check = 0;
+    free_rig(t, &r);
+}
+
+/* Of a flat caster some views see nothing but its edge, and their maps stay empty: that is no mistake of draw_fn's, nor
+   can be known whether all casters lie beyond the bounds. What is drawn twice is what is drawn once. */
+static void empty_maps_are_no_error(void **state)
+{
+    GL_TEST(t, state)
+    static uint32_t texels[2][4 * 24 * 24];
+    rig r = make_rig(t, even, 9, 64);
+    glbk_envsh_maps m = make_maps(t, 9, 64, 0);
+    glbk_target_desc d;
+    glbk_target target;
+    envsh_view turned[9];
+    partly all = { &r, (uint32_t)things.vertices, 0, 0 }, none = { &r, 0, 0, 0 };
+    int i, k;
+    memcpy(turned, r.views, sizeof turned);
+    for (i = 1; i < 9; i += 3)
+        for (k = 0; k < 3; k++) turned[i].lookup[k] = turned[i].lookup[4 + k] = 0;      /* no area from here */
+    memset(&d, 0, sizeof d);
+    d.color[0] = &m.cells;
+    assert_glbk(t, glbk_target_create(&t->gl, &d, &target));
+    for (t->gl.check = 0; t->gl.check < 2; t->gl.check++) {
+        t->log[0] = 0;
+        assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, turned, 9, draw_partly, &all));
+        assert_int_equal(m.count, 9);
+        assert_glbk(t, glbk_target_read(&t->gl, &target, 0, 0, 0, m.cells.width, m.cells.height, texels[t->gl.check]));
+        assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, 9, draw_partly, &none));
+        assert_string_equal(t->log, "");
+    }
+    assert_memory_equal(texels[0], texels[1], sizeof texels[0]);
+    t->gl.check = 0;
+    glbk_target_free(&t->gl, &target);
+    glbk_envsh_maps_free(&t->gl, &m);
     free_rig(t, &r);
 }
 
@@ -1218,7 +1271,7 @@ int main(int count, char **values)
         gl_unit_test(groups_know_what_their_pixels_see),
         gl_unit_test(masks_of_the_users_and_a_drawn_picture),
         gl_unit_test(bad_arguments_are_named),
-        gl_unit_test(a_draw_without_instances_is_an_error),
+        gl_unit_test(a_draw_of_too_few_instances_is_an_error), gl_unit_test(empty_maps_are_no_error),
         gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_lost_context_comes_out),
         gl_unit_test(cells_are_whole_after_a_failure),

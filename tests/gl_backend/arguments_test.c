@@ -23,7 +23,7 @@
 
 enum { SIDE = 8 };
 
-#define IS_EARLY(call) assert_int_equal(call, GLBK_ERR_ORDER)
+#define IS_EARLY(call) ERROR_IS(GLBK_ERR_ORDER, call)
 
 static const float unit[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
@@ -199,12 +199,12 @@ static void passes_and_bindings(void **state)
     DESC_BAD(p.viewport[2], -1, glbk_begin(gl, &p, NULL));
     DESC_BAD(p.viewport[3], -1, glbk_begin(gl, &p, NULL));
     p.target = NULL;
-    assert_int_equal(glbk_begin(gl, &p, NULL), GLBK_ERR_DESC);
+    ERROR_IS(GLBK_ERR_DESC, glbk_begin(gl, &p, NULL));
     p.viewport[2] = 8;
-    assert_int_equal(glbk_begin(gl, &p, NULL), GLBK_ERR_DESC);
+    ERROR_IS(GLBK_ERR_DESC, glbk_begin(gl, &p, NULL));
     p.viewport[2] = 0;
     p.viewport[3] = 4;
-    assert_int_equal(glbk_begin(gl, &p, NULL), GLBK_ERR_DESC);
+    ERROR_IS(GLBK_ERR_DESC, glbk_begin(gl, &p, NULL));
     p.viewport[2] = 8;
     assert_glbk(t, glbk_begin(gl, &p, NULL));           /* into the framebuffer that is bound, the canvas */
     p.viewport[2] = 0;
@@ -347,7 +347,7 @@ static void csm_blocks_and_instances(void **state)
         BAD_IS(i == 1 ? GLBK_ERR_VERSION : GLBK_ERR_FORMAT, b.data, bytes,
                glbk_csm_maps_create(gl, &b, 1, 2, &start, &x));
     }
-    assert_int_equal(glbk_csm_maps_create(gl, &b, 1, 0xffffffffu, &start, &x), GLBK_ERR_LIMIT);
+    ERROR_IS(GLBK_ERR_LIMIT, glbk_csm_maps_create(gl, &b, 1, 0xffffffffu, &start, &x));
     assert_glbk(t, glbk_csm_maps_create(gl, NULL, 0, 0, NULL, &x));     /* a scene without maps */
     glbk_csm_maps_free(gl, &x);
 
@@ -386,7 +386,7 @@ static void csm_questions(void **state)
     MAKES(a, glbk_csm_asker_create(gl, 0, &a));
     MAKES(a, glbk_csm_asker_create(gl, ((uint32_t)1 << 20) + 1, &a));
     assert_glbk(t, glbk_csm_asker_create(gl, 2, &a));
-    assert_int_equal(glbk_csm_ask_run(gl, &a, &s.maps, 2), GLBK_ERR_ORDER);     /* nothing was uploaded */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_csm_ask_run(gl, &a, &s.maps, 2));     /* nothing was uploaded */
     assert_glbk(t, glbk_csm_ask_upload(gl, &a, &q));
     REFUSED(glbk_csm_ask_upload(NULL, &a, &q));
     REFUSED(glbk_csm_ask_upload(gl, NULL, &q));
@@ -463,6 +463,11 @@ static void csm_lights(void **state)
         assert_true(glbk_csm_light_texels(&d) > 0);
         assert_int_equal(glbk_csm_light_write(&d, words), GLBK_OK);
         REFUSED(glbk_csm_light_write(&d, NULL));
+        d.system.log = gl_log;
+        d.system.user = said;
+        REFUSED(glbk_csm_light_write(&d, NULL));
+        assert_string_equal(said, "glbk_csm_light_write: words is NULL");
+        d.system.log = NULL;
         NO_LIGHT(d.kind, LSAMP_LIGHT_COUNT);
         NO_LIGHT(d.emission_fn, shine);
         for (i = 0; i < 3; i++) {
@@ -591,6 +596,10 @@ static void csm_light_tables(void **state)
     DESC_WRONG(x, d.pattern_length, 0, glbk_csm_lights_create(gl, &d, starts, &x));
     DESC_WRONG(x, d.pattern_length, 65537, glbk_csm_lights_create(gl, &d, starts, &x));
     DESC_WRONG(x, two[1].radius, 0, glbk_csm_lights_create(gl, &d, starts, &x));
+    assert_string_equal(t->log, "glbk_csm_lights_create: desc.lights[1].radius is 0; it must be 1e-18..1e18");
+    DESC_WRONG(x, two[0].direction[2], 0.5f, glbk_csm_lights_create(gl, &d, starts, &x));
+    assert_string_equal(t->log, "glbk_csm_lights_create: desc.lights[0].direction: its length is 0.5; it must be "
+                                "0.97..1.03");
     {
         static const lsamp_mesh crowd = { patterns, 3 * ((size_t)1 << 26) - 3, 12, NULL, 0, NULL };
         lsamp_light_desc many[2] = { s.light, s.light };       /* 2^26 triangles less one, twice: over 2^28 texels */
@@ -657,7 +666,7 @@ static void csm_frames(void **state)
     REFUSED(glbk_csm_render(gl, &r, &seen, NULL));
     REFUSED(glbk_csm_render(gl, &r, NULL, &f));
     REFUSED(glbk_csm_render(gl, &r, &unmade, &f));
-    assert_int_equal(glbk_csm_render(gl, &r, &wrong, &f), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_csm_render(gl, &r, &wrong, &f));
     DESC_BAD(f.lights, NULL, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(f.lights, &no_lights, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(f.uses, NULL, glbk_csm_render(gl, &r, &seen, &f));
@@ -666,6 +675,19 @@ static void csm_frames(void **state)
     DESC_BAD(f.filter, COHSM_FILTER_COUNT, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(f.bias, NAN, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(f.offset, NAN, glbk_csm_render(gl, &r, &seen, &f));
+    f.plane_count = 2;
+    f.planes[0][1] = 1;
+    f.planes[1][2] = 0.98f;                     /* lengths from 0.97 to 1.03 are unit */
+    assert_glbk(t, glbk_csm_render(gl, &r, &seen, &f));
+    DESC_BAD(f.planes[1][2], 0.96f, glbk_csm_render(gl, &r, &seen, &f));
+    assert_string_equal(t->log, "glbk_csm_render: desc.planes[1]'s normal: its length is 0.96; it must be 0.97..1.03");
+    DESC_BAD(f.planes[1][2], 0, glbk_csm_prepare(gl, &r, &f));
+    DESC_BAD(f.planes[0][1], NAN, glbk_csm_render(gl, &r, &seen, &f));
+    DESC_BAD(f.planes[0][3], INFINITY, glbk_csm_render(gl, &r, &seen, &f));
+    f.plane_count = 1;                          /* what lies behind the last is not read */
+    f.planes[1][2] = 0;
+    assert_glbk(t, glbk_csm_render(gl, &r, &seen, &f));
+    f.plane_count = 0;
     BAD_IS(GLBK_ERR_LIMIT, r.frames, UINT32_MAX, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.maps, NULL, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.maps, &no_maps, glbk_csm_render(gl, &r, &seen, &f));
@@ -691,7 +713,7 @@ static void csm_frames(void **state)
     REFUSED(glbk_csm_read(gl, &r, NULL));
     glbk_csm_reset(NULL);
     glbk_csm_reset(&r);
-    assert_int_equal(glbk_csm_read(gl, &r, rgba), GLBK_ERR_ORDER);      /* no frame yet */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_csm_read(gl, &r, rgba));      /* no frame yet */
     f.use_count = 0;
     assert_glbk(t, glbk_csm_render(gl, &r, &seen, &f));                        /* a frame without light is black */
     rgba[5] = 1;
@@ -756,6 +778,8 @@ static void csm_builders(void **state)
     REFUSED(glbk_csm_builder_draw(gl, &b, 0, b.batch + 1));
     REFUSED(glbk_csm_builder_compress(NULL, &b));
     REFUSED(glbk_csm_builder_compress(gl, NULL));
+    REFUSED(glbk_csm_builder_compress(gl, &none));
+    REFUSED(glbk_csm_builder_replay(gl, &none, refuse_second, &last));
     BAD_IS(GLBK_ERR_ORDER, b.drawn_from, 1, glbk_csm_builder_compress(gl, &b));   /* a view would be left out */
     {
         uint32_t keep = b.drawn_from;
@@ -768,7 +792,7 @@ static void csm_builders(void **state)
     REFUSED(glbk_csm_builder_replay(NULL, &b, refuse_second, &last));
     REFUSED(glbk_csm_builder_replay(gl, NULL, refuse_second, &last));
     REFUSED(glbk_csm_builder_replay(gl, &b, NULL, &last));
-    assert_int_equal(glbk_csm_builder_replay(gl, &b, refuse_second, &last), GLBK_ERR_INPUT);    /* it ended so */
+    ERROR_IS(GLBK_ERR_INPUT, glbk_csm_builder_replay(gl, &b, refuse_second, &last));    /* it ended so */
     assert_int_equal(last, 1);
     glbk_csm_builder_free(gl, NULL);
     glbk_csm_builder_free(gl, &b);
@@ -816,12 +840,12 @@ static void envsh_maps_and_frames(void **state)
         d.map_side = 1024;
         gl->max_side = 1024;                    /* a page for each tile */
         gl->max_layers = 256;
-        assert_int_equal(glbk_envsh_maps_create(gl, &d, &m), GLBK_ERR_LIMIT);
+        ERROR_IS(GLBK_ERR_LIMIT, glbk_envsh_maps_create(gl, &d, &m));
         gl->max_layers = 2048;
         d.capacity = 1025;
-        assert_int_equal(glbk_envsh_maps_create(gl, &d, &m), GLBK_ERR_LIMIT);
+        ERROR_IS(GLBK_ERR_LIMIT, glbk_envsh_maps_create(gl, &d, &m));
         gl->max_side = 512;                     /* none for any */
-        assert_int_equal(glbk_envsh_maps_create(gl, &d, &m), GLBK_ERR_LIMIT);
+        ERROR_IS(GLBK_ERR_LIMIT, glbk_envsh_maps_create(gl, &d, &m));
         gl->max_side = side;
         gl->max_layers = most;
         d.capacity = 2;
@@ -876,7 +900,7 @@ static void envsh_maps_and_frames(void **state)
     REFUSED(glbk_envsh_shade(gl, &r, &no_seen, &m, &q, 0));
     REFUSED(glbk_envsh_shade(gl, &r, &seen, NULL, &q, 0));
     REFUSED(glbk_envsh_shade(gl, &r, &seen, &none, &q, 0));
-    assert_int_equal(glbk_envsh_shade(gl, &r, &narrow, &m, &q, 0), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_envsh_shade(gl, &r, &narrow, &m, &q, 0));
     assert_glbk(t, glbk_envsh_illuminate(gl, &r, &seen, &m, &f));
     REFUSED(glbk_envsh_illuminate(NULL, &r, &seen, &m, &f));
     REFUSED(glbk_envsh_illuminate(gl, NULL, &seen, &m, &f));
@@ -884,7 +908,7 @@ static void envsh_maps_and_frames(void **state)
     REFUSED(glbk_envsh_illuminate(gl, &r, &seen, NULL, &f));
     REFUSED(glbk_envsh_illuminate(gl, &r, &seen, &none, &f));
     REFUSED(glbk_envsh_illuminate(gl, &r, &seen, &m, NULL));
-    assert_int_equal(glbk_envsh_illuminate(gl, &r, &narrow, &m, &f), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_envsh_illuminate(gl, &r, &narrow, &m, &f));
     BAD(f.view_count, 1, glbk_envsh_illuminate(gl, &r, &seen, &m, &f));
     BAD(f.draw_fn, NULL, glbk_envsh_illuminate(gl, &r, &seen, &m, &f));
     assert_glbk(t, glbk_envsh_resolve(gl, &r, &seen, &pass, NULL));
@@ -893,7 +917,7 @@ static void envsh_maps_and_frames(void **state)
     REFUSED(glbk_envsh_resolve(gl, &no_r, &seen, &pass, NULL));
     REFUSED(glbk_envsh_resolve(gl, &r, NULL, &pass, NULL));
     REFUSED(glbk_envsh_resolve(gl, &r, &seen, NULL, NULL));
-    assert_int_equal(glbk_envsh_resolve(gl, &r, &narrow, &pass, NULL), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_envsh_resolve(gl, &r, &narrow, &pass, NULL));
     DESC_BAD(pass.blend, GLBK_BLEND_COUNT, glbk_envsh_resolve(gl, &r, &seen, &pass, NULL));
     rgba[5] = 1;
     assert_glbk(t, glbk_envsh_read(gl, &r, rgba));
@@ -1050,7 +1074,7 @@ static void rsm_renderers_and_tables(void **state)
     REFUSED(glbk_rsm_map_draw(gl, &r, NULL, draw_no_scene, NULL));
     REFUSED(glbk_rsm_map_draw(gl, &r, &no_map, draw_no_scene, NULL));
     REFUSED(glbk_rsm_map_draw(gl, &r, &m, NULL, NULL));
-    assert_int_equal(glbk_rsm_object(gl, &r, &surface, 0), GLBK_ERR_ORDER);        /* outside a glbk_rsm_draw_fn */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_object(gl, &r, &surface, 0));        /* outside a glbk_rsm_draw_fn */
     r.drawing = 1;
     assert_glbk(t, glbk_rsm_object(gl, &r, &surface, 0));
     REFUSED(glbk_rsm_object(NULL, &r, &surface, 0));
@@ -1102,9 +1126,9 @@ static void rsm_illumination(void **state)
     assert_glbk(t, glbk_rsm_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_rsm_map_create(gl, &l, 4, &m));
     assert_glbk(t, glbk_rsm_map_draw(gl, &r, &m, draw_no_scene, NULL));
-    assert_int_equal(glbk_rsm_read(gl, &r, 0, rgba), GLBK_ERR_ORDER);   /* neither light is there yet */
-    assert_int_equal(glbk_rsm_read(gl, &r, 1, rgba), GLBK_ERR_ORDER);
-    assert_int_equal(glbk_rsm_denoise(gl, &r, &sight, &filter, NULL), GLBK_ERR_ORDER);
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_read(gl, &r, 0, rgba));   /* neither light is there yet */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_read(gl, &r, 1, rgba));
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     assert_glbk(t, glbk_rsm_resolve(gl, &r, &sight, &pass, NULL, 1, 1));
 
     assert_glbk(t, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
@@ -1126,7 +1150,7 @@ static void rsm_illumination(void **state)
     assert_non_null(strstr(t->log, "glbk_rsm_direct: desc.system"));
     REFUSED(glbk_rsm_direct(gl, &r, NULL, seen, 1, &direct));
     REFUSED(glbk_rsm_direct(gl, &r, &blind, seen, 1, &direct));
-    assert_int_equal(glbk_rsm_direct(gl, &r, &small, seen, 1, &direct), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_direct(gl, &r, &small, seen, 1, &direct));
     direct.taps = 3;
     assert_glbk(t, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
 
@@ -1142,11 +1166,11 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_gather(gl, &r, &sight, unmade, 1, &g));
     assert_glbk(t, glbk_rsm_gather(gl, &r, &sight, maps, 1, NULL));      /* every texel */
     assert_glbk(t, glbk_rsm_gather(gl, &r, NULL, maps, 1, NULL));       /* no pixels: the list alone */
-    assert_int_equal(glbk_rsm_read(gl, &r, 1, rgba), GLBK_ERR_ORDER);
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_read(gl, &r, 1, rgba));
     REFUSED(glbk_rsm_gather(gl, &r, &blind, maps, 1, NULL));
     REFUSED(glbk_rsm_interpolate(gl, &r, NULL, maps, 1, NULL, NULL));
-    assert_int_equal(glbk_rsm_gather(gl, &r, &small, maps, 1, NULL), GLBK_ERR_MISMATCH);
-    assert_int_equal(glbk_rsm_interpolate(gl, &r, &small, maps, 1, NULL, NULL), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_gather(gl, &r, &small, maps, 1, NULL));
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_interpolate(gl, &r, &small, maps, 1, NULL, NULL));
     assert_glbk(t, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, NULL, NULL));
     BAD_IS(GLBK_ERR_DESC, g.pattern, RSM_PATTERN_COUNT, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     BAD_IS(GLBK_ERR_DESC, g.samples, (1u << 20) + 1, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
@@ -1198,16 +1222,16 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_interpolate(gl, NULL, &sight, maps, 1, &g, &grid));
     REFUSED(glbk_rsm_interpolate(gl, &r, &sight, NULL, 1, &g, &grid));
     assert_glbk(t, glbk_rsm_tables_upload(gl, &bare, &g, points));
-    assert_int_equal(glbk_rsm_interpolate(gl, &bare, &sight, maps, 1, &g, &grid), GLBK_ERR_ORDER);  /* no memory */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_interpolate(gl, &bare, &sight, maps, 1, &g, &grid));  /* no memory */
     g.noise = points;
     g.noise_side = 1;
     assert_glbk(t, glbk_rsm_tables_upload(gl, &r, &g, points));
-    assert_int_equal(glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid), GLBK_ERR_DESC);
+    ERROR_IS(GLBK_ERR_DESC, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     g.noise = NULL;
     g.noise_side = 0;
     g.interleave = 2;
     assert_glbk(t, glbk_rsm_tables_upload(gl, &r, &g, points));
-    assert_int_equal(glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid), GLBK_ERR_DESC);
+    ERROR_IS(GLBK_ERR_DESC, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     g.interleave = 0;
     assert_glbk(t, glbk_rsm_tables_upload(gl, &r, &g, points));
     BAD_IS(GLBK_ERR_DESC, grid.step, 1, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
@@ -1228,8 +1252,8 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_denoise(gl, NULL, &sight, &filter, NULL));
     REFUSED(glbk_rsm_denoise(gl, &r, &sight, &filter, &no_motion));
     REFUSED(glbk_rsm_denoise(gl, &r, NULL, &filter, NULL));
-    assert_int_equal(glbk_rsm_denoise(gl, &r, &small, &filter, NULL), GLBK_ERR_MISMATCH);
-    assert_int_equal(glbk_rsm_denoise(gl, &bare, &sight, &filter, NULL), GLBK_ERR_ORDER);       /* no memory for it */
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_denoise(gl, &r, &small, &filter, NULL));
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_denoise(gl, &bare, &sight, &filter, NULL));       /* no memory for it */
     BAD_IS(GLBK_ERR_DESC, filter.rows, GIFILT_ROWS_COUNT, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     BAD_IS(GLBK_ERR_DESC, filter.passes, 7, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     BAD_IS(GLBK_ERR_DESC, filter.history, 1001, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
@@ -1242,7 +1266,7 @@ static void rsm_illumination(void **state)
     filter.view_projection = matrix;
     BAD_IS(GLBK_ERR_DESC, matrix[15], INFINITY, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     assert_glbk(t, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
-    assert_int_equal(glbk_rsm_denoise(gl, &r, &sight, &filter, NULL), GLBK_ERR_ORDER);  /* twice */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));  /* twice */
 
     assert_glbk(t, glbk_rsm_resolve(gl, &r, &sight, &pass, NULL, 1, 1));
     REFUSED(glbk_rsm_resolve(NULL, &r, &sight, &pass, NULL, 1, 1));
@@ -1250,7 +1274,7 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_resolve(gl, &none, &sight, &pass, NULL, 1, 1));
     REFUSED(glbk_rsm_resolve(gl, &r, &sight, NULL, NULL, 1, 1));
     REFUSED(glbk_rsm_resolve(gl, &r, NULL, &pass, NULL, 1, 1));
-    assert_int_equal(glbk_rsm_resolve(gl, &r, &small, &pass, NULL, 1, 1), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_resolve(gl, &r, &small, &pass, NULL, 1, 1));
     assert_glbk(t, glbk_rsm_read(gl, &r, 0, rgba));
     assert_glbk(t, glbk_rsm_read(gl, &r, 1, rgba));
     REFUSED(glbk_rsm_read(NULL, &r, 0, rgba));
@@ -1330,7 +1354,7 @@ static void ism_meshes_and_surfels(void **state)
     glbk_ism_maps m, none;
     memset(&none, 0, sizeof none);
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
-    assert_int_equal(glbk_ism_mesh_move(gl, &m, ism_corners, 0), GLBK_ERR_ORDER);       /* of what? */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_ism_mesh_move(gl, &m, ism_corners, 0));       /* of what? */
     assert_glbk(t, glbk_ism_mesh_upload(gl, &m, &mesh));
     REFUSED(glbk_ism_mesh_upload(NULL, &m, &mesh));
     REFUSED(glbk_ism_mesh_upload(gl, NULL, &mesh));
@@ -1353,7 +1377,7 @@ static void ism_meshes_and_surfels(void **state)
     REFUSED(glbk_ism_mesh_move(gl, &none, ism_corners, 0));
     REFUSED(glbk_ism_mesh_move(gl, &m, NULL, 0));
     REFUSED(glbk_ism_mesh_move(gl, &m, ism_corners, 8));
-    assert_int_equal(glbk_ism_draw(gl, &m, 0), GLBK_ERR_ORDER);         /* no surfels yet */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_ism_draw(gl, &m, 0));         /* no surfels yet */
     assert_glbk(t, glbk_ism_surfels_upload(gl, &m, 0, surfels, 8));
     REFUSED(glbk_ism_surfels_upload(NULL, &m, 0, surfels, 8));
     REFUSED(glbk_ism_surfels_upload(gl, NULL, 0, surfels, 8));
@@ -1385,7 +1409,7 @@ static void ism_vpls_and_near_points(void **state)
     REFUSED(glbk_ism_vpls_upload(gl, NULL, &v, 1, &info));
     REFUSED(glbk_ism_vpls_upload(gl, &none, &v, 1, &info));
     REFUSED(glbk_ism_vpls_upload(gl, &m, NULL, 1, &info));
-    assert_int_equal(glbk_ism_vpls_upload(gl, &m, &v, 2, &info), GLBK_ERR_LIMIT);
+    ERROR_IS(GLBK_ERR_LIMIT, glbk_ism_vpls_upload(gl, &m, &v, 2, &info));
     REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, NULL));
     BAD_IS(bad, info.radius, 0, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));     /* directional: of what size? */
     BAD_IS(bad, info.radius, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
@@ -1416,7 +1440,7 @@ static void ism_vpls_and_near_points(void **state)
     REFUSED(glbk_ism_near_points_upload(gl, NULL, &p, 1));
     REFUSED(glbk_ism_near_points_upload(gl, &none, &p, 1));
     REFUSED(glbk_ism_near_points_upload(gl, &m, NULL, 1));
-    assert_int_equal(glbk_ism_near_points_upload(gl, &m, &p, 2), GLBK_ERR_LIMIT);       /* one VPL has one */
+    ERROR_IS(GLBK_ERR_LIMIT, glbk_ism_near_points_upload(gl, &m, &p, 2));       /* one VPL has one */
     for (k = 0; k < 3; k++) {
         BAD_IS(bad, p.position[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
         BAD_IS(bad, p.normal[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
@@ -1495,7 +1519,7 @@ static void ism_pixels(void **state)
     assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));
-    assert_int_equal(glbk_ism_shade(gl, &r, &seen, &m, NULL, 0), GLBK_ERR_ORDER);       /* the maps hold nothing yet */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_ism_shade(gl, &r, &seen, &m, NULL, 0));       /* the maps hold nothing yet */
     assert_glbk(t, glbk_ism_shade(gl, &r, &seen, &m, &open, 0));
     assert_glbk(t, glbk_ism_draw(gl, &m, 0));
     REFUSED(glbk_ism_draw(NULL, &m, 0));
@@ -1511,7 +1535,7 @@ static void ism_pixels(void **state)
     REFUSED(glbk_ism_shade(gl, &no_r, &seen, &m, NULL, 0));
     REFUSED(glbk_ism_shade(gl, &r, NULL, &m, NULL, 0));
     REFUSED(glbk_ism_shade(gl, &r, &nothing, &m, NULL, 0));
-    assert_int_equal(glbk_ism_shade(gl, &r, &small, &m, NULL, 0), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_ism_shade(gl, &r, &small, &m, NULL, 0));
     REFUSED(glbk_ism_shade(gl, &r, &seen, NULL, NULL, 0));
     REFUSED(glbk_ism_shade(gl, &r, &seen, &none, NULL, 0));
     ism_settings(gl, &r, &seen, &m);
@@ -1519,7 +1543,7 @@ static void ism_pixels(void **state)
     REFUSED(glbk_ism_resolve(gl, NULL, &seen, &screen, NULL));
     REFUSED(glbk_ism_resolve(gl, &no_r, &seen, &screen, NULL));
     REFUSED(glbk_ism_resolve(gl, &r, NULL, &screen, NULL));
-    assert_int_equal(glbk_ism_resolve(gl, &r, &small, &screen, NULL), GLBK_ERR_MISMATCH);
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_ism_resolve(gl, &r, &small, &screen, NULL));
     REFUSED(glbk_ism_resolve(gl, &r, &seen, NULL, NULL));
     assert_glbk(t, glbk_ism_read(gl, &r, rgba));
     REFUSED(glbk_ism_read(NULL, &r, rgba));

@@ -17,6 +17,7 @@
 #include "gl_test.h"
 
 #include "gl_state.h"
+#include "gl_wrong.h"
 
 enum { W = 48, H = 32, PIXELS = W * H };
 
@@ -726,44 +727,49 @@ static void what_is_refused(void **state)
     memset(&none, 0, sizeof none);
     memset(&d, 0, sizeof d);
     make_view(GLBK_CLIP_DEPTH_DEFAULT, clip);
-#define REFUSED(call) assert_int_not_equal((t->log[0] = 0, call), GLBK_OK)
     REFUSED(glbk_gbuffer_create(&t->gl, NULL, &h));
     REFUSED(glbk_gbuffer_create(NULL, &d, &h));
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));                           /* no size */
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_create(&t->gl, &d, &h));                           /* no size */
     d.width = W;
     d.height = H;
     REFUSED(glbk_gbuffer_create(&t->gl, &d, NULL));
     d.attributes.position = -1;
     d.attributes.normal = 1;
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));
-    assert_string_equal(t->log, "glbk_gbuffer_create: desc.attributes.position is below 0");
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_create(&t->gl, &d, &h));
+    assert_string_equal(t->log, "glbk_gbuffer_create: desc.attributes.position is -1; it must be 0..15");
     d.attributes.position = 1;
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));                           /* one location twice */
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_create(&t->gl, &d, &h));                           /* one location twice */
     d.attributes.position = 16;
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_create(&t->gl, &d, &h));
     d.attributes.position = d.attributes.normal = 0;
     d.depth = &small;
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_gbuffer_create(&t->gl, &d, &h));
     d.depth = &places;                                                      /* no depth format */
-    REFUSED(glbk_gbuffer_create(&t->gl, &d, &h));
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_gbuffer_create(&t->gl, &d, &h));
+    d.depth = NULL;
+    d.height = t->gl.max_side + 1;
+    ERROR_IS(GLBK_ERR_LIMIT, glbk_gbuffer_create(&t->gl, &d, &h));
     assert_int_equal(h.words[0].name, 0);
 
-    REFUSED(glbk_gbuffer_object(&t->gl, &g, &s));                           /* before begin */
+    ERROR_IS(GLBK_ERR_ORDER, glbk_gbuffer_object(&t->gl, &g, &s));          /* before begin */
     REFUSED(glbk_gbuffer_begin(&t->gl, &g, NULL, eye));
     REFUSED(glbk_gbuffer_begin(&t->gl, &none, clip, eye));
+    REFUSED(glbk_gbuffer_begin(&t->gl, &g, clip, NULL));
+    REFUSED(glbk_gbuffer_begin(&t->gl, NULL, clip, eye));
+    assert_string_equal(t->log, "glbk_gbuffer_begin: gbuffer is NULL");
     assert_glbk(t, glbk_gbuffer_begin(&t->gl, &g, clip, eye));
     s.plane = 256;
-    REFUSED(glbk_gbuffer_object(&t->gl, &g, &s));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_object(&t->gl, &g, &s));
     assert_string_equal(t->log, "glbk_gbuffer_object: plane is 256; it must be 0..255");
     s = floor_surface();
     s.occlusion = -0.1f;
-    REFUSED(glbk_gbuffer_object(&t->gl, &g, &s));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_object(&t->gl, &g, &s));
     s = floor_surface();
     s.material.kind = (lsamp_material_kind)LSAMP_MATERIAL_COUNT;
-    REFUSED(glbk_gbuffer_object(&t->gl, &g, &s));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_object(&t->gl, &g, &s));
     s = floor_surface();
     s.material.lobe_count = 9;
-    REFUSED(glbk_gbuffer_object(&t->gl, &g, &s));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_object(&t->gl, &g, &s));
 
     REFUSED(glbk_gbuffer_upload(&t->gl, &g, 0, H + 1, p));
     REFUSED(glbk_gbuffer_upload(&t->gl, &g, H, 1, p));
@@ -774,24 +780,23 @@ static void what_is_refused(void **state)
 
     memset(&in, 0, sizeof in);
     REFUSED(glbk_gbuffer_import(&t->gl, &g, NULL));
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));
     in.normals = &places;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));                          /* no places */
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));                          /* no places */
     in.depth = &places;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));                          /* no matrix */
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));                          /* no matrix */
     in.world_to_clip[0] = 1;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));                          /* one without an inverse */
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));                          /* one without an inverse */
     memcpy(in.world_to_clip, clip, sizeof clip);
     in.color_map = &small;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));
-    assert_string_equal(t->log, "glbk_gbuffer_import: import.color_map is of another size");
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));
+    assert_string_equal(t->log, "glbk_gbuffer_import: import.color_map has not the height of the G-buffer");
     in.color_map = NULL;
     in.normal_packing = GLBK_NORMAL_PACKING_COUNT;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));
     in.normal_packing = GLBK_NORMAL_PACKING_DEFAULT;
     in.clip_depth = GLBK_CLIP_DEPTH_COUNT;
-    REFUSED(glbk_gbuffer_import(&t->gl, &g, &in));
-#undef REFUSED
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));
     glbk_texture_free(&t->gl, &places);
     glbk_texture_free(&t->gl, &small);
     glbk_gbuffer_free(&t->gl, &g);

@@ -130,8 +130,17 @@ static inline glbk_get_proc_fn gl_get_proc(void)
 
 /* ---- a test's context ---- */
 
+/* The last line of any log, and how many lines there were. */
+static char gl_line[GL_LOG];
+static unsigned gl_lines;
+
 /* The last line of the library's log; user: room for GL_LOG characters. */
-static inline void gl_log(void *user, const char *message) { snprintf((char *)user, GL_LOG, "%s", message); }
+static inline void gl_log(void *user, const char *message)
+{
+    snprintf((char *)user, GL_LOG, "%s", message);
+    snprintf(gl_line, sizeof gl_line, "%s", message);
+    gl_lines++;
+}
 
 static inline int gl_setup(void **state)
 {

@@ -3,7 +3,39 @@
 #ifndef GL_WRONG_H
 #define GL_WRONG_H
 
-#define REFUSED(call) assert_int_equal(call, GLBK_ERR_ARGUMENT)
+/* A technique's calls with the test's context have a log: it must have got one line, which names the function, or
+   glbk_begin where a pass is wrong, and then what is wrong. `call` is the text of the call, which may stand in brackets
+   behind assignments. */
+static inline void gl_said_why(const char *call, glbk_result result, const char *file, int line)
+{
+    static const char *const parts[] = { "gbuffer_", "csm_", "envsh_", "rsm_", "ism_" };
+    const char *name = strstr(call, "glbk_"), *argument;
+    size_t length, i;
+    while (name && name[strcspn(name, "( ,;)")] != '(') name = strstr(name + 1, "glbk_");
+    for (i = 0; name && i < sizeof parts / sizeof parts[0]; i++)
+        if (strncmp(name + 5, parts[i], strlen(parts[i])) == 0) break;
+    if (!name || i == sizeof parts / sizeof parts[0]) return;
+    length = strcspn(name, "(");
+    argument = name + length + 1;
+    if (strncmp(argument, "gl,", 3) != 0 && strncmp(argument, "&t->gl,", 7) != 0) return;
+    if (gl_lines == 1 && !strchr(gl_line, '\n') &&
+        ((strncmp(gl_line, name, length) == 0 && strncmp(gl_line + length, ": ", 2) == 0) ||
+         strncmp(gl_line, "glbk_begin: pass.", 17) == 0))
+        return;
+    printf("%s:%d: %s: %s, with %u lines in the log, the last: %s\n", file, line, call, glbk_result_text(result),
+           gl_lines, gl_line);
+    assert_true(!"a call is refused without one line that says why");
+}
+
+/* The call returns an error and says why. */
+#define ERROR_IS(result, call)                          \
+    do {                                                \
+        gl_lines = 0;                                   \
+        gl_line[0] = 0;                                 \
+        assert_int_equal(call, result);                 \
+        gl_said_why(#call, result, __FILE__, __LINE__); \
+    } while (0)
+#define REFUSED(call) ERROR_IS(GLBK_ERR_ARGUMENT, call)
 
 /* `result` comes out of the call, which holds `field` as `value`. */
 #define BAD_IS(result, field, value, call)              \
@@ -11,7 +43,7 @@
         unsigned char gl_kept[sizeof(field)];           \
         memcpy(gl_kept, &(field), sizeof gl_kept);      \
         (field) = (value);                              \
-        assert_int_equal(call, result);                 \
+        ERROR_IS(result, call);                         \
         memcpy(&(field), gl_kept, sizeof gl_kept);      \
     } while (0)
 #define BAD(field, value, call) BAD_IS(GLBK_ERR_ARGUMENT, field, value, call)
@@ -27,7 +59,7 @@ static inline void gl_is_zero(const void *out, size_t size)
 #define MAKES_IS(result, out, call)                     \
     do {                                                \
         memset(&(out), 0xA5, sizeof(out));              \
-        assert_int_equal(call, result);                 \
+        ERROR_IS(result, call);                         \
         gl_is_zero(&(out), sizeof(out));                \
     } while (0)
 #define MAKES(out, call) MAKES_IS(GLBK_ERR_ARGUMENT, out, call)
