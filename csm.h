@@ -106,7 +106,7 @@
      section 3.1, figure 3  a depth in [z1, z2) answers as z1    cohsm__interval                      T59, T71
      eq. (1), figure 4      segments: one depth for many maps    cohsm__compress_view, cohsm_verify   T59, T60
      section 3.1            third layer, spherical far plane     cohsm_layers, cohsm__leave_depth     T62
-     section 3.2, figure 6  project, find segment, compare       cohsm__see, cohsm__lit               T61, T66
+     section 3.2, figure 6  project, find segment, compare       cohsm__project_point, cohsm__lit_at  T61, T66
      section 3.2            the search for a segment             cohsm__list_block, cohsm__block_find T59
      section 3.3, figure 5  six faces of a cube in one list      cohsm__face_of, cohsm__address       T70
      section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
@@ -114,13 +114,14 @@
      section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
      section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,                T67, T68
                                                                  cohsm__hull_between
-     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
+     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells,                  T65
+                                                                 cohsm__place_of_cell
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
      section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,                 T62, T66
                                                                  cohsm__load_tile
      section 4.6            receivers that have no maps          cohsm_visible_scene, entities of     T62
                                                                  cohsm_query
-     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
+     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile       T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
      table 1                compression rates                    cohsm_get_info                       T63
@@ -147,9 +148,9 @@
    builders keep allocator, log and user of the system that they were made with: these must live as long.
    Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
    and nothing leaks. The log says why a call failed, unless the maps, the builder or the desc that hold it
-   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs
-   to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
-   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs to one
+   thread at a time. Blocks built from the same input have the same bytes on every compiler, processor, byte
+   order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H
@@ -249,8 +250,8 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
    Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
-              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the first
-              maps of the scene; a scene without maps has none
+              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the
+              first maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
@@ -785,7 +786,7 @@ static inline cohsm__allocator cohsm__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *cohsm__alloc(const cohsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -934,7 +935,8 @@ static inline int cohsm__m4_is_affine(const float *m)
    on points. */
 static inline int cohsm__m4_affine_inverse(float *out, const float *m)
 {
-    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double n[3][3], r[12], det, size;
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
     int i, j;
 
     for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
@@ -966,7 +968,8 @@ static inline int cohsm__m4_affine_inverse(float *out, const float *m)
 static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
 {
     cohsm__v3 x = cohsm__v3_load(m), y = cohsm__v3_load(m + 4), z = cohsm__v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!cohsm__m4_is_affine(m)) return 0;
     lx = cohsm__v3_length(x);
@@ -1082,7 +1085,8 @@ static inline float cohsm__either(int yes, float a, float b)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void cohsm__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;
@@ -1152,7 +1156,8 @@ static inline float cohsm__atan2(float y, float x)
    which keeps areas in proportion. */
 static inline void cohsm__concentric(float s, float t, float *x, float *y)
 {
-    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
+    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi;
+    float sine, cosine;
     if (fabsf(a) > fabsf(b)) {
         r = a;
         phi = 0.785398163f * (b / a);
@@ -1175,7 +1180,8 @@ static inline void cohsm__concentric(float s, float t, float *x, float *y)
 static inline cohsm__v3 cohsm__octa_direction(float u, float v)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, x = fabsf(a), z = fabsf(b);
-    float d = 1.0f - (x + z), r = 1.0f - fabsf(d), s, c, f;
+    float d = 1.0f - (x + z), r = 1.0f - fabsf(d);
+    float s, c, f;
 
     cohsm__sincos(r > 0.0f ? ((z - x) / r + 1.0f) * 0.785398163f : 0.0f, &s, &c);
     f = r * sqrtf(2.0f - r * r);
@@ -1263,8 +1269,9 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* COHSM__X86 is 1 if functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, which
-   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
-   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+   the header defines from its public switch, makes it 0. tcc has no such attributes, so that it is 0 there;
+   MSVC needs none. For clang in MSVC's place (clang-cl) it is 0, since this compiler hides the vector types
+   unless the whole program is built for them. */
 #if defined(COHSM__NO_SIMD) || defined(__TINYC__)
 #define COHSM__X86 0
 #elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -1280,7 +1287,8 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
 #define COHSM__X86 0
 #endif
 
-/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
+/* These ask the processor directly: the compilers' own functions ask the same, but add 4.5 KB to every
+   program. */
 #if COHSM__X86 && defined(_MSC_VER)
 #include <intrin.h>
 static inline void cohsm__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
@@ -1301,7 +1309,8 @@ static inline unsigned cohsm__cpu_xcr0(void)
 
 #if COHSM__X86
 /* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
-   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has
+   LZCNT. */
 static inline int cohsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
     const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
@@ -1313,9 +1322,9 @@ static inline int cohsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
     cohsm__cpu_ask(7, r);
     return (r[1] & ebx) == ebx;
 }
-/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
+/* Asks for AVX2, BMI and BMI2, and for the registers of SSE and AVX. */
 static inline int cohsm__cpu_has_avx2(void) { return cohsm__cpu_leaf7(0x06u, 0x00000128u); }
-/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
+/* Asks for F, DQ, BW and VL of AVX-512 besides, and for its mask registers and wide registers. */
 static inline int cohsm__cpu_has_avx512(void) { return cohsm__cpu_leaf7(0xe6u, 0xc0030128u); }
 #else
 static inline int cohsm__cpu_has_avx2(void) { return 0; }
@@ -1326,6 +1335,7 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 
 /* unit bits: counting and finding bits */
 
+/* Returns how many bits of x are set. */
 static inline uint32_t cohsm__popcount(uint64_t x)
 {
     x -= x >> 1 & 0x5555555555555555u;
@@ -1358,7 +1368,7 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
     at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
     if (at == 64) return 64;
     number -= (uint32_t)(upto << 8 >> at) & 255u;
-    /* The byte's eight bits, one in each byte. */
+    /* The eight bits of that byte are spread over eight bytes, and counted up to each. */
     upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;
     return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
 }
@@ -1700,7 +1710,7 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
 
 /* ==== src/csm/format.h ==== */
 
-/* ---- types ---- */
+/* ---- format: the block, and what maps keep in memory ---- */
 
 /* The block consists of 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of
    either byte order:
@@ -1777,7 +1787,7 @@ struct cohsm_maps {
     cohsm__trays      trays;
 };
 
-static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, void *context)
+static void cohsm__run_tasks(const cohsm_system *s, size_t count, cohsm_task task, void *context)
 {
     size_t i;
     if (s->parallel_for) s->parallel_for(s->user, count, task, context);
@@ -1785,10 +1795,10 @@ static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, voi
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* An allocator with a count of the bytes that are out, for cohsm_stats.peak_bytes. */
-typedef struct cohsm__heap { cohsm__allocator allocator; size_t used, peak; } cohsm__heap;
+/* The caller's allocator, with a count of the bytes that it has given out, for cohsm_stats.peak_bytes. */
+typedef struct cohsm__counted_heap { cohsm__allocator allocator; size_t used, peak; } cohsm__counted_heap;
 
-static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
+static void *cohsm__heap_alloc(cohsm__counted_heap *h, size_t count, size_t size)
 {
     void *p = cohsm__alloc_array(&h->allocator, count, size);
     if (p) {
@@ -1798,14 +1808,14 @@ static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
     return p;
 }
 
-static void cohsm__heap_free(cohsm__heap *h, void *p, size_t count, size_t size)
+static void cohsm__heap_free(cohsm__counted_heap *h, void *p, size_t count, size_t size)
 {
     if (!p) return;
     h->used -= count * size;
     cohsm__free(&h->allocator, p);
 }
 
-/* A system for one step of a call: its progress is a part of the whole, and all else goes through. */
+/* A system for one step of a call: its progress is a part of the whole's; all else is passed on. */
 typedef struct cohsm__step_system { cohsm__part part; cohsm_system whole; } cohsm__step_system;
 
 static void cohsm__step_run(void *user, size_t count, cohsm_task task, void *context)
@@ -1877,16 +1887,17 @@ static cohsm_result cohsm__refuse(const cohsm__logger *log, cohsm_result result,
     return result;
 }
 
-/* Says that a field of a desc or a query is out of range; returns COHSM_ERR_DESC. */
-static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
-                                 const char *wanted)
+/* Logs that a field of a desc or a query is out of range, and returns COHSM_ERR_DESC. */
+static cohsm_result cohsm__refuse_value(const cohsm__logger *log, const char *field, double value,
+                                        const char *wanted)
 {
     cohsm__log_value(log, field, value, wanted);
     return COHSM_ERR_DESC;
 }
 
-/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
-static cohsm_result cohsm__ended(const cohsm__logger *log, cohsm_result result)
+/* Logs that memory was short, if this is the result of a call whose arguments were right. Returns the
+   result. */
+static cohsm_result cohsm__log_result(const cohsm__logger *log, cohsm_result result)
 {
     if (result == COHSM_ERR_ALLOC) cohsm__log_text(log, "system.allocator", "returned no memory");
     return result;
@@ -1918,7 +1929,7 @@ static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *l
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
-/* Locations so far away that distances overflow leave something that is not finite here. */
+/* Says whether all floats of a header are finite. Locations so far away that distances overflow make it 0. */
 static int cohsm__floats_finite(const cohsm__header *h)
 {
     const float *f;
@@ -1927,16 +1938,19 @@ static int cohsm__floats_finite(const cohsm__header *h)
     return 1;
 }
 
-/* Lists that are copied or coded between two calls of progress: milliseconds. */
+/* How many lists are copied or coded between two calls of progress, which takes milliseconds. */
 enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };
 
 /* ==== src/csm/order.h ==== */
 
 /* ---- order: from cells to places in the sequence ---- */
 
+/* A curve on its way through a grid: out receives the numbers of cells, count how many there are so far. */
 typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
 
-static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
+/* Returns v / 2, rounded down. */
+static int cohsm__halve_down(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }
+
 static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
 /* Walks a Hilbert-like curve through a rectangle of any size: the curve starts at (x, y) and covers the cells
@@ -1947,7 +1961,8 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
 {
     int w = abs(ax + ay), h = abs(bx + by), i;
     int dax = cohsm__sign(ax), day = cohsm__sign(ay), dbx = cohsm__sign(bx), dby = cohsm__sign(by);
-    int ax2 = cohsm__half(ax), ay2 = cohsm__half(ay), bx2 = cohsm__half(bx), by2 = cohsm__half(by);
+    int ax2 = cohsm__halve_down(ax), ay2 = cohsm__halve_down(ay);
+    int bx2 = cohsm__halve_down(bx), by2 = cohsm__halve_down(by);
 
     if (h == 1 || w == 1) {
         for (i = 0; i < (h == 1 ? w : h); i++) {
@@ -2024,7 +2039,7 @@ static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_orde
 
 /* ==== src/csm/domain.h ==== */
 
-/* ---- domain: D, cells and frames ---- */
+/* ---- domain: D, cells, and axes of their maps ---- */
 
 static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 {
@@ -2039,7 +2054,7 @@ static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 
 static int cohsm__has_table(uint32_t kind) { return kind == COHSM_DOMAIN_TABLE || kind == COHSM_DOMAIN_LIST; }
 
-static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r)
+static cohsm__v3 cohsm__affine_point(const cohsm__header *h, float s, float t, float r)
 {
     cohsm__v3 p = cohsm__v3_load(h->origin);
     p = cohsm__v3_madd(p, cohsm__v3_load(h->u), s);
@@ -2058,7 +2073,7 @@ static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, 
     case COHSM_DOMAIN_OCTAHEDRAL: return cohsm__octa_direction(s, t);
     case COHSM_DOMAIN_DISC:
         cohsm__concentric(s, t, &x, &y);
-        return cohsm__affine(h, x, y, 0.0f);
+        return cohsm__affine_point(h, x, y, 0.0f);
     case COHSM_DOMAIN_SPHERE:
         cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
         y = 1.0f - 2.0f * t;
@@ -2069,7 +2084,7 @@ static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, 
         cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
         cohsm__sincos(t * 3.14159265f, &ring, &y);
         return cohsm__v3_make(ring * cosine, y, ring * sine);
-    default: return cohsm__affine(h, s, t, r);
+    default: return cohsm__affine_point(h, s, t, r);
     }
 }
 
@@ -2090,11 +2105,12 @@ static cohsm__v3 cohsm__cell_location(const cohsm__header *h, const float *table
                                 ((float)c[2] + 0.5f) / (float)h->side[2]);
 }
 
-typedef struct cohsm__frame { cohsm__v3 right, up, back; } cohsm__frame;  /* back points to the light */
+/* The axes of the image of a direction's map; back points to the light. */
+typedef struct cohsm__axes { cohsm__v3 right, up, back; } cohsm__axes;
 
-static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
+static cohsm__axes cohsm__axes_of(uint32_t kind, cohsm__v3 d)
 {
-    cohsm__frame f;
+    cohsm__axes f;
     float s, a, h;
 
     f.back = d;
@@ -2105,7 +2121,7 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
         return f;
     }
     s = kind == COHSM_ORIENTATION_MINIMAL || d.y >= 0.0f ? 1.0f : -1.0f;
-    if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: any frame is as short a way */
+    if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: all rotations are as short */
         f.right = cohsm__v3_make(1.0f, 0.0f, 0.0f);
         f.up = cohsm__v3_make(0.0f, 0.0f, 1.0f);
         return f;
@@ -2116,11 +2132,11 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
     return f;
 }
 
-/* Returns the polar frame of a LATLONG map from the cosines and sines of its two angles, by which the poles
-   have a right direction too. */
-static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
+/* Returns the polar axes of a LATLONG map from the cosines and sines of its two angles, by which even the
+   poles have a right. */
+static cohsm__axes cohsm__axes_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
 {
-    cohsm__frame f;
+    cohsm__axes f;
     f.right = cohsm__v3_make(-sin_phi, 0.0f, cos_phi);
     f.up = cohsm__v3_make(-cos_theta * cos_phi, sin_theta, -cos_theta * sin_phi);
     f.back = cohsm__v3_make(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
@@ -2137,17 +2153,17 @@ static void cohsm__latlong_angles(const uint32_t *side, float *angles)
         cohsm__sincos(((float)i + 0.5f) / (float)side[1] * 3.14159265f, angles + 1, angles);
 }
 
-static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles,
-                                      uint32_t cell)
+static cohsm__axes cohsm__cell_axes(const cohsm__header *h, const float *table, const float *angles,
+                                    uint32_t cell)
 {
     const float *column, *row;
-    cohsm__frame f;
+    cohsm__axes f;
     if (h->domain != COHSM_DOMAIN_LATLONG)
-        return cohsm__frame_of(h->orientation, cohsm__cell_location(h, table, cell));
+        return cohsm__axes_of(h->orientation, cohsm__cell_location(h, table, cell));
     column = angles + 2 * (cell % h->side[0]);
     row = angles + 2 * h->side[0] + 2 * (cell / h->side[0]);
-    f = cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
-    return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__frame_of(h->orientation, f.back);
+    f = cohsm__axes_latlong(column[0], column[1], row[0], row[1]);
+    return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__axes_of(h->orientation, f.back);
 }
 
 /* Writes the coordinates of q for a face of a cube, on which q lies at x / w and y / w within -1..1. A face
@@ -2187,27 +2203,28 @@ enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
 typedef struct cohsm__soup {            /* triangles in units of the bounding sphere, clusters of 16 */
     float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
                                            cluster is filled up with triangles of no area */
-    float   *bounds;                    /* boxes of the clusters, 8 at a time: x of the middles of all eight,
-                                           y, z, then half sides; after them likewise a box of each 8
-                                           clusters */
+    float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
+                                           eight, then y, z, and in the same way their half sides. Behind
+                                           them lie, in groups of 8 too, boxes that each hold 8 clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
 typedef struct cohsm__camera {
     int          perspective;
-    cohsm__frame frame;                 /* orthographic */
+    cohsm__axes  axes;                  /* orthographic: of the image, back towards the light */
     cohsm__v3    eye;                   /* perspective, in units of the bounding sphere about its centre */
     uint32_t     face;
     float        depth_scale;           /* perspective: w (in radii) to depth 0..1 */
 } cohsm__camera;
 
 typedef struct cohsm__target {
-    uint16_t *z;                        /* keep values a pixel, nearest first; COHSM__INFINITE = no hit */
+    uint16_t *z;                        /* `keep` depths a pixel, nearest first; COHSM__INFINITE = no hit */
     uint32_t  keep;                     /* 2 or 4 (the fourth is unused) */
     int       size, row_begin, row_end; /* M, and the rows that are wanted */
 } cohsm__target;
 
-static void cohsm__insert(uint16_t *z, uint32_t keep, uint16_t depth)
+/* Enters a depth among the first layers of a pixel, which stay sorted. */
+static void cohsm__insert_depth(uint16_t *z, uint32_t keep, uint16_t depth)
 {
     uint16_t t;
     if (keep == 2) {
@@ -2248,12 +2265,13 @@ static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
     return !(b->y > a->y || (b->y == a->y && b->x > a->x));
 }
 
-static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
+/* Returns twice the area that the edge from a to b makes with the point (x, y); positive on its left. */
+static int64_t cohsm__edge_area(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
 {
     return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
 }
 
-/* Columns x0..x1 and rows y0..y1 of samples. */
+/* The samples in columns x0..x1 and rows y0..y1. */
 typedef struct cohsm__samples { int32_t x0, x1, y0, y1; } cohsm__samples;
 
 /* Finds the samples in the box of a triangle that are on the image and in the wanted rows. Returns 0 if there
@@ -2280,8 +2298,8 @@ static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0
 }
 
 /* Enters the depths of a triangle, sample by sample. */
-static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
-                        const cohsm__corner *p1, const cohsm__corner *p2)
+static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
+                                 const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
     int64_t w0, w1, w2;
@@ -2300,9 +2318,9 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
         area = -area;
     }
     if (!cohsm__samples_in_box(t, p0, p1, p2, &box)) return;
-    s0 = cohsm__edge(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
-    s1 = cohsm__edge(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
-    s2 = cohsm__edge(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s0 = cohsm__edge_area(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s1 = cohsm__edge_area(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s2 = cohsm__edge_area(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
     e0 = cohsm__edge_loses(p1, p2);
     e1 = cohsm__edge_loses(p2, p0);
     e2 = cohsm__edge_loses(p0, p1);
@@ -2315,7 +2333,8 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
             if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
-                cohsm__insert(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep, cohsm__depth16(z));
+                cohsm__insert_depth(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep,
+                                    cohsm__depth16(z));
             }
             w0 -= (int64_t)(p2->y - p1->y) * 256;
             w1 -= (int64_t)(p0->y - p2->y) * 256;
@@ -2332,15 +2351,16 @@ static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
     return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
 }
 
-/* Returns how many groups of eight boxes hold count boxes, of clusters or of 8 clusters each. */
-static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
+/* Returns how many groups of eight hold count boxes, which are those of clusters or of 8 clusters each. */
+static uint32_t cohsm__groups_of_8(uint32_t count) { return (count + 7u) / 8u; }
 static size_t cohsm__bound_count(const cohsm__soup *soup)
 {
-    return (size_t)cohsm__eights(soup->clusters) + cohsm__eights(cohsm__eights(soup->clusters));
+    uint32_t groups = cohsm__groups_of_8(soup->clusters);
+    return (size_t)groups + cohsm__groups_of_8(groups);
 }
 static float *cohsm__wide_bounds(const cohsm__soup *soup)
 {
-    return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
+    return soup->bounds + 48 * (size_t)cohsm__groups_of_8(soup->clusters);
 }
 
 /* Returns which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
@@ -2378,7 +2398,8 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* The clusters in sight among COHSM__STRETCH that are neighbours; the list is written eight at a time. */
+/* Those of COHSM__STRETCH neighbouring clusters that are in sight. The list has room for eight more, since it
+   is written eight at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 
@@ -2448,9 +2469,9 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     return COHSM_OK;
 }
 
-/* Says whether a comes before b. By this order of a triangle's corners, copies of the triangle compare equal
-   whatever their winding. */
-static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
+/* Says whether a comes before b by x, then y, then z. Copies of a triangle whose corners are sorted so
+   compare equal whatever their winding. */
+static int cohsm__comes_before(cohsm__v3 a, cohsm__v3 b)
 {
     if (a.x < b.x || a.x > b.x) return a.x < b.x;
     if (a.y < b.y || a.y > b.y) return a.y < b.y;
@@ -2462,14 +2483,17 @@ static void cohsm__sort3(cohsm__v3 *p)
     cohsm__v3 t;
     int i;
     for (i = 0; i < 3; i++)
-        if (cohsm__less(p[i == 1 ? 2 : 1], p[i == 1 ? 1 : 0])) {
+        if (cohsm__comes_before(p[i == 1 ? 2 : 1], p[i == 1 ? 1 : 0])) {
             t = p[i == 1 ? 1 : 0];
             p[i == 1 ? 1 : 0] = p[i == 1 ? 2 : 1];
             p[i == 1 ? 2 : 1] = t;
         }
 }
 
-static int cohsm__equal(cohsm__v3 a, cohsm__v3 b) { return !cohsm__less(a, b) && !cohsm__less(b, a); }
+static int cohsm__same_corner(cohsm__v3 a, cohsm__v3 b)
+{
+    return !cohsm__comes_before(a, b) && !cohsm__comes_before(b, a);
+}
 
 static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
 {
@@ -2483,10 +2507,10 @@ static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
     return h;
 }
 
-/* Sets used[t] to 1 for the triangles that are rendered: finite, with three different corners, and the first
-   of their copies. Copies would put two equal depths into every map and so a segment of its own into every
-   entry. */
-static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
+/* Sets used[t] to 1 for the triangles that are rendered, which are finite, have three different corners, and
+   are the first of their copies. A copy would put a second depth beside an equal first one, so that hardly
+   any two views could share a segment. */
+static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__counted_heap *heap,
                                             cohsm_stats *stats)
 {
     size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
@@ -2503,7 +2527,8 @@ static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *use
         for (k = 0; k < 3; k++) p[k] = cohsm__vertex(mesh, c[k]);
         used[t] = 0;
         if (!cohsm__v3_finite(p[0]) || !cohsm__v3_finite(p[1]) || !cohsm__v3_finite(p[2]) ||
-            cohsm__equal(p[0], p[1]) || cohsm__equal(p[1], p[2]) || cohsm__equal(p[2], p[0])) {
+            cohsm__same_corner(p[0], p[1]) || cohsm__same_corner(p[1], p[2]) ||
+            cohsm__same_corner(p[2], p[0])) {
             stats->skipped_triangles++;
             continue;
         }
@@ -2513,7 +2538,8 @@ static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *use
             c = cohsm__corners(mesh, table[s] - 1u, scratch2);
             for (k = 0; k < 3; k++) q[k] = cohsm__vertex(mesh, c[k]);
             cohsm__sort3(q);
-            copy = cohsm__equal(p[0], q[0]) && cohsm__equal(p[1], q[1]) && cohsm__equal(p[2], q[2]);
+            copy = cohsm__same_corner(p[0], q[0]) && cohsm__same_corner(p[1], q[1]) &&
+                   cohsm__same_corner(p[2], q[2]);
         }
         if (copy) {
             stats->duplicate_triangles++;
@@ -2535,7 +2561,7 @@ static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *use
 typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
 static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used,
-                              uint32_t triangles, cohsm__heap *heap)
+                              uint32_t triangles, cohsm__counted_heap *heap)
 {
     size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
     uint8_t *met = (uint8_t *)cohsm__heap_alloc(heap, bytes, 1);
@@ -2559,7 +2585,7 @@ static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, con
     return points->count != 0;
 }
 
-static void cohsm__points_free(cohsm__points *points, cohsm__heap *heap)
+static void cohsm__points_free(cohsm__points *points, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, points->at, points->room, sizeof *points->at);
 }
@@ -2675,18 +2701,19 @@ static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__
         p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
 }
 
-/* Where a triangle lies: the sum of its corners. */
+/* A triangle and where it lies: `at` is the sum of its corners. */
 typedef struct cohsm__spot { float at[3]; uint32_t triangle; } cohsm__spot;
 
-static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scale)
+/* Returns which of 256 bins along an axis a triangle falls into. */
+static uint32_t cohsm__bin_of(const cohsm__spot *p, int axis, float low, float scale)
 {
     return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
 }
 
-/* Moves so many of the triangles to the front that lie on one side of the others, along the longest axis of
-   their box. They are counted in 256 bins; those in the bin of the limit may go to either side, so that time
-   is linear whatever the mesh. */
-static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
+/* Moves the first `half` triangles along the longest axis of their box to the front. Triangles are counted in
+   256 bins; those in the bin of the limit may go to either side, so that the time is linear whatever the
+   mesh. */
+static void cohsm__halve_spots(cohsm__spot *p, uint32_t count, uint32_t half)
 {
     uint32_t bins[256], i, middle;
     uint32_t left, store, bin;
@@ -2705,10 +2732,10 @@ static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
     if (!(high[axis] - low[axis] > 1e-30f)) return;
     scale = 255.0f / (high[axis] - low[axis]);
     memset(bins, 0, sizeof bins);
-    for (i = 0; i < count; i++) bins[cohsm__bin(p + i, axis, low[axis], scale)]++;
+    for (i = 0; i < count; i++) bins[cohsm__bin_of(p + i, axis, low[axis], scale)]++;
     for (middle = 0, left = half; bins[middle] <= left && middle < 255u; middle++) left -= bins[middle];
     for (i = 0, store = 0; i < count; i++) {
-        bin = cohsm__bin(p + i, axis, low[axis], scale);
+        bin = cohsm__bin_of(p + i, axis, low[axis], scale);
         if (bin > middle || (bin == middle && !left)) continue;
         left -= (uint32_t)(bin == middle);
         moved = p[i];
@@ -2742,7 +2769,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
         if (count > LEAF) {
             unit = count > 8 * LEAF ? 8 * LEAF : LEAF;
             half = (count + unit - 1u) / unit / 2u * unit;
-            cohsm__halve(p, count, half);
+            cohsm__halve_spots(p, count, half);
             todo[waiting].p = p + half;
             todo[waiting++].count = count - half;
             count = half;
@@ -2755,7 +2782,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
 }
 
 /* Writes the box of clusters that lie one after the other, a little enlarged. */
-static void cohsm__bound(const float *v, uint32_t clusters, float *box)
+static void cohsm__bound_clusters(const float *v, uint32_t clusters, float *box)
 {
     float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
     uint32_t i, k;
@@ -2770,13 +2797,13 @@ static void cohsm__bound(const float *v, uint32_t clusters, float *box)
     }
 }
 
-/* Writes the boxes of each span clusters, from bounds on. */
-static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
+/* Writes a box for every `span` clusters, from bounds on. */
+static void cohsm__bound_all_clusters(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
     uint32_t i, at;
     for (i = 0, at = 0; i < soup->clusters; i += span, at++)
-        cohsm__bound(cohsm__cluster(soup, i), cohsm__min_u32(span, soup->clusters - i),
-                     bounds + 48 * (size_t)(at / 8) + at % 8);
+        cohsm__bound_clusters(cohsm__cluster(soup, i), cohsm__min_u32(span, soup->clusters - i),
+                              bounds + 48 * (size_t)(at / 8) + at % 8);
 }
 
 static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
@@ -2810,7 +2837,7 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
 /* Makes the clusters of a mesh: triangles are sorted in space, so that clusters are small and a shard need
    not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
-                            uint32_t triangles, const float *center, float radius, cohsm__heap *heap)
+                            uint32_t triangles, const float *center, float radius, cohsm__counted_heap *heap)
 {
     cohsm__spot *spot;
     size_t floats;
@@ -2827,14 +2854,14 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
         memset(soup->v, 0, floats * sizeof(float));
         memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
         cohsm__soup_fill(soup, mesh, used, spot, cohsm__v3_load(center), 1.0f / radius);
-        cohsm__bound_all(soup, 1, soup->bounds);
-        cohsm__bound_all(soup, 8, cohsm__wide_bounds(soup));
+        cohsm__bound_all_clusters(soup, 1, soup->bounds);
+        cohsm__bound_all_clusters(soup, 8, cohsm__wide_bounds(soup));
     }
     cohsm__heap_free(heap, spot, triangles, sizeof *spot);
     return made;
 }
 
-static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
+static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
     cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
@@ -2857,11 +2884,12 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 
    A tray, or the line of a part of a split tray, is
 
-     1 byte       n, at most 31
-     n bytes      the first views of its segments but the first one's, rising, counted from the bucket's first
-                  view
-     n + 1 bytes  codes: the depth on the block's grid, 2^depth_bits - 1 = infinite; COHSM__EXACT_CODE = exact
-     2 bytes each the exact depths, low byte first, in the order of their codes
+     1 byte         n, at most 31
+     n bytes        the first views of all its segments but the first, rising, counted from the bucket's first
+                    view
+     n + 1 bytes    codes of the segments: the depth on the block's grid, 2^depth_bits - 1 for infinite, or
+                    COHSM__EXACT_CODE
+     2 bytes each   the exact depths, low byte first, in the order of their codes
 
    so that its length is even, and n and the number of exact depths are together at most 31. Segment j holds a
    view if j of the n first views are not above it.
@@ -2882,7 +2910,7 @@ enum {
     COHSM__EXACT_CODE = 254
 };
 
-/* The tray, or the line of its part, that holds a view. */
+/* Returns the tray that holds a view or, of a split tray, the line of its part. */
 static inline const uint8_t *cohsm__tray_at(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
     const cohsm__trays *c = &m->trays;
@@ -2895,13 +2923,13 @@ static inline const uint8_t *cohsm__tray_at(const cohsm_maps *m, uint32_t pixel,
 
 static inline uint32_t cohsm__tray_half(const uint8_t *p) { return p[0] | (uint32_t)p[1] << 8; }
 
-/* The line stands for one of the depths of its views one by one. */
+/* Says whether a line only tells where the depths of its views stand one by one. */
 static inline int cohsm__tray_is_spread(const uint8_t *line)
 {
     return line[0] == COHSM__TRAY_FIRSTS && line[COHSM__LINE_BYTES - 1] == COHSM__EXACT_CODE;
 }
 
-/* The depth of a view whose code is exact, which is number j of the codes. */
+/* Returns the depth of a view whose code, number j of the codes, is COHSM__EXACT_CODE. */
 static uint32_t cohsm__tray_exact(const uint8_t *tray, uint32_t j, uint32_t view)
 {
     uint32_t n = tray[0], exact = 0, i;
@@ -2913,7 +2941,7 @@ static uint32_t cohsm__tray_exact(const uint8_t *tray, uint32_t j, uint32_t view
     return cohsm__tray_half(tray + 2u + 2u * n + 2u * exact);
 }
 
-/* The 16-bit depth of a view in its tray. */
+/* Returns the 16-bit depth of a view in its tray. */
 static inline uint32_t cohsm__tray_depth(const cohsm_maps *m, const uint8_t *tray, uint32_t place)
 {
     uint32_t n = tray[0], view = place & (COHSM__BUCKET - 1u);
@@ -2930,32 +2958,35 @@ static inline uint32_t cohsm__tray_depth(const cohsm_maps *m, const uint8_t *tra
 
 /* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a
    depth. A list is cut into blocks of one cache line each; the last one, its tail, is as short as it can be
-   and shares a line with the tails of other lists. A directory says where they are: one word each for the
-   line of the first block; the count of blocks (low 16 bits), the word of the tail in its line (4 bits), and
-   how many lines before the first block's that one is (12 bits); then 16 bits for the first view of every
-   block but the first. A query so reads lookup and directory, which are small and stay in a near cache, and
-   one line of the large rest.
+   and shares a line with the tails of other lists. A directory says where they are. Its first word is the
+   number of the first block's line; its second word holds the count of blocks (low 16 bits), the word in its
+   line at which the tail begins (4 bits), and how many lines before the first block's line the tail's line is
+   (12 bits); 16 bits follow for the first view of every block but the first. A query so reads lookup and
+   directory, which are small and stay in a near cache, and one line of the large rest.
 
    A block, read as a string of bits from the low end of its first word, is
 
-     8 base, 4 k, 4 width     of the two fields below
+     8 base, 4 k, 4 width     k and width are the lengths of the low bits and codes below
      64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for
-   every segment that begins in it, then a 0. The first segment begins at the block's first view n x k low
-   bits           first view of each segment within its bucket n x width codes          width 1..9: depth on
-   the grid, less base; all ones but the last bit: infinite width 10..15: codes of width - 9 bits, places in a
-   palette of base depths all ones, in both: exact base x 8 bits            the palette, if there is one 16
-   bits each             the exact depths, in order
+                              every segment that begins in it, then a 0. The first segment begins at the
+                              block's first view
+     n x k low bits           the first view of each segment within its bucket
+     n x width codes          width 1..9: the depth on the grid, less base; all ones but the last bit mean
+                              infinite. width 10..15: a code has width - 9 bits and is a place in a palette of
+                              `base` depths. All ones mean exact, in both
+     base x 8 bits            the palette, if there is one
+     16 bits each             the exact depths, in order
 
-   A search finds its bucket by counting zeros and compares a few low bits: whatever the number of segments,
-   its time is the same. */
+   n is the number of segments. A search finds its bucket by counting zeros, and then compares a few low bits:
+   its time is the same whatever the number of segments. */
 
 enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS,
        COHSM__WIDEST = 9, COHSM__FARTHEST_TAIL = 4095 };
 
 typedef struct cohsm__segment {
     uint16_t first;                     /* view within the chunk */
-    uint16_t lo, hi;                    /* grid values that separate the layers; exact: lo = depth, hi
-                                           unused */
+    uint16_t lo, hi;                    /* grid values that separate the layers; if exact, lo is the depth and
+                                           hi unused */
     uint16_t exact;
 } cohsm__segment;
 
@@ -3080,8 +3111,7 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
-/* Returns the last block of a list that begins at or before the view, which becomes relative to that block.
-   */
+/* Returns the last block of a list that begins at or before the view, and counts the view from there. */
 static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
     uint32_t lo = 0, count = cohsm__block_count(directory), half;
@@ -3117,13 +3147,14 @@ static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_
 
 /* ---- encode: segments to lists ---- */
 
-/* The grid of stored depths: values 0..top, top = infinite. */
+/* The grid of stored depths: values 0..top, of which top means infinite. A stored value lies at most `margin`
+   behind the first hit. */
 typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
 
 /* Returns the grid value that is stored for an interval lo..hi. The middle leaves the most room on both sides
    (paper 3.1). But a value far behind the first hit lets light through to whatever is there, other objects
    among them, so the value stays within two pixels of the first hit. */
-static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
+static uint32_t cohsm__choose_value(const cohsm__grid *g, uint32_t lo, uint32_t hi)
 {
     uint32_t middle = (lo + hi) / 2u;
     return middle < lo + g->margin ? middle : lo + g->margin;
@@ -3137,7 +3168,7 @@ static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_side)
     return g;
 }
 
-/* A block of the first n segments: how they would be coded, and what that would take. */
+/* A block of the first n segments: how they would be coded, and how many bits that would take. */
 typedef struct cohsm__plan {
     uint32_t n, exact;                  /* segments taken so far; those of them with exact depths */
     uint32_t least_hi, greatest_lo;     /* of the intervals of these segments */
@@ -3177,17 +3208,19 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__
                 if (code) code[todo[i]] = (uint8_t)count;
             } else todo[left++] = todo[i];
         }
-        value[count] = (uint8_t)cohsm__choose(grid, lo, at);
+        value[count] = (uint8_t)cohsm__choose_value(grid, lo, at);
     }
     return count;
 }
 
+/* Computes the bits of a block. Returns 0 if there are too many. */
 static int cohsm__plan_size(cohsm__plan *p)
 {
     p->size = COHSM__LOW_AT + p->n * (p->k + p->bits) + 8u * p->palette + 16u * p->exact;
     return p->size <= COHSM__BLOCK_BITS;
 }
 
+/* Plans the block with a palette. Returns 0 if it does not fit so. */
 static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid)
 {
     p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
@@ -3216,7 +3249,7 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm
     p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
     p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
     if (p->least_hi == COHSM__INFINITE) p->base = 0;
-    else if (p->least_hi > p->greatest_lo) p->base = cohsm__choose(grid, p->greatest_lo, p->least_hi);
+    else if (p->least_hi > p->greatest_lo) p->base = cohsm__choose_value(grid, p->greatest_lo, p->least_hi);
     p->palette = 0;
     for (p->bits = 1; (1u << p->bits) - 2u < p->values; p->bits++) {}
     return cohsm__plan_size(p) || cohsm__plan_palette(p, s, grid);
@@ -3244,7 +3277,7 @@ static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, cons
 
 static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p, const cohsm__grid *grid)
 {
-    uint32_t value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    uint32_t value = cohsm__choose_value(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
     if (s->lo >= grid->top) return (1u << p->bits) - 2u;
     return cohsm__max_u32(p->base, cohsm__min_u32(value, p->base + p->values - 1u)) - p->base;
 }
@@ -3314,8 +3347,8 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
 /* ---- layout: blocks to lines ---- */
 
 /* Gives lists their places. Lists come in order of chunk and pixel, whoever made them, and so always get the
-   same places: a dry run with NULL pointers counts, a second one writes. Tails go where they fit best among a
-   few lines that still have room. */
+   same places. A dry run with NULL pointers counts, and a second run writes. Tails go where they fit best
+   among a few lines that still have room. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
@@ -3344,6 +3377,8 @@ static int cohsm__open_line(cohsm__layout *l, uint32_t words)
     return oldest;
 }
 
+/* Lays a list of count blocks: a tail, and before it full blocks. The first views of the blocks are half
+   words of firsts, that of block b at firsts_at + b. */
 static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, const uint32_t *firsts,
                             uint32_t firsts_at, const uint32_t *full, const uint32_t *tail)
 {
@@ -3367,6 +3402,7 @@ static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, 
     l->directory_words += 2u + count / 2u;
 }
 
+/* Lays a list as cohsm__write_list left it. */
 static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *list)
 {
     uint32_t count = list[0] & 0xffffu;
@@ -3387,7 +3423,7 @@ typedef struct cohsm__record {          /* a closed segment on its way to a list
 } cohsm__record;
 #define COHSM__EXACT 0x80000000u
 
-typedef struct cohsm__page {
+typedef struct cohsm__page {            /* records, in memory for b->page_records of them */
     struct cohsm__page *next;
     uint32_t count;
     cohsm__record records[1];
@@ -3395,38 +3431,40 @@ typedef struct cohsm__page {
 
 typedef struct cohsm__range {           /* neighbouring pixels, compressed by one task */
     uint32_t     begin, end;            /* pixels of the shard */
-    cohsm__page *first, *last, *spare;  /* log of the chunk; spare: taken from the allocator between tasks */
+    cohsm__page *first, *last;          /* the records of the chunk so far */
+    cohsm__page *spare;                 /* an empty page, taken from the allocator between tasks */
     uint32_t     next_view;             /* of the batch */
     int          starved;               /* stopped for want of a page */
     uint64_t     segments, exact, empty, open;
 } cohsm__range;
 
+/* The lists of one range of pixels in one chunk, in memory for count words. */
 typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
 
 #ifndef COHSM_WITHOUT_BUILD
 struct cohsm_builder {
-    cohsm__heap       heap;
+    cohsm__counted_heap       heap;
     cohsm_desc        desc;             /* defaults filled in */
     cohsm__header     head;
     uint32_t         *cells;            /* place in the sequence -> cell */
     float            *locations, *angles;
     uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
                                            sphere */
-    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it
+    uint8_t          *lo, *hi;          /* of each pixel of the shard: the grid values that its open segment
                                            can have */
     uint32_t         *first;            /* its first view within the chunk */
-    uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
-                                           where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
+                                           depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
     uint32_t          keep, batch_size, batch_begin, batch_count;
     uint32_t          next_view, range_pixels, page_records;
     cohsm__grid       grid;
-    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for
-                                           positions */
+    float             thickness;        /* desc.open_thickness in 16-bit depths; for maps of positions, as a
+                                           share of the depth */
     cohsm__range      ranges[COHSM__RANGES];
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
-    int               finished;         /* or failed: it can only be destroyed */
+    int               finished;         /* or failed: it can only be freed */
 };
 #endif
 
@@ -3452,9 +3490,9 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     r->segments++;
 }
 
-/* Sees to it that the last page of a range has room for what one view can close: two segments a pixel, one
-   that was open before and one of an exact depth. Returns 0 if that takes a new page and no spare one is
-   there. */
+/* Makes sure that the last page of a range has room for the records of one view, which may close two segments
+   a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new page is needed and
+   there is no spare one. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 {
     cohsm__page *p = r->last;
@@ -3575,7 +3613,7 @@ static cohsm_result cohsm__compress_batch(cohsm_builder *b)
     for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
     do {
         if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
-        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
+        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
         for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
     } while (starved);
     return COHSM_OK;
@@ -3600,15 +3638,15 @@ static cohsm__segment cohsm__segment_of(const cohsm__record *c)
     return s;
 }
 
-static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid)
+static uint32_t cohsm__constant_entry(const cohsm__segment *s, const cohsm__grid *grid)
 {
     uint32_t value = grid->top;
     if (s->exact) return COHSM__CONSTANT | s->lo;
-    if (s->lo < grid->top) value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    if (s->lo < grid->top) value = cohsm__choose_value(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Writes the lists of one range: sorts the log of the range by pixel (views are in order already), then
+/* Writes the lists of one range: sorts the records of the range by pixel (views are in order already), then
    writes one list after the other. */
 static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
 {
@@ -3638,7 +3676,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
         memset(words->data, 0, 4 * bound);
         for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
             if (at[p] - n == 1) {
-                lookup[p] = cohsm__constant(segments + n, &b->grid);
+                lookup[p] = cohsm__constant_entry(segments + n, &b->grid);
                 continue;
             }
             lookup[p] = (uint32_t)used;
@@ -3661,7 +3699,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
     return exact ? COHSM_OK : COHSM_ERR_ALLOC;
 }
 
-/* Ends a chunk of views: closes every segment and turns the log into lists. */
+/* Ends a chunk of views: closes every segment and turns the records into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
     uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,
@@ -3701,7 +3739,8 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
 
     if (d->kind == COHSM_DOMAIN_LIST) {
         if (d->location_count == 0 || d->location_count > 1u << 24)
-            return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count, "1..2^24");
+            return cohsm__refuse_value(log, "desc.domain.location_count", (double)d->location_count,
+                                       "1..2^24");
         s[0] = (uint32_t)d->location_count;
         s[1] = s[2] = 1;
         return COHSM_OK;
@@ -3712,19 +3751,20 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
     fallback = dims == 3 ? 32u : 128u;
     for (i = 0; i < 3; i++) {
         if (i >= dims && s[i] > 1)
-            return cohsm__wrong(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
+            return cohsm__refuse_value(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
         if (!s[i]) s[i] = i < dims ? fallback : 1u;
         if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE)
-            return cohsm__wrong(log, name[i], (double)s[i], "0, or 1..4096");
+            return cohsm__refuse_value(log, name[i], (double)s[i], "0, or 1..4096");
         n *= s[i];
         if (n > 1u << 24)
-            return cohsm__wrong(log, name[i], (double)s[i], "less: sides may make 2^24 cells together");
+            return cohsm__refuse_value(log, name[i], (double)s[i],
+                                       "less: sides may make 2^24 cells together");
     }
     if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1])
-        return cohsm__wrong(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
+        return cohsm__refuse_value(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
     if (d->kind == COHSM_DOMAIN_TABLE && d->location_count != n)
-        return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count,
-                            "the product of side");
+        return cohsm__refuse_value(log, "desc.domain.location_count", (double)d->location_count,
+                                   "the product of side");
     return COHSM_OK;
 }
 
@@ -3759,7 +3799,7 @@ static cohsm_result cohsm__check_finite3(const float *p, const char *field, cons
 {
     int i;
     for (i = 0; i < 3; i++)
-        if (!cohsm__finite(p[i])) return cohsm__wrong(log, field, (double)p[i], "finite");
+        if (!cohsm__finite(p[i])) return cohsm__refuse_value(log, field, (double)p[i], "finite");
     return COHSM_OK;
 }
 
@@ -3792,19 +3832,21 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         return COHSM_ERR_DESC;
     }
     if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT)
-        return cohsm__wrong(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
+        return cohsm__refuse_value(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
-        return cohsm__wrong(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+        return cohsm__refuse_value(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
     if ((unsigned)d->order >= COHSM_ORDER_COUNT)
-        return cohsm__wrong(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
+        return cohsm__refuse_value(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
     if ((unsigned)d->orientation >= COHSM_ORIENTATION_COUNT)
-        return cohsm__wrong(log, "desc.orientation", (double)d->orientation, "a COHSM_ORIENTATION_...");
+        return cohsm__refuse_value(log, "desc.orientation", (double)d->orientation,
+                                   "a COHSM_ORIENTATION_...");
 #ifdef COHSM_WITHOUT_FAST
     if (d->layout == COHSM_LAYOUT_FAST)
-        return cohsm__wrong(log, "desc.layout", (double)d->layout, "another one in a header without fast");
+        return cohsm__refuse_value(log, "desc.layout", (double)d->layout,
+                                   "another one in a header without fast");
 #endif
     if ((unsigned)d->layout >= COHSM_LAYOUT_COUNT)
-        return cohsm__wrong(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
+        return cohsm__refuse_value(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
     if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
     return COHSM_OK;
@@ -3819,36 +3861,36 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (!d->map_side) d->map_side = 128;
     if (!d->depth_bits) d->depth_bits = 8;
     if (!(d->open_thickness >= 0.0f))
-        return cohsm__wrong(log, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+        return cohsm__refuse_value(log, "desc.open_thickness", (double)d->open_thickness, "0 or more");
     if (d->open_thickness == 0.0f) d->open_thickness = 8.0f;
     if (d->open_thickness > (float)d->map_side) d->open_thickness = (float)d->map_side;
     if (d->map_side < 4 || d->map_side > 1024)
-        return cohsm__wrong(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
+        return cohsm__refuse_value(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
     if (d->depth_bits < 4 || d->depth_bits > 8)
-        return cohsm__wrong(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
+        return cohsm__refuse_value(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
     if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
     if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;
     if (!cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and finite");
+        return cohsm__refuse_value(log, "desc.radius", (double)d->radius, "0 or more, and finite");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
-    return cohsm__wrong(log, "desc.pixel_end", (double)d->pixel_end,
-                        "above pixel_begin, and map_side^2 or less");
+    return cohsm__refuse_value(log, "desc.pixel_end", (double)d->pixel_end,
+                               "above pixel_begin, and map_side^2 or less");
 }
 
-/* Returns the result of a build whose desc and mesh were right, and logs why it failed if it did. */
-static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
+/* Logs why a build failed, if it did though its desc and mesh were right. Returns the result. */
+static cohsm_result cohsm__log_build(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
 {
     if (result == COHSM_ERR_LIMIT)
         cohsm__log_value(log, "desc.map_side", (double)d->map_side,
                          "less, or domain.side: maps of 4 GiB or more cannot be made");
     if (result == COHSM_ERR_DESC)
         cohsm__log_text(log, "desc.domain", "lies so far away that depths are not finite");
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 /* Says whether a radius is far enough from the ends of the float range for squares and inverses. */
@@ -3920,7 +3962,7 @@ static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locat
         cam.eye = cohsm__v3_sub(cohsm__cell_location(h, locations, cell), cohsm__v3_load(h->center));
         cam.eye = cohsm__v3_scale(cam.eye, 1.0f / h->radius);
         cam.depth_scale = h->radius / h->depth_far;
-    } else cam.frame = cohsm__cell_frame(h, locations, angles, cell);
+    } else cam.axes = cohsm__cell_axes(h, locations, angles, cell);
     return cam;
 }
 
@@ -3953,7 +3995,7 @@ static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint
 COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {
     cohsm__words *w, *next;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     uint32_t n;
     int i;
 
@@ -3979,8 +4021,8 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     cohsm__heap_free(&heap, b, 1, sizeof *b);
 }
 
-/* Copies the locations of the desc and makes directions unit length. A direction that is unit but for
-   rounding stays as it is: the desc of a built block must give the same rays again. */
+/* Copies the locations of the desc, and normalises those that are directions. A direction that is unit but
+   for rounding stays as it is: the desc of a built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
@@ -4002,7 +4044,7 @@ static void cohsm__split_ranges(cohsm_builder *b)
     b->page_records = cohsm__max_u32(4 * widest, 256);
 }
 
-static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
+static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
 {
     heap->peak = b->heap.peak;
     heap->used -= sizeof *b;
@@ -4011,7 +4053,8 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
 
 /* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
    had counted. */
-static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *heap, cohsm_builder **out)
+static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
+                                        cohsm_builder **out)
 {
     cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
     uint32_t n = desc->pixel_end - desc->pixel_begin;
@@ -4068,7 +4111,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
 {
     cohsm_desc d;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__logger log;
     cohsm_result result;
 
@@ -4079,12 +4122,12 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
     result = cohsm__check_desc(&d, &log);
     if (result != COHSM_OK) return result;
     if (!cohsm__radius_usable(d.radius))
-        return cohsm__wrong(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
+        return cohsm__refuse_value(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     if (d.orientation == COHSM_ORIENTATION_DEFAULT) d.orientation = COHSM_ORIENTATION_POLAR;
     memset(&heap, 0, sizeof heap);
     heap.allocator = cohsm__allocator_of(&d.system);
-    return cohsm__built(&log, &d, cohsm__builder_make(&d, &heap, out));
+    return cohsm__log_build(&log, &d, cohsm__builder_make(&d, &heap, out));
 }
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
@@ -4107,12 +4150,12 @@ static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam,
     memset(m, 0, 16 * sizeof *m);
     m[15] = 1.0f;
     if (!cam->perspective) {
-        cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale),
-                       half - scale * cohsm__v3_dot(cam->frame.right, c));
-        cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale),
-                       half - scale * cohsm__v3_dot(cam->frame.up, c));
-        cohsm__put_row(m, 2, cohsm__v3_scale(cam->frame.back, -0.5f / h->radius),
-                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->frame.back, c));
+        cohsm__put_row(m, 0, cohsm__v3_scale(cam->axes.right, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.right, c));
+        cohsm__put_row(m, 1, cohsm__v3_scale(cam->axes.up, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.up, c));
+        cohsm__put_row(m, 2, cohsm__v3_scale(cam->axes.back, -0.5f / h->radius),
+                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->axes.back, c));
         return;
     }
     axis[0] = cohsm__v3_make(1, 0, 0);
@@ -4221,7 +4264,7 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
     b->batch_count++;
     if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
-    return cohsm__ended(&log, cohsm__close_batch(b));
+    return cohsm__log_result(&log, cohsm__close_batch(b));
 }
 
 /* ==== src/csm/trays_make.h ==== */
@@ -4232,36 +4275,40 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
    bucket, and each bucket's trays are placed in lines of their own. */
 
 enum {
-    COHSM__LARGE_LINES = 16 * COHSM__GROUP,     /* of split trays: 8 each, and 8 of depths one by one */
+    COHSM__LARGE_LINES = 16 * COHSM__GROUP,     /* room for split trays: 8 lines each, and 8 of depths */
     COHSM__LINE_STEPS = COHSM__LINE_BYTES / 2,
-    COHSM__SHARED_LINES = 2 * COHSM__GROUP,     /* that trays of less than a line can begin in */
+    COHSM__SHARED_LINES = 2 * COHSM__GROUP,     /* lines that 14 bits of steps reach, in which trays of less
+                                                   than a line can begin */
     COHSM__NO_TRAY = 0xffff
 };
 
-/* A list that is being read: the segments of one of its blocks, and the one that was read last. */
+/* A list that is being read: the decoded segments of one of its blocks. */
 typedef struct cohsm__cursor {
     const uint32_t *directory;
-    uint32_t block, at, count;
-    uint32_t first[COHSM__MARKS + 1];   /* within the chunk; the last one is where the block ends */
+    uint32_t block, count;              /* the number of the block, and of its segments */
+    uint32_t at;                        /* the segment that was read last */
+    uint32_t first[COHSM__MARKS + 1];   /* first views within the chunk; the last one is the block's end */
     uint16_t depth[COHSM__MARKS];
 } cohsm__cursor;
 
-/* Segments of a bucket. */
+/* The segments of one pixel in a bucket of views. */
 typedef struct cohsm__pieces {
     uint32_t count;
     uint8_t  first[COHSM__BUCKET], code[COHSM__BUCKET];
     uint16_t depth[COHSM__BUCKET];
 } cohsm__pieces;
 
-typedef struct cohsm__tray_work {       /* of one column */
+typedef struct cohsm__tray_work {       /* what is needed for one column at a time */
     cohsm__cursor cursor[COHSM__GROUP];
     cohsm__pieces pieces;
     uint8_t       tiny[COHSM__GROUP][COHSM__LINE_BYTES];   /* trays of less than a line */
     uint8_t       large[COHSM__LARGE_LINES][COHSM__LINE_BYTES];
-    uint16_t      steps[COHSM__GROUP];  /* length of a tray in steps of 2 bytes; 0: it is a split one */
-    uint16_t      line[COHSM__GROUP], split[COHSM__GROUP];  /* of a split tray: its first line in large */
-    uint16_t      same[COHSM__GROUP];   /* this tray, or one of a single segment that stands for it too */
-    uint16_t      place[COHSM__GROUP];  /* of a tray, in steps from the bucket's first line */
+    uint16_t      steps[COHSM__GROUP];  /* the length of each tray in steps of 2 bytes; 0: it is split */
+    uint16_t      line[COHSM__GROUP];   /* of a split tray: the number of its first line in `large` */
+    uint16_t      split[COHSM__GROUP];  /* of a split tray: it has 2^split parts */
+    uint16_t      same[COHSM__GROUP];   /* the pixel whose tray stands for this pixel too, if both have one
+                                           segment and the same code; else the pixel itself */
+    uint16_t      place[COHSM__GROUP];  /* where the tray begins, in steps from the bucket's first line */
     uint32_t      large_lines;
 } cohsm__tray_work;
 
@@ -4317,7 +4364,7 @@ static void cohsm__cursor_step(cohsm__cursor *c, const cohsm_maps *m, uint32_t v
     cohsm__cursor_decode(c, m, views);
 }
 
-/* Segments of the views from begin up to end, which is not beyond the chunk. */
+/* Reads the segments of the views from begin up to end, which is not beyond the chunk. */
 static void cohsm__cursor_read(cohsm__cursor *c, const cohsm_maps *m, uint32_t begin, uint32_t end,
                                uint32_t views, cohsm__pieces *pieces)
 {
@@ -4350,7 +4397,7 @@ static void cohsm__pieces_codes(const cohsm_maps *m, cohsm__pieces *pieces)
     }
 }
 
-/* First views and exact depths that the segments from..to - 1 need. */
+/* Returns how many first views and exact depths a tray of the segments from..to - 1 needs. */
 static uint32_t cohsm__pieces_load(const cohsm__pieces *pieces, uint32_t from, uint32_t to)
 {
     uint32_t load = to - from - 1u, i;
@@ -4358,7 +4405,7 @@ static uint32_t cohsm__pieces_load(const cohsm__pieces *pieces, uint32_t from, u
     return load;
 }
 
-/* Segments from..to - 1 as a tray; returns its length. */
+/* Writes the segments from..to - 1 as a tray, and returns its bytes. */
 static uint32_t cohsm__tray_write(const cohsm__pieces *pieces, uint32_t from, uint32_t to, uint8_t *tray)
 {
     uint32_t n = to - from - 1u, i;
@@ -4375,7 +4422,8 @@ static uint32_t cohsm__tray_write(const cohsm__pieces *pieces, uint32_t from, ui
     return (uint32_t)(exact - tray);
 }
 
-/* The segments of part `part` of 2^split: the last one that begins at or before it, and those within it. */
+/* Finds the segments *from..*to - 1 that lie in a part, one of 2^split of a bucket: the last segment that
+   begins at or before the part, and those that begin within it. */
 static void cohsm__pieces_part(const cohsm__pieces *pieces, uint32_t split, uint32_t part, uint32_t *from,
                                uint32_t *to)
 {
@@ -4385,6 +4433,7 @@ static void cohsm__pieces_part(const cohsm__pieces *pieces, uint32_t split, uint
     for (*to = *from + 1u; *to < pieces->count && pieces->first[*to] < begin + views; ++*to) continue;
 }
 
+/* Returns the least split by which every part fits into a line; COHSM__SPLITS if none does. */
 static uint32_t cohsm__pieces_split(const cohsm__pieces *pieces)
 {
     uint32_t split, part, from, to;
@@ -4399,7 +4448,7 @@ static uint32_t cohsm__pieces_split(const cohsm__pieces *pieces)
     return split;
 }
 
-/* The depths of a part one by one. */
+/* Writes the depths of all views of a part one by one. */
 static void cohsm__tray_list(const cohsm__pieces *pieces, uint32_t from, uint32_t part, uint8_t *line)
 {
     uint32_t begin = part * COHSM__SPREAD_VIEWS, i;
@@ -4411,7 +4460,7 @@ static void cohsm__tray_list(const cohsm__pieces *pieces, uint32_t from, uint32_
     }
 }
 
-/* A tray that needs lines of its own. */
+/* Writes a tray that does not fit into one line into lines of its own. */
 static void cohsm__tray_split(cohsm__tray_work *w, uint32_t p)
 {
     const uint32_t split = cohsm__pieces_split(&w->pieces), parts = 1u << split;
@@ -4436,12 +4485,13 @@ static void cohsm__tray_split(cohsm__tray_work *w, uint32_t p)
     w->large_lines += spread;
 }
 
-/* All trays of a bucket, not yet placed. views: of the chunk. */
+/* Makes the trays of all pixels for the bucket that begins at view `begin` of a chunk of so many views. Where
+   they stand is decided later. */
 static void cohsm__bucket_trays(cohsm__tray_work *w, const cohsm_maps *m, uint32_t pixels, uint32_t begin,
                                 uint32_t views)
 {
     const uint32_t end = cohsm__min_u32(begin + COHSM__BUCKET, views);
-    uint16_t alone[COHSM__BUCKET];      /* the first tray of one segment with this code */
+    uint16_t alone[COHSM__BUCKET];      /* for each code, the first pixel with one segment of this code */
     uint32_t p;
 
     memset(alone, 0xff, sizeof alone);  /* COHSM__NO_TRAY */
@@ -4464,7 +4514,7 @@ static void cohsm__bucket_trays(cohsm__tray_work *w, const cohsm_maps *m, uint32
 
 /* ---- places of trays ---- */
 
-/* Lines by the steps that are left in them, as lists. */
+/* Lines that still have room, in a list for each number of steps that are left. */
 typedef struct cohsm__room {
     uint64_t some;                      /* bit r: a line has r steps left */
     uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__SHARED_LINES];
@@ -4478,8 +4528,8 @@ static void cohsm__room_add(cohsm__room *r, uint32_t line, uint32_t left)
     r->some |= (uint64_t)1 << left;
 }
 
-/* Takes a line with the least room of at least so many steps, which it stores in *left; COHSM__NO_TRAY: none
-   has it. */
+/* Takes out the line with the least room among those that have at least so many steps left, and writes to
+   *left how many it has. Returns the line, or COHSM__NO_TRAY if there is none. */
 static uint32_t cohsm__room_take(cohsm__room *r, uint32_t steps, uint32_t *left)
 {
     const uint64_t fit = r->some >> steps << steps;
@@ -4493,7 +4543,7 @@ static uint32_t cohsm__room_take(cohsm__room *r, uint32_t steps, uint32_t *left)
     return line;
 }
 
-/* Steps that a line of a split tray leaves free. */
+/* Returns how many steps a line of a split tray leaves free. */
 static uint32_t cohsm__line_left(const uint8_t *line)
 {
     const uint32_t n = line[0];
@@ -4504,8 +4554,8 @@ static uint32_t cohsm__line_left(const uint8_t *line)
     return COHSM__LINE_STEPS - used;
 }
 
-/* The lines of the split trays that come before all others, as many as trays of less than a line can begin
-   in; what is left in them is free for those. */
+/* Puts the first split trays before all other lines, as long as short trays can begin in their lines, and
+   opens what is left in these lines for short trays. Returns the number of these lines. */
 static uint32_t cohsm__room_start(cohsm__room *r, const cohsm__tray_work *w, uint32_t pixels)
 {
     uint32_t p, part, lines = 0, next;
@@ -4526,8 +4576,8 @@ static uint32_t cohsm__room_start(cohsm__room *r, const cohsm__tray_work *w, uin
     return lines;
 }
 
-/* Places the trays, the longest first, each in the line that it leaves least of. Returns how many lines there
-   are; *before: of these, lines of split trays that stand before the others. */
+/* Places the trays, the longest first, each in the line in which it leaves the least room. Returns how many
+   lines the bucket has, and writes to *before how many lines of split trays stand before the others. */
 static uint32_t cohsm__bucket_place(cohsm__tray_work *w, uint32_t pixels, uint32_t *before)
 {
     uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__GROUP];
@@ -4555,7 +4605,8 @@ static uint32_t cohsm__bucket_place(cohsm__tray_work *w, uint32_t pixels, uint32
     return fresh + w->large_lines - *before;
 }
 
-/* Copies the trays to their places. `to` is the bucket's first line, zeroed. */
+/* Copies the trays to their places, and writes where each begins. `to` is the bucket's first line; all its
+   lines are zeroed. */
 static void cohsm__bucket_write(const cohsm__tray_work *w, uint32_t pixels, uint32_t before, uint32_t lines,
                                 uint8_t *to, uint16_t *at)
 {
@@ -4580,21 +4631,23 @@ static void cohsm__bucket_write(const cohsm__tray_work *w, uint32_t pixels, uint
 
 /* ---- trays: all of a block, in memory ---- */
 
-/* All columns are gone through twice: once for the count of their lines, and once to write them. */
+/* All columns are gone through twice: once to count their lines, and once to write them. */
 
 enum { COHSM__TRAY_WORKERS = 8 };
 
 typedef struct cohsm__tray_maker {
     const cohsm_maps *maps;
-    uint32_t groups, buckets, columns, first;       /* first: the column of the first worker */
+    uint32_t groups, buckets, columns;
+    uint32_t first;                     /* the column of the first worker; the others follow */
     int      writing;
     cohsm__tray_work *work;
-    uint32_t *lines;                    /* of each column: how many, then the number of its first one */
-    uint8_t  *to;                       /* line 0 */
+    uint32_t *lines;                    /* of each column: first their number, then that of its first one */
+    uint8_t  *to;                       /* where line 0 is written */
     uint32_t *base;
     uint16_t *at;
 } cohsm__tray_maker;
 
+/* Counts the lines of a column or, the second time, writes them. */
 static void cohsm__column_trays(const cohsm__tray_maker *k, uint32_t column, cohsm__tray_work *w)
 {
     const cohsm_maps *m = k->maps;
@@ -4629,7 +4682,7 @@ static void cohsm__column_task(void *context, size_t index)
     if (column < k->columns) cohsm__column_trays(k, column, k->work + index);
 }
 
-/* What is wanted, and how to run the tasks. */
+/* The layout that is wanted, and the system that runs the tasks. */
 typedef struct cohsm__wish {
     cohsm_layout layout;
     size_t       bytes;                 /* of COHSM_LAYOUT_BUDGET */
@@ -4647,8 +4700,8 @@ static cohsm_result cohsm__run_columns(cohsm__tray_maker *k, const cohsm__wish *
     return COHSM_OK;
 }
 
-/* Bytes of all trays, from the lines of each column, which become the number of its first line; 0 if there
-   are too many. */
+/* Returns the bytes of all trays, 0 if there are too many, and turns the number of lines of each column into
+   the number of its first line. */
 static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
 {
     size_t pointers, bases, bytes;
@@ -4670,7 +4723,7 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
     return bytes;
 }
 
-/* Makes the trays, whose lines were counted, in memory that it takes. */
+/* Takes memory for the trays, whose lines were counted, and makes them there. */
 static cohsm_result cohsm__trays_fill(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
                                       cohsm__part part, cohsm__trays *trays)
 {
@@ -4710,8 +4763,8 @@ static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm
     return COHSM_OK;
 }
 #else
-/* Gives maps the layout that is wanted, and the log that they keep; their layout stays compact where this
-   fails. *peak: the most bytes that were asked for at once, the trays included. */
+/* Gives maps the layout that is wanted, and the log that they keep; if this fails, their layout stays
+   compact. *peak receives the most bytes that were asked for at once, the trays included. */
 static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm__part part, size_t *peak)
 {
     const uint32_t workers = wish->system && wish->system->parallel_for ? (uint32_t)COHSM__TRAY_WORKERS : 1u;
@@ -4804,7 +4857,7 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
-/* Points at the sections of a block whose header is sound. */
+/* Finds the sections of a block whose header is sound, and makes the tables that queries read. */
 static void cohsm__find_sections(cohsm_maps *m)
 {
     const uint32_t *at = m->words + COHSM__HEADER_WORDS;
@@ -4830,8 +4883,8 @@ static void cohsm__find_sections(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* Words of a block, zeroed, that begin at a cache line's boundary within memory: the allocator promises
-   alignment to 8 bytes only. */
+/* A block in memory of the caller's allocator, which promises alignment to 8 bytes only: the words begin at
+   the next boundary of a cache line. */
 typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
@@ -4978,7 +5031,7 @@ static size_t cohsm__maps_bytes(const cohsm__header *h)
 }
 
 /* Makes the maps of a builder, and fills in every field of stats but those of the mesh. */
-static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
+static cohsm_result cohsm__finish_maps(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm__header *h = &b->head;
     cohsm__layout dry;
@@ -5022,7 +5075,7 @@ static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d,
     if (stats->peak_bytes < peak) stats->peak_bytes = peak;
     if (result != COHSM_OK) cohsm_free(*maps);
     cohsm__log_layout(log, "desc.layout", result);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
@@ -5043,8 +5096,8 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
         return COHSM_ERR_ORDER;
     }
     memset(&s, 0, sizeof s);
-    result = cohsm__finish(b, &maps, &s);
-    if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    result = cohsm__finish_maps(b, &maps, &s);
+    if (result != COHSM_OK) return cohsm__log_build(&log, &b->desc, result);
     result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s, &log);
     if (result != COHSM_OK) return result;
     *out = maps;
@@ -5113,7 +5166,8 @@ COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float o
     return COHSM_OK;
 }
 
-static uint32_t cohsm__place(const cohsm_maps *m, uint32_t x, uint32_t y, uint32_t z)
+/* Returns the place in the sequence of the map of a cell. */
+static uint32_t cohsm__place_of_cell(const cohsm_maps *m, uint32_t x, uint32_t y, uint32_t z)
 {
     const uint32_t *s = m->head.side;
     uint32_t line, cell;
@@ -5143,7 +5197,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);
-    place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
+    place = view / m->head.map_count * m->head.map_count + cohsm__place_of_cell(m, c[0], c[1], c[2]);
     for (p = 0; p < m->range; p++)
         out[p] = (uint16_t)cohsm__stored_depth(m, p, place);
     return COHSM_OK;
@@ -5153,8 +5207,9 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
 
 /* ---- query ---- */
 
-/* Samples are treated in tiles: first the map, pixel and depth of every sample are found, then the depths are
-   searched in steps that each begin by prefetching what the next step needs, so that cache misses overlap. */
+/* Samples are treated in tiles: first the map, the pixel and the depth of every sample are found; then the
+   stored depths are searched in steps that each prefetch what the next step reads, so that cache misses
+   overlap. */
 
 enum {
     COHSM__TILE = 256,                  /* samples of a tile */
@@ -5240,7 +5295,7 @@ static int cohsm__floor(float x)
 
 /* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral
    square, or to the border. */
-static void cohsm__wrap(const cohsm_maps *m, int *c)
+static void cohsm__wrap_cell(const cohsm_maps *m, int *c)
 {
     int n0 = (int)m->head.side[0], n1 = (int)m->head.side[1], i;
     uint32_t kind = m->head.domain;
@@ -5265,18 +5320,18 @@ static uint32_t cohsm__cell_index(const cohsm_maps *m, const int *c)
 }
 
 /* A point as one map sees it: its position in pixels, its depth in 16 bits, and the face of the cube. */
-typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
+typedef struct cohsm__projected { float x, y, depth; uint32_t face; } cohsm__projected;
 
-static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
+static cohsm__projected cohsm__project_point(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
 {
     float half = 0.5f * (float)m->head.map_side, w;
-    cohsm__seen s;
-    cohsm__frame f;
+    cohsm__projected s;
+    cohsm__axes f;
     cohsm__v3 q;
 
     s.face = 0;
     if (!m->head.positional) {
-        f = cohsm__cell_frame(&m->head, m->locations, m->angles, cell);
+        f = cohsm__cell_axes(&m->head, m->locations, m->angles, cell);
         s.x = cohsm__v3_dot(p, f.right) * half + half;
         s.y = cohsm__v3_dot(p, f.up) * half + half;
         s.depth =
@@ -5313,7 +5368,7 @@ static uint32_t cohsm__pixel(const cohsm_maps *m, float x, float y)
     return p >= m->head.pixel_begin && p < m->head.pixel_end ? p - m->head.pixel_begin : COHSM__NO_PIXEL;
 }
 
-static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
+static float cohsm__lit_at(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
 {
     if (pixel == COHSM__NO_PIXEL || depth < 0) return 1.0f;
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
@@ -5324,8 +5379,8 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
    nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
-    uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
-    cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
+    uint32_t place = cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
+    cohsm__projected s = cohsm__project_point(m, cohsm__cell_index(m, c), p, bias);
     float x, y, fx, fy;
     float dark = 0.0f;
     int32_t depth = cohsm__compared_depth(s.depth);
@@ -5339,7 +5394,7 @@ static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, floa
     for (corner = 0; corner < 4; corner++) {
         float weight = (corner & 1u ? fx : 1.0f - fx) * (corner & 2u ? fy : 1.0f - fy);
         uint32_t pixel = cohsm__pixel(m, x + (float)(corner & 1u) + 0.5f, y + (float)(corner >> 1) + 0.5f);
-        if (weight > 0.0f) dark += weight * (1.0f - cohsm__lit(m, pixel, place, depth));
+        if (weight > 0.0f) dark += weight * (1.0f - cohsm__lit_at(m, pixel, place, depth));
     }
     return dark;
 }
@@ -5359,14 +5414,14 @@ static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float 
             c[i] = low + (int)(corner >> i & 1u);
         }
         if (!(weight > 0.0f)) continue;
-        cohsm__wrap(m, c);
+        cohsm__wrap_cell(m, c);
         dark += weight * cohsm__pcf_map(m, c, p, bias);
     }
     return dark;
 }
 
 /* Returns the lit part; where all is dark, rounding of the weights may have left a little. */
-static float cohsm__lit_of(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
+static float cohsm__lit_from_dark(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
 
 static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
 {
@@ -5388,43 +5443,43 @@ static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension
 }
 
 /* Says whether a direction has a length that can be computed. */
-static int cohsm__usable(cohsm__v3 l)
+static int cohsm__length_usable(cohsm__v3 l)
 {
     float length = cohsm__v3_length(l);
     return length > 0.0f && length < 3.4e38f;
 }
 
-/* Finds map, pixel and depth of sample i; with PCF its visibility at once. */
+/* Finds map, pixel and depth of sample i; with PCF it finds the visibility at once. */
 static void cohsm__address(cohsm__tile *t, size_t i)
 {
     const cohsm_maps *m = t->maps;
     const cohsm_query *q = t->query;
     cohsm__v3 p = cohsm__tile_point(t, i), l = cohsm__tile_light(t, i);
-    cohsm__seen s;
+    cohsm__projected s;
     float f[3] = { 0, 0, 0 };
     uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
     if (!cohsm__v3_finite(p) || (q->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
     if (q->light_kind == COHSM_LIGHT_INDEX) {
-        if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* unknown, like a light at NaN */
+        if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* lit, as by a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__lit_of(cohsm__pcf_map(m, c, p, q->bias));
+            t->visible[i] = cohsm__lit_from_dark(cohsm__pcf_map(m, c, p, q->bias));
             return;
         }
     } else {
         if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
+        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
         cohsm__domain_position(m, l, q->light_kind, f);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__lit_of(cohsm__pcf(m, f, p, q->bias));
+            t->visible[i] = cohsm__lit_from_dark(cohsm__pcf(m, f, p, q->bias));
             return;
         }
         for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(t, id, k));
-        cohsm__wrap(m, c);
+        cohsm__wrap_cell(m, c);
     }
-    s = cohsm__see(m, cohsm__cell_index(m, c), p, q->bias);
+    s = cohsm__project_point(m, cohsm__cell_index(m, c), p, q->bias);
     if (q->filter == COHSM_FILTER_ROULETTE) {
         s.x += cohsm__jitter(t, id, 3) - 0.5f;
         s.y += cohsm__jitter(t, id, 4) - 0.5f;
@@ -5433,16 +5488,14 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     if (t->depth[i] < 0) return;
     t->pixel[i] = cohsm__pixel(m, s.x, s.y);
     t->place[i] =
-        cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
+        cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
-/* A search for the depth of one of the tile's samples: at is its list, then its block, and view counts from
-   there. */
+/* The search for the stored depth of one of the tile's samples: `at` points to its list first, then to its
+   block, and view counts from there. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
-/* Says whether a semi-local light must be refused, since it is inside the hull. For a light outside, the
-   object cannot be in between if the ray meets the hull only beyond the light, or not at all (T67;
-   cohsm__hull_between): one of light and hull comes first, since the light is outside a convex hull. */
+/* Says whether a semi-local light must be refused, since it is inside the hull. */
 static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
 {
     int i;
@@ -5453,6 +5506,9 @@ static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
     return 1;
 }
 
+/* Says whether the object may stand between a point and a semi-local light outside the hull, which is so if
+   the segment between them meets the hull. Beyond the light the ray may meet the hull as well (T67); but the
+   maps, which know directions only, must not be asked then. */
 static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
 {
     float enter = 0.0f, leave = 1.0f;
@@ -5481,10 +5537,10 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
 
 /* ---- query: directions to latitude-longitude maps, in steps ---- */
 
-/* Directions to LATLONG maps are treated a step of samples at a time. The result is that of cohsm__address,
-   but by loops of constant length without branches or calls, which compilers vectorise at -O2 for every
-   instruction set (kernels_directions.h). A step is so small that what one loop writes or prefetches is still
-   in the first-level cache for the next loop. */
+/* Samples whose lights are directions, and whose maps are LATLONG, are treated a step of 64 at a time. The
+   result is that of cohsm__address, but comes from loops of constant length without branches or calls, which
+   compilers vectorise at -O2 for every instruction set (kernels_directions.h). A step is so small that what
+   one loop writes or prefetches is still in the first-level cache for the next loop. */
 
 enum { COHSM__STEP = 64 };
 
@@ -5497,9 +5553,8 @@ typedef struct cohsm__step {
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* Writes the frame of the map that answers for one direction, the same for all points, and returns the map's
-   place in the sequence. */
-static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
+/* Writes the axes of the map that answers for one direction, and returns the map's place in the sequence. */
+static uint32_t cohsm__axes_toward(const cohsm_maps *m, cohsm__v3 direction, cohsm__axes *f)
 {
     int c[3] = { 0, 0, 0 };
     float u[3];
@@ -5507,9 +5562,9 @@ static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm
     cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
     c[0] = cohsm__floor(u[0] + 0.5f);
     c[1] = cohsm__floor(u[1] + 0.5f);
-    cohsm__wrap(m, c);
-    *f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    cohsm__wrap_cell(m, c);
+    *f = cohsm__cell_axes(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    return cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], 0);
 }
 
 /* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
@@ -5523,7 +5578,7 @@ enum {
 
 typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
-    cohsm__frame frame;
+    cohsm__axes axes;
     uint32_t place;
     float    bias;                      /* in parts of the depth range */
     size_t   count;
@@ -5541,7 +5596,7 @@ static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__
                                cohsm__kept *kept)
 {
     s->maps = maps;
-    s->place = cohsm__one_frame(maps, direction, &s->frame);
+    s->place = cohsm__axes_toward(maps, direction, &s->axes);
     s->bias = bias / (float)maps->head.map_side;
     s->kept = kept;
     s->packed = s->x = s->y = s->z = NULL;
@@ -5577,24 +5632,24 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__enqueue COHSM__NAME_IN_SET(cohsm__enqueue, COHSM__SET)
 #define cohsm__sees8 COHSM__NAME_IN_SET(cohsm__sees8, COHSM__SET)
 #define cohsm__append8 COHSM__NAME_IN_SET(cohsm__append8, COHSM__SET)
-#define cohsm__find COHSM__NAME_IN_SET(cohsm__find, COHSM__SET)
+#define cohsm__find_clusters COHSM__NAME_IN_SET(cohsm__find_clusters, COHSM__SET)
 #define cohsm__find_block COHSM__NAME_IN_SET(cohsm__find_block, COHSM__SET)
 #define cohsm__found_depth COHSM__NAME_IN_SET(cohsm__found_depth, COHSM__SET)
 #define cohsm__tray_depths COHSM__NAME_IN_SET(cohsm__tray_depths, COHSM__SET)
 #define cohsm__find_depths COHSM__NAME_IN_SET(cohsm__find_depths, COHSM__SET)
-#define cohsm__search COHSM__NAME_IN_SET(cohsm__search, COHSM__SET)
+#define cohsm__search_tile COHSM__NAME_IN_SET(cohsm__search_tile, COHSM__SET)
 #define cohsm__load_vectors COHSM__NAME_IN_SET(cohsm__load_vectors, COHSM__SET)
 #define cohsm__step_roots COHSM__NAME_IN_SET(cohsm__step_roots, COHSM__SET)
 #define cohsm__step_cells COHSM__NAME_IN_SET(cohsm__step_cells, COHSM__SET)
-#define cohsm__step_frames COHSM__NAME_IN_SET(cohsm__step_frames, COHSM__SET)
-#define cohsm__step_see COHSM__NAME_IN_SET(cohsm__step_see, COHSM__SET)
+#define cohsm__step_axes COHSM__NAME_IN_SET(cohsm__step_axes, COHSM__SET)
+#define cohsm__step_project COHSM__NAME_IN_SET(cohsm__step_project, COHSM__SET)
 #define cohsm__step_places COHSM__NAME_IN_SET(cohsm__step_places, COHSM__SET)
 #define cohsm__step_jitter COHSM__NAME_IN_SET(cohsm__step_jitter, COHSM__SET)
 #define cohsm__address_latlong COHSM__NAME_IN_SET(cohsm__address_latlong, COHSM__SET)
 #define cohsm__views COHSM__NAME_IN_SET(cohsm__views, COHSM__SET)
 #define cohsm__views_of COHSM__NAME_IN_SET(cohsm__views_of, COHSM__SET)
 #define cohsm__stream_load COHSM__NAME_IN_SET(cohsm__stream_load, COHSM__SET)
-#define cohsm__stream_see COHSM__NAME_IN_SET(cohsm__stream_see, COHSM__SET)
+#define cohsm__stream_project COHSM__NAME_IN_SET(cohsm__stream_project, COHSM__SET)
 #define cohsm__slots COHSM__NAME_IN_SET(cohsm__slots, COHSM__SET)
 #define cohsm__stream_find COHSM__NAME_IN_SET(cohsm__stream_find, COHSM__SET)
 #define cohsm__stream_decode COHSM__NAME_IN_SET(cohsm__stream_decode, COHSM__SET)
@@ -6238,7 +6293,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load(const float *x, 
     return a;
 }
 
-/* x, y, z of the first lane, then of the next. */
+/* Loads x, y, z of the first lane, then those of the next, and so on. */
 static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load_packed(const float *xyz)
 {
     cohsm__lanes3 v;
@@ -6369,7 +6424,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_greater(cohsm__lane_
     return m;
 }
 
-/* m ? k : n. */
+/* Returns m ? k : n in each lane. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_select(cohsm__lane_mask m, cohsm__lane_ints k, cohsm__lane_ints n)
 {
 #if COHSM__WIDTH == 16
@@ -6412,7 +6467,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_max(cohsm__lane_ints
 #endif
 }
 
-/* k / 2^n, rounded down. */
+/* Returns k / 2^n, rounded down. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_shift_right(cohsm__lane_ints k, int n)
 {
 #if COHSM__WIDTH == 16
@@ -6441,7 +6496,7 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_and(cohsm__lane_ints
     return k;
 }
 
-/* from[at] of each lane. */
+/* Returns from[k] for each lane's k. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_gather(const int32_t *from, cohsm__lane_ints at)
 {
 #if COHSM__WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))
@@ -6492,7 +6547,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__bit_count(uint64_t bits)
 #endif
 }
 
-/* cohsm__select_bit of a number below 64. */
+/* Does what cohsm__select_bit does, for a number below 64. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__nth_bit(uint64_t bits, uint32_t number)
 {
 #if COHSM__WIDTH > 4 && (defined(__x86_64__) || defined(_M_X64))
@@ -6503,7 +6558,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__nth_bit(uint64_t bits, uint32_t n
 }
 
 #if COHSM__WIDTH > 4
-/* cohsm__halves_up_to of sixteen words, from which on there are count. */
+/* Does what cohsm__halves_up_to does for the half words of sixteen words, of which the first count are there. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__halves_of16(const uint32_t *words, uint32_t count, uint32_t limit)
 {
     const __m256i limits = _mm256_set1_epi16((short)limit);
@@ -6537,7 +6592,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__halves_up_to(const uint32_t *word
 }
 
 #if COHSM__WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
-/* Numbers of the lanes of a mask; they come first. */
+/* Returns the numbers of the lanes that are in a mask, one after the other from lane 0 on. */
 static inline COHSM__IN_KERNEL __m256i cohsm__lanes_first(uint32_t bits)
 {
     const uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(bits, 0x0101010101010101u) * 255u);
@@ -6545,7 +6600,8 @@ static inline COHSM__IN_KERNEL __m256i cohsm__lanes_first(uint32_t bits)
 }
 #endif
 
-/* The lanes of a mask, one after the other; behind them anything, up to as many floats as there are lanes. */
+/* Writes the lanes of a mask one after the other. Behind them anything may be written, up to as many floats
+   as there are lanes. */
 static inline COHSM__IN_KERNEL void cohsm__lanes_append(float *to, cohsm__lane_mask m, cohsm__lanes a)
 {
 #if COHSM__WIDTH == 16
@@ -6591,9 +6647,10 @@ static inline COHSM__IN_KERNEL void cohsm__ints_append(int32_t *to, cohsm__lane_
 
 #define cohsm__bytes_up_to COHSM__NAME_IN_SET(cohsm__bytes_up_to, COHSM__SET)
 
-/* How many of the bytes from..from + count - 1 are at most the limit, of 32 that are all read; from and count are below
-   32. */
-static inline COHSM__IN_KERNEL uint32_t cohsm__bytes_up_to(const uint8_t *bytes, uint32_t from, uint32_t count, uint32_t limit)
+/* Returns how many of the bytes from..from + count - 1 are at most the limit. from and count are below 32;
+   all of 32 bytes are read. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__bytes_up_to(const uint8_t *bytes, uint32_t from, uint32_t count,
+                                                 uint32_t limit)
 {
 #if COHSM__WIDTH > 4
     const __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)bytes);
@@ -6620,9 +6677,9 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__bytes_up_to(const uint8_t *bytes,
 
 /* ---- kernels of raster: as many triangles as there are lanes ---- */
 
-/* These kernels give what cohsm__fill gives, to the last bit. Nearly all boxes of a fine mesh hold no sample
-   or a few: triangles with such boxes go through their samples together, a triangle a lane; triangles with
-   larger boxes take cohsm__fill. */
+/* These kernels give what cohsm__fill_triangle gives, to the last bit. Nearly all boxes of a fine mesh hold
+   no sample or a few: triangles with such boxes go through their samples together, a triangle a lane;
+   triangles with larger boxes take cohsm__fill_triangle. */
 
 typedef struct cohsm__triangles {
     cohsm__lane_ints x0, x1, x2;
@@ -6633,8 +6690,8 @@ typedef struct cohsm__triangles {
 /* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* Finds the samples low..high between the least and the greatest of three coordinates, within begin..end - 1.
-   */
+/* Writes the first and the last sample between the least and the greatest of three coordinates that lies
+   within begin..end - 1. */
 static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
                                                 int begin, int end, cohsm__lane_ints *low,
                                                 cohsm__lane_ints *high)
@@ -6655,8 +6712,8 @@ static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target 
     return s;
 }
 
-/* Twice the areas that a sample makes with the three sides of a triangle, in order of the corners opposite.
-   */
+/* Twice the areas that a sample makes with the three sides of a triangle; w0 belongs to the side opposite
+   corner 0, and so on. */
 typedef struct cohsm__sides { cohsm__lane_ints w0, w1, w2; } cohsm__sides;
 
 /* Returns twice the area that the side from a to b makes with the origin. */
@@ -6732,7 +6789,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, 
     cohsm__ints_store(pixel, cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x));
     for (; bits; bits &= bits - 1u) {
         const uint32_t lane = cohsm__first_bit(bits);
-        cohsm__insert(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
+        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
     }
 }
 
@@ -6780,7 +6837,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     }
 }
 
-/* Draws one triangle of the queue by cohsm__fill. */
+/* Draws one triangle of the queue by cohsm__fill_triangle. */
 static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, const cohsm__camera *cam,
                                                       const cohsm__queue *q, uint32_t at)
 {
@@ -6791,7 +6848,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
         c[k].y = q->y[k][at];
         c[k].z = q->z[k][at];
     }
-    cohsm__fill(t, cam, c, c + 1, c + 2);
+    cohsm__fill_triangle(t, cam, c, c + 1, c + 2);
 }
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
@@ -6884,9 +6941,9 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    const cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    const cohsm__v3 r = cohsm__v3_scale(cam->axes.right, scale), u = cohsm__v3_scale(cam->axes.up, scale);
     const cohsm__lanes3 right = cohsm__lanes3_all(r.x, r.y, r.z), up = cohsm__lanes3_all(u.x, u.y, u.z);
-    const cohsm__lanes3 back = cohsm__lanes3_all(cam->frame.back.x, cam->frame.back.y, cam->frame.back.z);
+    const cohsm__lanes3 back = cohsm__lanes3_all(cam->axes.back.x, cam->axes.back.y, cam->axes.back.z);
     const cohsm__lanes offset = cohsm__lanes_all(scale + 0.5f);
     uint32_t i;
 
@@ -6949,11 +7006,11 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t 
 
 /* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of an
    orthographic view: by the boxes of eight clusters first. */
-COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
-                                      uint32_t begin, uint32_t end, cohsm__sight *sight)
+COHSM__KERNEL static void cohsm__find_clusters(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
+                                               uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__groups_of_8(end), count = 0, i;
 
     for (i = begin / 8; i < eights; i += 8)
         count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);
@@ -7011,7 +7068,7 @@ COHSM__KERNEL static void cohsm__tray_depths(const cohsm_maps *m, const uint32_t
 
 /* ---- kernels of query: depths of many lists ---- */
 
-/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
+/* Does what cohsm__list_block does, and prefetches the block. */
 static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
 {
     const uint32_t *directory = f->at;
@@ -7024,6 +7081,7 @@ static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uin
     COHSM__PREFETCH(f->at);
 }
 
+/* Does what cohsm__depth_in_block does. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
 {
     const uint64_t marks = cohsm__marks(f->at);
@@ -7033,7 +7091,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f
                               cohsm__segment_at(f->at, marks, f->view, at));
 }
 
-/* Depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
+/* Finds the stored depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
 COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel,
                                              const uint32_t *place, uint32_t count, int32_t *depth)
 {
@@ -7063,8 +7121,8 @@ COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t
 }
 
 #if COHSM__LANE_COUNT == 8
-/* Samples of the tile that lie deeper than what is stored become dark. */
-COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
+/* Makes the samples of the tile dark that lie deeper than what is stored. */
+COHSM__KERNEL static void cohsm__search_tile(cohsm__tile *t)
 {
     int32_t stored[COHSM__TILE];
     const uint32_t step = t->maps->trays.lines ? (uint32_t)COHSM__TILE : (uint32_t)COHSM__STEP;
@@ -7084,8 +7142,8 @@ COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
     }
 }
 
-/* Loads vectors of the query about a centre, scaled, as long as those of all lanes are consecutive, which are
-   all but the last few of a batch. Returns how many. */
+/* Loads vectors of the query as (v - center) scale, as long as the samples of all lanes are neighbours in the
+   query, which is so for all but the last few of a batch. Returns how many were loaded. */
 COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const float *packed, cohsm__v3 center,
                                                 float scale, float (*out)[COHSM__TILE])
 {
@@ -7148,7 +7206,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
         c1 = (int32_t)v;
         c0 -= (float)c0 > u;
         c1 -= (float)c1 > v;
-        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap */
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap_cell */
         c0 += n0 & (0 - (c0 < 0));
         c0 -= n0 & (0 - (c0 >= n0));
         s->cell[0][k] = c0;
@@ -7156,8 +7214,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     }
 }
 
-/* Does what cohsm__cell_frame does. */
-static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
+/* Does what cohsm__cell_axes does. */
+static inline COHSM__IN_KERNEL void cohsm__step_axes(cohsm__step *s, const cohsm_maps *m)
 {
     const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
     int k, two_poles = m->head.orientation == COHSM_ORIENTATION_TWO_POLES;
@@ -7197,9 +7255,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
 }
 
-/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or
-   not finite get COHSM__NO_PIXEL. */
-static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
+/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front
+   of it or not finite get COHSM__NO_PIXEL. */
+static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
@@ -7239,7 +7297,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
 
     if (m->head.order == COHSM_ORDER_HILBERT)
         for (k = 0; k < COHSM__STEP; k++)
-            place[k] = cohsm__place(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
+            place[k] = cohsm__place_of_cell(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
     else if (m->head.order == COHSM_ORDER_ZIGZAG_THETA)
         for (k = 0; k < COHSM__STEP; k++) {
             c0 = (uint32_t)s->cell[0][k];
@@ -7256,9 +7314,10 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
     }
 }
 
-/* Moves samples as their filter wants. NEAREST takes the cell and pixel round a sample; ROULETTE those round
-   the sample moved at random by up to a half; PCF all sixteen round it, one for each corner: bits 0 and 1 of
-   corner choose the cell, 2 and 3 the pixel. */
+/* Moves samples as their filter wants. NEAREST takes the cell and the pixel that a sample lies in; ROULETTE
+   takes those that hold the sample after it was moved at random by up to half a step; PCF takes all sixteen
+   pairs of neighbouring cells and pixels, one in each call: bits 0 and 1 of corner choose the cell, bits 2
+   and 3 the pixel. */
 static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
                                                        uint32_t corner)
 {
@@ -7278,8 +7337,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const coh
     }
 }
 
-/* If weight is not NULL, it receives by what share each sample lies towards the next cell or pixel, in the
-   dimensions of which the corner is the lower one. */
+/* Finds cell, pixel and depth of every sample of a tile. If weight is not NULL, it receives how far each
+   sample lies towards the next cell or pixel, 0..1, for those of the four dimensions in which the corner is
+   the lower of two. */
 COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
                                                                 float (*weight)[COHSM__TILE])
 {
@@ -7291,8 +7351,8 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, 
     for (first = 0; first < t->count; first += COHSM__STEP) {
         cohsm__step_jitter(&s, t, first, corner);
         cohsm__step_cells(&s, t, first);
-        cohsm__step_frames(&s, t->maps);
-        cohsm__step_see(&s, t, first);
+        cohsm__step_axes(&s, t->maps);
+        cohsm__step_project(&s, t, first);
         cohsm__step_places(&s, t, first);
         for (i = 0; weight && i < 4; i++) {
             if (corner >> i & 1u) continue;
@@ -7311,9 +7371,9 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, 
 
 /* ---- kernels of query: one light for many points ---- */
 
-/* What is the same for all points of a stream, in every lane. */
+/* The map that answers for all points of a stream, with each number in all lanes. */
 typedef struct cohsm__views {
-    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the frame of the map */
+    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the axes of the map */
     cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias */
     cohsm__lane_ints side, begin, range;        /* M; the first pixel and the number of pixels of the shard */
 } cohsm__views;
@@ -7321,7 +7381,7 @@ typedef struct cohsm__views {
 static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream *s)
 {
     const cohsm__header *h = &s->maps->head;
-    const cohsm__frame *f = &s->frame;
+    const cohsm__axes *f = &s->axes;
     cohsm__views v;
     v.center = cohsm__lanes3_all(h->center[0], h->center[1], h->center[2]);
     v.right = cohsm__lanes3_all(f->right.x, f->right.y, f->right.z);
@@ -7357,10 +7417,10 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__str
     return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
 }
 
-/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do, for the points from number k on. Returns
-   the pixels. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v,
-                                                                  size_t k)
+/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do, for the points from number k on.
+   Returns the pixels. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_project(cohsm__stream *s, const cohsm__views *v,
+                                                                      size_t k)
 {
     const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
     const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
@@ -7396,8 +7456,9 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pi
     return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
 }
 
-/* Finds pixels and compared depths. A pixel that no slot holds takes its slot and joins the list, unless
-   another one of the list has taken the slot: a depth of -1 marks such a slot. */
+/* Finds the pixel and the compared depth of every point. A pixel whose slot holds another pixel takes the
+   slot and joins the list of those to be decoded, unless the slot was taken by a pixel of the list already:
+   such a slot has the depth -1. */
 static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 {
     const cohsm__views v = cohsm__views_of(s);
@@ -7407,7 +7468,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
-        const cohsm__lane_ints pixel = cohsm__stream_see(s, &v, k);
+        const cohsm__lane_ints pixel = cohsm__stream_project(s, &v, k);
         const cohsm__lane_mask held =
             cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
         uint32_t missed =
@@ -7541,22 +7602,22 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 {
     cohsm__kernels k;
     k.address = cohsm__address_latlong_plain;
-    k.search = cohsm__search_plain;
+    k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
 #ifndef COHSM_WITHOUT_BUILD
-    k.find = cohsm__find_plain;
+    k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
     k.draw_all = cohsm__draw_all_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
-        k.search = cohsm__search_avx2;
+        k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
-        k.find = cohsm__find_avx2;
+        k.find = cohsm__find_clusters_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
 #endif
@@ -7601,8 +7662,9 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
     size_t i;
 
     memset(dark, 0, sizeof dark);
-    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the
-                                                       pixel's */
+    for (corner = 0; corner < 16; corner++) {
+        /* The pixels of a map come one after the other, as in cohsm__pcf: the two low bits of the count
+           choose the pixel, which the two high bits of a kernel's corner do. */
         uint32_t turned = corner >> 2 | (corner & 3u) << 2;
         cohsm__run_corner(t, kernels, turned, weight);
         for (i = 0; i < t->count; i++) {
@@ -7615,7 +7677,7 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
             dark[i] += w * map[i];
         }
     }
-    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
+    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_from_dark(dark[i]);
 }
 
 /* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
@@ -7626,8 +7688,9 @@ static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     size_t i;
 
     if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
-    if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
-    for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
+    if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
+    if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
         t->id[i] = 0;
     }
@@ -7676,7 +7739,7 @@ static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
 }
 
-/* Loads the lights of the samples in id[], or the one light of all, in the object's space. */
+/* Loads the lights of the tile's samples, or the one light of all, and takes them to the object's space. */
 static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
@@ -7745,7 +7808,7 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
         q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
         return 0;
     memcpy(v, q->lights, sizeof v);
-    if (!cohsm__usable(cohsm__v3_load(v))) return 0;
+    if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
     cohsm__keep_nothing(&kept);
     cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
     for (first = 0; first < q->count; first += s.count) {
@@ -7783,10 +7846,10 @@ static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q
     if (!q->positions) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.positions", "is NULL");
     if (!q->lights) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.lights", "is NULL");
     if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
-        return cohsm__wrong(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
+        return cohsm__refuse_value(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return cohsm__wrong(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
-    if (!cohsm__finite(q->bias)) return cohsm__wrong(log, "query.bias", (double)q->bias, "finite");
+        return cohsm__refuse_value(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
+    if (!cohsm__finite(q->bias)) return cohsm__refuse_value(log, "query.bias", (double)q->bias, "finite");
     if ((q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)) || q->light_stride % 4) {
         stride = "query.light_stride";
         bytes = q->light_stride;
@@ -7864,10 +7927,10 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* Asks an instance, counted from 1. own = 1: for the samples that lie on it; 0: for all others that still see
-   some light. */
-static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
-                         float *visible)
+/* Asks the instance with this number, counted from 1: if own is 1, for the samples that lie on it; if own is
+   0, for all others that still see some light. A sample of entity 0 lies on none. */
+static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own,
+                                const float *inverse, float *visible)
 {
     size_t i;
     t->count = 0;
@@ -7937,7 +8000,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
         for (i = 0; i < instance_count; i++) {
             cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
             cohsm__m4_affine_inverse(inverse, instances[i].transform);
-            cohsm__visit(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
+            cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
@@ -7994,7 +8057,7 @@ static int cohsm__clip_polygon(cohsm__clip *p, int count)
     return count;
 }
 
-static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
+static cohsm__corner cohsm__project_corner(const cohsm__clip *c, int size)
 {
     cohsm__corner p;
     float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
@@ -8028,11 +8091,11 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
     if (inside < 3) n = cohsm__clip_polygon(p, 3);
     if (n < 3) return;
-    c0 = cohsm__project(p, t->size);
-    c1 = cohsm__project(p + 1, t->size);
+    c0 = cohsm__project_corner(p, t->size);
+    c1 = cohsm__project_corner(p + 1, t->size);
     for (k = 2; k < n; k++) {
-        c2 = cohsm__project(p + k, t->size);
-        cohsm__fill(t, cam, &c0, &c1, &c2);
+        c2 = cohsm__project_corner(p + k, t->size);
+        cohsm__fill_triangle(t, cam, &c0, &c1, &c2);
         c1 = c2;
     }
 }
@@ -8046,7 +8109,8 @@ static int cohsm__face_sees_sphere(const cohsm__camera *cam)
     return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
 }
 
-static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
+/* Appends to a list the numbers, from first on, of the bits that are set. Returns the new count. */
+static uint32_t cohsm__append_set_bits(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
 {
     for (; mask; mask >>= 1, first++)
         if (mask & 1u) list[count++] = first;
@@ -8059,17 +8123,17 @@ static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam
                                 uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__groups_of_8(end), count = 0, i;
     unsigned mask;
 
     for (i = begin / 8; i < eights; i += 8) {
         mask = cohsm__face_sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
-        count = cohsm__append(eight, count, mask, i);
+        count = cohsm__append_set_bits(eight, count, mask, i);
     }
     for (i = 0, sight->count = 0; i < count; i++) {
         mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
                cohsm__first8(end - 8 * eight[i]);
-        sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
+        sight->count = cohsm__append_set_bits(sight->cluster, sight->count, mask, 8 * eight[i]);
     }
 }
 
@@ -8088,7 +8152,8 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
     }
 }
 
-static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
+static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                               int simd)
 {
     size_t first = (size_t)(t->row_begin * t->size) * t->keep;
     size_t last = (size_t)(t->row_end * t->size) * t->keep;
@@ -8108,7 +8173,7 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
-        if (!all) kernels.find(t, cam->frame.up, soup, begin, end, &sight);
+        if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
         kernels.enqueue(t, cam, soup, &sight, &q);
     }
     kernels.draw_all(t, cam, &q);
@@ -8134,7 +8199,7 @@ static void cohsm__raster_task(void *context, size_t index)
     target.size = (int)m;
     target.row_begin = (int)(b->desc.pixel_begin / m);
     target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
-    cohsm__raster(&target, &cam, job->soup, job->simd);
+    cohsm__raster_view(&target, &cam, job->soup, job->simd);
     if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
         for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
             target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
@@ -8153,7 +8218,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
             b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
-        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
         result = cohsm__close_batch(b);
     }
     return result;
@@ -8178,7 +8243,7 @@ static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const
 }
 
 static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh,
-                                      cohsm__heap *heap, cohsm_stats *stats, const cohsm__logger *log)
+                                      cohsm__counted_heap *heap, cohsm_stats *stats, const cohsm__logger *log)
 {
     size_t count;
     uint8_t *used;
@@ -8188,7 +8253,7 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (result != COHSM_OK) return result;
     count = cohsm__triangle_count(mesh);
     used = (uint8_t *)cohsm__heap_alloc(heap, count, 1);
-    if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
+    if (!used) return cohsm__log_result(log, COHSM_ERR_ALLOC);
     result = cohsm__select_triangles(mesh, used, heap, stats);
     if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
     if (result == COHSM_OK) {
@@ -8201,11 +8266,11 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
         !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
         result = COHSM_ERR_ALLOC;
     cohsm__heap_free(heap, used, count, 1);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
-static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
-                                       cohsm_maps **out, cohsm_stats *stats)
+static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model,
+                                       cohsm__counted_heap *heap, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm_builder *b;
     cohsm_result result = cohsm__builder_make(d, heap, &b);
@@ -8213,14 +8278,14 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     if (result != COHSM_OK) return result;
     memcpy(b->head.dop, model->dop, sizeof model->dop);
     result = cohsm__build_views(b, &model->soup);
-    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
+    if (result == COHSM_OK) result = cohsm__finish_maps(b, out, stats);
     cohsm__drop_builder(b, heap);
     return result;
 }
 
 /* Counts the segments of a build with sides divided by shrink and half the map size. */
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
-                                     cohsm__heap *heap, double *segments)
+                                     cohsm__counted_heap *heap, double *segments)
 {
     cohsm_desc trial = *d;
     cohsm__step_system step;
@@ -8246,7 +8311,8 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
    each side, and its segments are continued by that growth for two more doublings, since zig-zag is ahead of
    Hilbert on few maps and falls behind on many. Below 8 maps a side such growth says little, so that small
    domains are tried at a half, or whole. */
-static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model,
+                                           cohsm__counted_heap *heap)
 {
     static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
     static const cohsm_orientation orientations[2] = { COHSM_ORIENTATION_POLAR, COHSM_ORIENTATION_TWO_POLES };
@@ -8288,7 +8354,7 @@ static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *des
 {
     cohsm_desc d;
     cohsm_stats s;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__model model;
     cohsm__logger log;
     cohsm_maps *maps = NULL;
@@ -8307,12 +8373,12 @@ static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *des
     heap.allocator = cohsm__allocator_of(&d.system);
     result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
     if (result == COHSM_ERR_MISMATCH)
-        result = cohsm__wrong(&log, "desc.radius", (double)d.radius,
-                              "so large that the sphere about center holds the mesh");
+        result = cohsm__refuse_value(&log, "desc.radius", (double)d.radius,
+                                     "so large that the sphere about center holds the mesh");
     if (result == COHSM_OK) {
         result = cohsm__choose_sequence(&d, &model, &heap);
         if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
-        (void)cohsm__built(&log, &d, result);
+        (void)cohsm__log_build(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &d, heap.used, &s, &log);
@@ -8435,8 +8501,8 @@ static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32
     return cohsm__block_depth(block, m->depth_of, n, j);
 }
 
-/* Compares a range of pixels in all views of the batch, pixel by pixel: a list is read once for many views.
-   */
+/* Compares a range of pixels in all views of the batch, pixel by pixel, so that a list is read once for many
+   views. */
 static void cohsm__verify_task(void *context, size_t index)
 {
     cohsm__check *k = (cohsm__check *)context;
@@ -8511,8 +8577,8 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count))
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
-        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
-        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
+        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
             if (r->wrong && !wrong_before && (!out->wrong || r->first_view < out->first_view)) {
@@ -8532,7 +8598,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
 {
     cohsm_desc d;
     cohsm_stats stats;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__model model;
     cohsm_report report;
     cohsm_builder *b;
@@ -8558,7 +8624,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
             result = cohsm__verify_views(b, maps, &model.soup, &report);
             cohsm__drop_builder(b, &heap);
         }
-        (void)cohsm__built(&log, &d, result);
+        (void)cohsm__log_build(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK) *out = report;
@@ -8687,12 +8753,12 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
         result = cohsm__lay_out_opened(maps, &wish, part, out);
         cohsm__log_layout(&log, "the layout of shards[0]", result);
     }
-    return cohsm__ended(&log, result);
+    return cohsm__log_result(&log, result);
 }
 
 /* ==== src/csm/open.h ==== */
 
-/* ---- open: files, which may be hostile ---- */
+/* ---- open: blocks of files, which may be hostile ---- */
 
 static int cohsm__header_sound(const cohsm__header *h)
 {
@@ -8771,8 +8837,8 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
         j++;
     }
     if (previous >= views) return 0;
-    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is
-                                                            marked */
+    /* Every bucket that a search may ask for must have its mark. */
+    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;
 }
 
 static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
@@ -8870,17 +8936,17 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
 
 /* ---- pack: the entropy-coded file ---- */
 
-/* The packed file:
+/* The packed file consists of
 
-     "DCSP", format, size of the file, the most segments in one list           4 words
-     header of the plain block, then its locations, as they are
-     lists, coded (most segments 0: the rest of the plain block as it is)
+     4 words       "DCSP"; the format; the bytes of the file; the number of segments in the longest list
+     the header of the plain block, and its locations, as they stand there
+     the lists, coded; or, if the fourth word is 0, the rest of the plain block as it is
 
-   The order table is derived. A list is coded as the first views of its segments, their depths, and how many
-   go into each block; everything else in it follows, because blocks are written in one way only (see
-   cohsm__plan_block). Every decision is a bit, coded with the adaptive probability of its context, and
-   contexts come from the lists of the pixels to the left, above, and above to either side. Range coder after
-   Martin, "Range encoding", 1979, on bits. */
+   The order table is left out, since it follows from the header. A list is coded as the first views of its
+   segments, their depths, and the number of segments in each block. Everything else in the list follows from
+   these, because blocks are written in one way only (see cohsm__plan_block). Every decision is a bit, coded
+   with the adaptive probability of its context; contexts are made from the lists of the pixels to the left,
+   above, and above to either side. The bits go through a range coder (Martin, "Range encoding", 1979). */
 
 enum {
     COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
@@ -8891,8 +8957,8 @@ enum {
 
 typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
 
-/* Encodes and decodes by the same lines of code, which so cannot differ: each step takes a bit to code and
-   returns the bit coded. */
+/* An encoder or a decoder. Both run the same lines of code, so that they cannot differ: each step takes the
+   bit to encode, which a decoder ignores, and returns the bit that was encoded or decoded. */
 typedef struct cohsm__coder {
     uint8_t       *out;                 /* NULL: decoding */
     const uint8_t *in;
@@ -8922,8 +8988,8 @@ static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in,
     c->range = 0xffffffffu;
 }
 
-/* Codes a 1, to which the upper part of the range belongs; the lower part, as large as zero, belongs to a 0.
-   */
+/* Codes a 1, to which the upper part of the range belongs; the lower part, which is `zero` long, belongs to a
+   0. */
 static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
 {
     size_t i = c->at;
@@ -8954,7 +9020,8 @@ static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t
     return bit;
 }
 
-/* Codes a number of so many bits, high bits first; each prefix has a probability of its own. */
+/* Codes a number of so many bits, high bits first. Each sequence of bits that went before has a probability
+   of its own. */
 static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
 {
     uint32_t node = 1;
@@ -8963,7 +9030,7 @@ static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits,
     return node - bits;
 }
 
-/* Codes bits without a model. */
+/* Codes bits that are 0 or 1 with equal probability. */
 static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 {
     uint32_t out = 0, bit;
@@ -8981,7 +9048,7 @@ static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 }
 
 /* Returns the number of bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
-static uint32_t cohsm__length(uint32_t x)
+static uint32_t cohsm__bit_length(uint32_t x)
 {
     x |= x >> 1;
     x |= x >> 2;
@@ -8990,12 +9057,13 @@ static uint32_t cohsm__length(uint32_t x)
     return cohsm__popcount(x | x >> 16);
 }
 
-/* A number below 2^31: its length, then the bits below the leading one, of which the first is modelled. */
-enum { COHSM__NUMBER = 64 };                    /* probabilities that one takes */
+enum { COHSM__NUMBER = 64 };                    /* probabilities that cohsm__code_number needs */
 
+/* Codes a number below 2^31: the count of its bits, then the bits below the leading one, of which only the
+   first has a probability. */
 static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t value)
 {
-    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__length(value)), low;
+    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__bit_length(value)), low;
     if (bits < 2) return bits;
     low = cohsm__code_bit(c, p + 32 + bits, value >> (bits - 2u) & 1u) << (bits - 2u);
     if (bits > 2) low |= cohsm__code_raw(c, bits - 2u, value);
@@ -9006,7 +9074,7 @@ static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t val
 
 /* ---- pack: a list as its neighbours foresee it ---- */
 
-/* A list taken apart into its segments. */
+/* A list that is taken apart into its segments. */
 typedef struct cohsm__strip {
     uint32_t        count;              /* segments; 0: there is no such pixel */
     cohsm__segment *s;                  /* lo = hi is the grid value; of an exact depth lo is that depth, and
@@ -9088,7 +9156,7 @@ static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const ui
     }
 }
 
-/* Where the lists of a block are. The decoder reads from there what it wrote. */
+/* Where the lists of a block are. A decoder reads there the lists that it wrote before. */
 typedef struct cohsm__lists { const uint32_t *lookup, *directories, *lines; } cohsm__lists;
 
 static cohsm__lists cohsm__lists_of(const cohsm__header *h, const uint32_t *words)
@@ -9164,7 +9232,7 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     uint64_t up = cohsm__breaks_near(&p->strip[COHSM__UP], view);
     uint64_t right = cohsm__breaks_near(&p->strip[COHSM__UP_RIGHT], view);
     uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH);
-    uint32_t run = cohsm__length(view - first), l, u, r;
+    uint32_t run = cohsm__bit_length(view - first), l, u, r;
     cohsm__prob *odds;
 
     for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
@@ -9182,8 +9250,9 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     return view;
 }
 
-/* Codes where the segment that began at first ends, and returns that view. Stretches between views that are
-   coded one by one are coded as a whole, by whether the segment ends there, and then by the place. */
+/* Codes where the segment that began at first ends, and returns that view. Views near a break of a neighbour
+   are coded one by one. Of a stretch without such views it is coded whether the segment ends in it, and then
+   where. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;
@@ -9194,8 +9263,8 @@ static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next
         if (ended || view >= p->views) return view;
         hot = cohsm__next_hot(p, view);
         if (hot == view) continue;
-        gap = cohsm__length(hot - view);
-        if (cohsm__code_bit(&p->c, p->m->cold + 32 * gap + cohsm__length(view - first), next < hot)) {
+        gap = cohsm__bit_length(hot - view);
+        if (cohsm__code_bit(&p->c, p->m->cold + 32 * gap + cohsm__bit_length(view - first), next < hot)) {
             next = view + cohsm__code_number(&p->c, p->m->cold_length + COHSM__NUMBER * gap, next - view);
             return cohsm__min_u32(next, hot - 1u);
         }
@@ -9232,14 +9301,15 @@ static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t
 
 /* Returns the median of left, up and left + up - corner, which continues an edge, or else a plane, through
    three known neighbours. */
-static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
+static uint32_t cohsm__predict_value(uint32_t left, uint32_t up, uint32_t corner)
 {
     uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
     return corner >= most ? least : corner <= least ? most : left + up - corner;
 }
 
-/* What is known when a segment's value is coded: values of the neighbours at the segment's middle, and those
-   of the two segments before. */
+/* The numbers that are known when the value of a segment is coded: the values of the neighbours at the
+   segment's middle, those of the two segments before, whether earlier values were repeated (bits of history),
+   and the views of the segment. */
 typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
 
 /* Codes a value by asking in turn whether it is the value before last, as where two surfaces flicker, or that
@@ -9263,8 +9333,8 @@ static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint
         return a->left;
     if (a->up != last && a->up != a->left && cohsm__code_bit(c, m->up + (h & 7u), value == a->up))
         return a->up;
-    guess = cohsm__predict(a->left, a->up, a->corner);
-    spread = cohsm__length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
+    guess = cohsm__predict_value(a->left, a->up, a->corner);
+    spread = cohsm__bit_length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
     below = cohsm__code_bit(c, m->below + spread, value < guess);
     error = cohsm__code_number(c, m->error + COHSM__NUMBER * (2 * spread + below),
                                below ? guess - value : value - guess);
@@ -9307,8 +9377,9 @@ static void cohsm__code_values(cohsm__packer *p)
 
 /* ---- pack: lists cut into blocks again ---- */
 
-/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
-static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
+/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find if each
+   segment had only the value that was stored. */
+static uint32_t cohsm__count_fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
 {
     uint32_t n, least = grid, most = 0, exact = 0;
     uint32_t k = 0, bits = 2, span;
@@ -9327,8 +9398,8 @@ static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t
     return n;
 }
 
-/* Codes how many segments each block takes, which are more than would fit by their values, since the planner
-   went by intervals. */
+/* Codes how many segments each block takes. They may be more than cohsm__count_fitting finds by their values,
+   since the builder went by intervals, in which it could choose the values. */
 static uint32_t cohsm__code_blocks(cohsm__packer *p)
 {
     const cohsm__strip *t = &p->strip[COHSM__SELF];
@@ -9336,7 +9407,7 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
 
     for (i = 0, blocks = 0; i < t->count; i += p->taken[blocks++]) {
         left = t->count - i;
-        n = cohsm__fitting(t->s + i, left, p->grid.top, p->views);
+        n = cohsm__count_fitting(t->s + i, left, p->grid.top, p->views);
         left = cohsm__min_u32(left, COHSM__MARKS);
         if (n < left)
             n += cohsm__code_tree(&p->c, p->m->more + 64 * (n / 4u), 6, p->c.out ? p->taken[blocks] - n : 0);
@@ -9345,7 +9416,8 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
     return blocks;
 }
 
-/* Makes the plan of exactly n segments; with last, as for a tail. */
+/* Makes the plan of a block of exactly n segments, as cohsm__plan_block would; `last` says that it is a tail.
+   Returns 0 if they do not fit. */
 static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n,
                                const cohsm__grid *grid, uint32_t end, int last)
 {
@@ -9389,7 +9461,7 @@ static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
     return 1;
 }
 
-/* Lays the decoded list where it belongs, if there is room. */
+/* Lays the decoded list where it belongs. Returns 0 if there is no room, or if no builder wrote this list. */
 static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint32_t blocks, cohsm__layout *l,
                             uint32_t *entry)
 {
@@ -9409,7 +9481,8 @@ static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint
     return 1;
 }
 
-static void cohsm__slide(cohsm__packer *p)
+/* Moves the strips of the neighbours on by one pixel; the strip of the pixel at hand can be written again. */
+static void cohsm__slide_strips(cohsm__packer *p)
 {
     cohsm__strip *t = p->strip, spare = t[COHSM__UP_LEFT];
     t[COHSM__UP_LEFT] = t[COHSM__UP];
@@ -9427,7 +9500,7 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
     uint32_t m = h->map_side, x = (h->pixel_begin + pixel) % m;
     cohsm__strip *t = p->strip;
 
-    cohsm__slide(p);
+    cohsm__slide_strips(p);
     cohsm__strip_clear(&t[COHSM__SELF]);
     if (x == 0 || pixel == 0) {
         cohsm__strip_clear(&t[COHSM__LEFT]);
@@ -9473,7 +9546,7 @@ static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, 
 }
 
 /* Returns how many segments the longest list has. */
-static uint32_t cohsm__longest(const cohsm_maps *m)
+static uint32_t cohsm__longest_list(const cohsm_maps *m)
 {
     uint32_t longest = 1, n, b;
     size_t i;
@@ -9673,8 +9746,8 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
     if (whole > 0xffffffffu) return cohsm__refuse(&log, COHSM_ERR_LIMIT, "maps", "take 4 GiB or more");
     plain = (size_t)whole;
     big = (uint8_t *)cohsm__alloc(&a, plain);
-    if (!big) return cohsm__ended(&log, COHSM_ERR_ALLOC);
-    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps)))
+    if (!big) return cohsm__log_result(&log, COHSM_ERR_ALLOC);
+    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest_list(maps)))
         result = cohsm__pack_coded(&p, maps, &part, big, plain, &coded);
     else result = COHSM_ERR_ALLOC;
     cohsm__packer_free(&p, &a);
@@ -9690,7 +9763,7 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
         else result = COHSM_ERR_ALLOC;
     }
     cohsm__free(&a, big);
-    if (result != COHSM_OK) return cohsm__ended(&log, result);
+    if (result != COHSM_OK) return cohsm__log_result(&log, result);
     *data = packed;
     *bytes = coded;
     return COHSM_OK;
@@ -9734,7 +9807,8 @@ static cohsm_result cohsm__open_file(const uint8_t *file, size_t bytes, const co
     return cohsm__open_plain(file, bytes, a, part, out);
 }
 
-/* Half of the progress is the trays', where some are wanted. */
+/* Opens a file and lays the maps out as wanted. If trays may be wanted, the second half of the progress is
+   theirs. */
 static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const cohsm__wish *wish,
                                        const cohsm__logger *log, cohsm_maps **out)
 {
@@ -9753,7 +9827,7 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
     cohsm__log_layout(log, "layout", result);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,

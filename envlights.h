@@ -478,7 +478,7 @@ static inline envlt__allocator envlt__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *envlt__alloc(const envlt__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -743,7 +743,8 @@ static inline int envlt__m4_is_affine(const float *m)
 static inline int envlt__m4_is_rigid_uniform(const float *m, float *scale)
 {
     envlt__v3 x = envlt__v3_load(m), y = envlt__v3_load(m + 4), z = envlt__v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!envlt__m4_is_affine(m)) return 0;
     lx = envlt__v3_length(x);
@@ -805,7 +806,8 @@ static inline float envlt__either(int yes, float a, float b)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void envlt__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;

@@ -558,7 +558,7 @@ static inline envsh__allocator envsh__allocator_make(void *(*alloc_fn)(size_t, v
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *envsh__alloc(const envsh__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -837,7 +837,8 @@ static inline void envsh__v3_basis(envsh__v3 n, envsh__v3 *b1, envsh__v3 *b2)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define ENVSH__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define ENVSH__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -893,7 +894,8 @@ static inline uint32_t envsh__to_bits(float x)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void envsh__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;

@@ -385,7 +385,7 @@ static inline gifilt__allocator gifilt__allocator_make(void *(*alloc_fn)(size_t,
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *gifilt__alloc(const gifilt__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -448,7 +448,8 @@ static inline int gifilt__finite(float x)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define GIFILT__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define GIFILT__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -460,8 +461,9 @@ static inline int gifilt__is_unit2(float length2) { return length2 >= GIFILT__UN
 /* unit cpu: run-time detection of x86 vector units */
 
 /* GIFILT__X86 is 1 if functions with target attributes can be compiled and chosen at run time. GIFILT__NO_SIMD, which
-   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
-   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+   the header defines from its public switch, makes it 0. tcc has no such attributes, so that it is 0 there;
+   MSVC needs none. For clang in MSVC's place (clang-cl) it is 0, since this compiler hides the vector types
+   unless the whole program is built for them. */
 #if defined(GIFILT__NO_SIMD) || defined(__TINYC__)
 #define GIFILT__X86 0
 #elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -477,7 +479,8 @@ static inline int gifilt__is_unit2(float length2) { return length2 >= GIFILT__UN
 #define GIFILT__X86 0
 #endif
 
-/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
+/* These ask the processor directly: the compilers' own functions ask the same, but add 4.5 KB to every
+   program. */
 #if GIFILT__X86 && defined(_MSC_VER)
 #include <intrin.h>
 static inline void gifilt__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
@@ -498,7 +501,8 @@ static inline unsigned gifilt__cpu_xcr0(void)
 
 #if GIFILT__X86
 /* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
-   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has
+   LZCNT. */
 static inline int gifilt__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
     const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
@@ -510,9 +514,9 @@ static inline int gifilt__cpu_leaf7(unsigned xcr0, unsigned ebx)
     gifilt__cpu_ask(7, r);
     return (r[1] & ebx) == ebx;
 }
-/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
+/* Asks for AVX2, BMI and BMI2, and for the registers of SSE and AVX. */
 static inline int gifilt__cpu_has_avx2(void) { return gifilt__cpu_leaf7(0x06u, 0x00000128u); }
-/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
+/* Asks for F, DQ, BW and VL of AVX-512 besides, and for its mask registers and wide registers. */
 static inline int gifilt__cpu_has_avx512(void) { return gifilt__cpu_leaf7(0xe6u, 0xc0030128u); }
 #else
 static inline int gifilt__cpu_has_avx2(void) { return 0; }
@@ -521,7 +525,7 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 
 /* ==== src/shared/hot.h ==== */
 
-/* unit hot, needs fp_begin: what compilers are told of hot code */
+/* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
 /* GIFILT__HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
    gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
@@ -1540,7 +1544,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes3_dot(gifilt__lanes3 
     return gifilt__lanes_add(gifilt__lanes_add(gifilt__lanes_mul(a.x, b.x), gifilt__lanes_mul(a.y, b.y)), gifilt__lanes_mul(a.z, b.z));
 }
 
-/* x, y, z of the first lane, then of the next. */
+/* Stores x, y, z of the first lane, then those of the next, and so on. */
 static inline GIFILT__IN_KERNEL void gifilt__lanes3_store_packed(float *xyz, gifilt__lanes3 a)
 {
 #if GIFILT__WIDTH == 16

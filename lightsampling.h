@@ -93,9 +93,9 @@
      section 5     emitters that are not Lambertian  lsamp__emit                            T43
      section 4, 5  D, where maps look from           lsamp_light_domain                     -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                        T10, T73
-     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
+     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
-     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers   -
+     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__random_numbers   -
      section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init  T10
                    P_f; local lights by P_L
      section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
@@ -734,7 +734,8 @@ static inline void lsamp__v3_basis(lsamp__v3 n, lsamp__v3 *b1, lsamp__v3 *b2)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define LSAMP__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define LSAMP__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -784,7 +785,8 @@ static inline float lsamp__either(int yes, float a, float b)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void lsamp__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;
@@ -896,7 +898,7 @@ static inline double lsamp__log_core(float x)
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+/* Returns x^y. x below 0 counts as 0; 0^y is 0, 1 or infinity for y above, equal to or below 0. */
 static inline float lsamp__pow(float x, float y)
 {
     double t;
@@ -914,7 +916,8 @@ static inline float lsamp__pow(float x, float y)
    which keeps areas in proportion. */
 static inline void lsamp__concentric(float s, float t, float *x, float *y)
 {
-    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
+    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi;
+    float sine, cosine;
     if (fabsf(a) > fabsf(b)) {
         r = a;
         phi = 0.785398163f * (b / a);
@@ -931,9 +934,11 @@ static inline void lsamp__concentric(float s, float t, float *x, float *y)
 
 /* unit hilbert: Hilbert curves in 1 to 3 dimensions */
 
+/* Returns the index of a cell, by the inverse of lsamp__hilbert_cell. */
 static inline uint32_t lsamp__hilbert_index(const uint32_t *cell, uint32_t bits, uint32_t dims)
 {
-    uint32_t x[3] = { 0, 0, 0 }, i, b, q, t, index = 0;
+    uint32_t x[3] = { 0, 0, 0 }, index = 0;
+    uint32_t i, b, q, t;
 
     for (i = 0; i < dims; i++) x[i] = cell[i];
     for (b = bits; b-- > 1u;) {
@@ -1251,7 +1256,7 @@ static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, con
 
 /* ==== src/lightsampling/numbers.h ==== */
 
-/* ---- numbers: small things that lights and materials share ---- */
+/* ---- numbers: what lights and materials share ---- */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result)
 {
@@ -1270,7 +1275,8 @@ static float lsamp__mean3(lsamp__v3 c) { return (c.x + c.y + c.z) * (1.0f / 3.0f
 static float lsamp__clamp_unit(float u) { return u > 0.0f ? u < LSAMP__BELOW_1 ? u : LSAMP__BELOW_1 : 0.0f; }
 static float lsamp__safe_sqrt(float x) { return x > 0.0f ? sqrtf(x) : 0.0f; }
 
-static lsamp__v3 lsamp__from_frame(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp__v3 w)
+/* Returns t w.x + b w.y + n w.z. */
+static lsamp__v3 lsamp__from_axes(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp__v3 w)
 {
     return lsamp__v3_madd(lsamp__v3_madd(lsamp__v3_scale(t, w.x), b, w.y), n, w.z);
 }
@@ -1290,6 +1296,7 @@ static void lsamp__disc_square(float x, float y, float *u, float *v)
     *v = lsamp__clamp_unit(0.5f * (b + 1.0f));
 }
 
+/* Says whether three floats are numbers within low..high. */
 static int lsamp__in3(const float *p, float low, float high)
 {
     int i;
@@ -1344,7 +1351,7 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* Logs that a field of the mesh is out of range, and returns 0; log may be NULL, as below. */
+/* Logs that a field of the mesh cannot be used, and returns 0. log may be NULL, here and below. */
 static int lsamp__mesh_refuse(const lsamp__logger *log, const char *field, const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
@@ -1395,24 +1402,26 @@ typedef struct lsamp__cosine_lobe { /* scale max(0, axis . wi)^exponent */
     float     exponent;
 } lsamp__cosine_lobe;
 
-typedef struct lsamp__surface {  /* a material at one point, all directions in the frame t, b, n */
-    lsamp__v3 t, b, n, wo;
-    lsamp__v3 diffuse, f0;
-    float     alpha;             /* GGX; 0: cosine lobes */
+typedef struct lsamp__surface {  /* a material at one point; all directions are along the axes t, b, n */
+    lsamp__v3 t, b, n;           /* tangent, bitangent and normal, orthonormal */
+    lsamp__v3 wo;                /* the direction to the eye */
+    lsamp__v3 diffuse;           /* the albedo of the diffuse part */
+    lsamp__v3 f0;                /* METAL_ROUGH: the reflectance along the normal */
+    float     alpha;             /* METAL_ROUGH: of GGX; 0: the specular part consists of cosine lobes */
     uint32_t  lobe_count;
     lsamp__cosine_lobe lobes[LSAMP_MAX_LOBES];
-    float     lobe_share[LSAMP_MAX_LOBES]; /* roulette among them, the sum is 1 */
-    float     diffuse_share;     /* roulette between the diffuse part and them: k_d of the paper */
-    float     peak;              /* largest density of the BRDF samples, roughly, 1/sr */
-    int       black;
+    float     lobe_share[LSAMP_MAX_LOBES]; /* the probability that roulette takes a lobe; the sum is 1 */
+    float     diffuse_share;     /* the probability that it takes the diffuse part: k_d of the paper */
+    float     peak;              /* roughly the largest density of the BRDF's samples, 1/sr */
+    int       black;             /* nothing is reflected */
 } lsamp__surface;
 
-typedef struct lsamp__response { /* f and density for one wi, the two parts apart */
+typedef struct lsamp__response { /* f and density for one wi, of the diffuse and the specular part apart */
     lsamp__v3 diffuse, specular;
     float     diffuse_pdf, specular_pdf;
 } lsamp__response;
 
-static lsamp__v3 lsamp__to_frame(const lsamp__surface *s, lsamp__v3 w)
+static lsamp__v3 lsamp__to_axes(const lsamp__surface *s, lsamp__v3 w)
 {
     return lsamp__v3_make(lsamp__v3_dot(w, s->t), lsamp__v3_dot(w, s->b), lsamp__v3_dot(w, s->n));
 }
@@ -1428,7 +1437,7 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
 /* A field of a material that is out of range: its name, its value, and where the value must lie. */
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
-/* Says whether each of three values is a number within 0..high; else sets the fault. */
+/* Says whether each of count values is a number within low..high; if not, sets the fault. */
 static int lsamp__values_in(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
@@ -1478,7 +1487,7 @@ static int lsamp__material_valid(const lsamp_material *m, lsamp__fault *f)
     return m->kind != LSAMP_MATERIAL_LAFORTUNE || lsamp__lobes_valid(m, f);
 }
 
-/* Adds a lobe about C wo and returns its albedo, roughly: that only steers the roulette. */
+/* Adds a lobe about C wo, and returns roughly its albedo, which only steers the roulette. */
 static float lsamp__add_lobe(lsamp__surface *s, lsamp__v3 c, float exponent, lsamp__v3 scale)
 {
     lsamp__cosine_lobe *lobe = &s->lobes[s->lobe_count];
@@ -1536,8 +1545,8 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
     } else {
         lsamp__v3_basis(s->n, &s->t, &s->b);
     }
-    s->wo = lsamp__to_frame(s, lsamp__v3_normalize(wo));
-    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of an interpolated normal */
+    s->wo = lsamp__to_axes(s, lsamp__v3_normalize(wo));
+    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of a normal that was interpolated */
         s->wo.z = 1e-3f;
         s->wo = lsamp__v3_normalize(s->wo);
     }
@@ -1560,7 +1569,7 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
 
 /* Evaluates GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014). 1 - nh^2 is computed as
    hx^2 + hy^2, which keeps the digits of narrow peaks. The density is that of visible normals. */
-static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
+static void lsamp__ggx_response(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
 {
     lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->wo, wi)), f;
     float a2 = s->alpha * s->alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (LSAMP__PI * q * q);
@@ -1574,7 +1583,7 @@ static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r
     r->specular_pdf = 0.5f * d / (s->wo.z + go);
 }
 
-static lsamp__response lsamp__respond(const lsamp__surface *s, lsamp__v3 wi)
+static lsamp__response lsamp__brdf_response(const lsamp__surface *s, lsamp__v3 wi)
 {
     lsamp__response r;
     uint32_t i;
@@ -1584,7 +1593,7 @@ static lsamp__response lsamp__respond(const lsamp__surface *s, lsamp__v3 wi)
     r.diffuse = lsamp__v3_scale(s->diffuse, 1.0f / LSAMP__PI);
     r.diffuse_pdf = wi.z * (1.0f / LSAMP__PI);
     if (s->lobe_count && s->alpha > 0.0f) {
-        lsamp__ggx(s, wi, &r);
+        lsamp__ggx_response(s, wi, &r);
         return r;
     }
     for (i = 0; i < s->lobe_count; i++) {
@@ -1627,10 +1636,10 @@ static lsamp__v3 lsamp__lobe_draw(const lsamp__cosine_lobe *lobe, float u, float
           cs;
     lsamp__v3_basis(lobe->axis, &t, &b);
     lsamp__sincos(2.0f * LSAMP__PI * v, &sn, &cs);
-    return lsamp__from_frame(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
+    return lsamp__from_axes(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
 }
 
-/* Draws wi, in the surface's frame. u picks the lobe and is then stretched over [0, 1) again, by which it
+/* Draws wi along the surface's axes. u picks the lobe and is then stretched over [0, 1) again, by which it
    stays stratified. */
 static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, float u, float v)
 {
@@ -1649,7 +1658,7 @@ static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, 
 static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material *m, const float *normal,
                                         const float *tangent, const float *wo)
 {
-    lsamp__fault fault;     /* nobody is told: these calls have no log */
+    lsamp__fault fault;          /* stays here, since these calls have no log */
 
     if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
     if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
@@ -1659,9 +1668,10 @@ static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material 
     return LSAMP_OK;
 }
 
+/* Writes f and the density for wi, which is along the surface's axes. */
 static void lsamp__brdf_result(const lsamp__surface *s, lsamp__v3 wi, float *f, float *pdf)
 {
-    lsamp__response r = lsamp__respond(s, wi);
+    lsamp__response r = lsamp__brdf_response(s, wi);
     lsamp__v3_store(f, lsamp__v3_add(r.diffuse, r.specular));
     *pdf = s->black ? 0.0f : lsamp__brdf_pdf(s, &r);
 }
@@ -1676,7 +1686,7 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
     if (result != LSAMP_OK) return result;
     if (!wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
     if (!lsamp__is_unit(wi)) return LSAMP_ERR_INPUT;
-    lsamp__brdf_result(&s, lsamp__to_frame(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
+    lsamp__brdf_result(&s, lsamp__to_axes(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
     return LSAMP_OK;
 }
 
@@ -1694,7 +1704,7 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
         return LSAMP_ERR_INPUT;
     w = lsamp__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     lsamp__brdf_result(&s, w, f, pdf);
-    lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_frame(s.t, s.b, s.n, w) : s.n);
+    lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_axes(s.t, s.b, s.n, w) : s.n);
     return LSAMP_OK;
 }
 
@@ -1702,34 +1712,34 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
 
 /* ---- curve: an emissive mesh as small pieces along a space-filling curve ---- */
 
-typedef struct lsamp__piece {
-    double   end;                   /* share of all area up to the end of this one */
-    uint64_t key;                   /* place on the curve; the lowest 31 bits number the pieces and break
-                                       ties */
+typedef struct lsamp__piece {       /* a triangle, or a part of one */
+    double   end;                   /* the share of all area that this piece and those before it have */
+    uint64_t key;                   /* the place on the curve; the lowest 31 bits number the pieces, so that
+                                       no two keys are equal */
     float    v[9], normal[3];
 } lsamp__piece;
 
-typedef struct lsamp__curve {
-    lsamp__piece *pieces;
-    float        *locations;        /* four floats each */
+typedef struct lsamp__curve {       /* an emissive mesh */
+    lsamp__piece *pieces;           /* in the order of the curve */
+    float        *locations;        /* places for maps, four floats each */
     double        area;
-    uint32_t      count, places;
+    uint32_t      count, places;    /* of pieces; of locations */
 } lsamp__curve;
 
-static uint32_t lsamp__places(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
+static uint32_t lsamp__place_count(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
 
 /* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
    area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */
 static size_t lsamp__most_pieces(const lsamp_light_desc *d)
 {
-    return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__places(d) + 1u;
+    return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__place_count(d) + 1u;
 }
 
 static size_t lsamp__curve_size(const lsamp_light_desc *d)
 {
     size_t bytes;
     if (!lsamp__mul_size(lsamp__most_pieces(d), sizeof(lsamp__piece), &bytes) ||
-        !lsamp__add_size(bytes, 16u * (size_t)lsamp__places(d) + 16u + sizeof(lsamp__curve), &bytes))
+        !lsamp__add_size(bytes, 16u * (size_t)lsamp__place_count(d) + 16u + sizeof(lsamp__curve), &bytes))
         return 0;
     return bytes & ~(size_t)15u;
 }
@@ -1757,7 +1767,7 @@ static void lsamp__load_triangle(const lsamp_mesh *m, size_t t, float v[9])
     for (k = 0; k < 3; k++) lsamp__v3_store(v + 3u * k, lsamp__vertex(m, c[k]));
 }
 
-/* Halves the longest edge `levels` times; the bits of number choose the halves. */
+/* Halves a triangle across its longest edge `levels` times; the bits of number choose the halves. */
 static void lsamp__cut_piece(float v[9], uint32_t levels, uint32_t number)
 {
     uint32_t bit, i, edge, k;
@@ -1844,7 +1854,7 @@ static void lsamp__curve_point(const lsamp__curve *c, const float x[3], float po
 }
 
 /* Returns the area of the triangles that emit, and writes their bounds. */
-static double lsamp__survey(const lsamp_mesh *m, lsamp__v3 *low, float *size)
+static double lsamp__survey_mesh(const lsamp_mesh *m, lsamp__v3 *low, float *size)
 {
     lsamp__v3 high = lsamp__v3_make(-1e30f, -1e30f, -1e30f), d;
     size_t t, count = lsamp__triangle_count(m);
@@ -1903,9 +1913,9 @@ static lsamp_result lsamp__curve_build(const lsamp_light_desc *d, void *memory, 
     uint32_t i;
     c->pieces = (lsamp__piece *)(void *)((char *)memory + ((sizeof *c + 15u) & ~(size_t)15u));
     c->locations = (float *)(void *)(c->pieces + lsamp__most_pieces(d));
-    c->places = lsamp__places(d);
+    c->places = lsamp__place_count(d);
     c->count = 0;
-    c->area = lsamp__survey(d->mesh, &low, &size);
+    c->area = lsamp__survey_mesh(d->mesh, &low, &size);
     if (!(c->area > 0.0 && size > 0.0f && lsamp__finite(size))) return LSAMP_ERR_INPUT;
     lsamp__curve_cut(c, d->mesh, c->area / (2.0 * (double)c->places), low, size);
     lsamp__sort_pieces(c->pieces, c->count);
@@ -1930,28 +1940,35 @@ static lsamp_result lsamp__curve_build(const lsamp_light_desc *d, void *memory, 
 /* ---- emitter: a light, its texels, and what leaves a point of it ---- */
 
 struct lsamp_light {
-    lsamp_light_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
-    const double *edges;         /* environment: cos of the height + 1 row edges */
-    lsamp__cdf2   cdf;           /* over the texels; unused without */
-    const uint16_t *guide;       /* for the rows, then for the texels of each row */
-    lsamp__v3     origin, n;     /* n: emission side; line: axis; sun: to it; spot: out of the lamp */
-    lsamp__v3     ex, ey;        /* rectangle: dual edges; disc: frame */
-    lsamp__v3     radiance, tint; /* tint . texel: its density relative to uniform coordinates; sky: per solid
-                                     angle */
-    float         lx, ly, area;  /* lengths of the edges */
-    float         cos_cone, turn; /* turn: rotation / (2 pi) */
-    int           orthogonal;
-    float         location[4];   /* D of point and spot */
-    const lsamp__curve *curve;   /* mesh: of shape CALLBACK from here on */
+    lsamp_light_desc desc;       /* texels is NULL, or the frame at desc.time with bad channels as 0 */
+    const double *edges;         /* environment: the cosines of the height + 1 edges of rows */
+    lsamp__cdf2   cdf;           /* over the texels; unused without texels */
+    const uint16_t *guide;       /* for lsamp__invert_sums: of the rows, then of the texels of each row */
+    lsamp__v3     origin;
+    lsamp__v3     n;             /* the normal of the side that emits; line: its axis; sun: towards it; spot:
+                                    out of the lamp */
+    lsamp__v3     ex, ey;        /* rectangle: vectors whose dot products with a point give its x and y; disc:
+                                    unit axes in its plane */
+    lsamp__v3     radiance;
+    lsamp__v3     tint;          /* its dot product with a texel is the texel's density relative to uniform
+                                    coordinates; of an environment per solid angle */
+    float         lx, ly, area;  /* lengths of the edges; area of the shape */
+    float         cos_cone;      /* spot: the cosine of the half angle */
+    float         turn;          /* environment: rotation / (2 pi) */
+    int           orthogonal;    /* rectangle: its edges are at right angles */
+    float         location[4];   /* point and spot: the only location of their domain */
+    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then */
 };
 
-typedef struct lsamp__aim {      /* a light as one point sees it: what all its samples share */
+typedef struct lsamp__aim {      /* a light as one point sees it, which all samples of the point share */
     const lsamp_light *light;
-    lsamp__v3 p, axis;           /* sphere: to the centre; line: unit, from the line to p */
+    lsamp__v3 p;                 /* the point */
+    lsamp__v3 axis;              /* sphere: unit, to the centre; line: unit, from the line to p */
     float distance;              /* sphere: to the centre; line: to its axis */
-    float spread;                /* sphere: 1 - cos of the cone; line: largest sin(phi) that p sees */
-    float solid_pdf;             /* above 0: sampled uniformly by solid angle */
-    float solid;                 /* solid angle of what p sees: roughly, but for spheres and large
+    float spread;                /* sphere: 1 - cos of the cone that it fills; line: the largest sine, of the
+                                    angle about the axis, that p sees */
+    float solid_pdf;             /* above 0: points are drawn evenly by solid angle, with this density */
+    float solid;                 /* the solid angle that p sees; exact only for spheres and large
                                     rectangles */
     float x0, x1, y0, y1;        /* rectangle: its sides as seen from p, along its edges */
     float z;                     /* rectangle: the distance of its plane from p, with a sign */
@@ -1959,6 +1976,7 @@ typedef struct lsamp__aim {      /* a light as one point sees it: what all its s
                                     spherical rectangles", call so */
 } lsamp__aim;
 
+/* Says whether a light has one direction only at each point. */
 static int lsamp__is_delta(const lsamp_light *l)
 {
     return l->desc.kind == LSAMP_LIGHT_SUN || l->desc.kind == LSAMP_LIGHT_POINT ||
@@ -1971,7 +1989,8 @@ static lsamp__v3 lsamp__texel(const lsamp_light *l, uint32_t x, uint32_t y)
     return t ? lsamp__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : lsamp__v3_make(1.0f, 1.0f, 1.0f);
 }
 
-static uint32_t lsamp__cell(float x, uint32_t count)
+/* Returns which of count equal parts of 0..1 x falls into. */
+static uint32_t lsamp__cell_of(float x, uint32_t count)
 {
     uint32_t i = (uint32_t)((double)x * count);
     return i < count ? i : count - 1u;
@@ -1979,23 +1998,23 @@ static uint32_t lsamp__cell(float x, uint32_t count)
 
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel(l, lsamp__cell(x, l->desc.width), lsamp__cell(y, l->desc.height));
+    return lsamp__texel(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
 }
 
-/* Returns the density of what lsamp__pick draws, relative to uniform coordinates. */
-static float lsamp__density(const lsamp_light *l, float x, float y)
+/* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */
+static float lsamp__texel_density(const lsamp_light *l, float x, float y)
 {
     return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
 }
 
-/* Returns the cell of a cdf that u falls into, and how far inside. guide[b] is the cell where b / count of
-   the total falls, so that the search begins a step or two from its end, in the same cache line. The last
-   loops mend what rounding at the ends of a bucket may have done, and leave cells of weight 0. */
-static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_t count, float u,
-                              float *fraction)
+/* Returns the cell of a cdf that u falls into, and writes how far inside of the cell. guide[b] is the cell
+   that b / count of the total falls into, so that the search begins a step or two from its end, in the same
+   cache line. The last loops correct rounding at the ends of a bucket, and step out of cells of weight 0. */
+static uint32_t lsamp__invert_sums(const double *sums, const uint16_t *guide, uint32_t count, float u,
+                                   float *fraction)
 {
     double x = (double)u * sums[count], f;
-    uint32_t bucket = lsamp__cell(u, count), lo = guide[bucket],
+    uint32_t bucket = lsamp__cell_of(u, count), lo = guide[bucket],
              hi = bucket + 1u < count ? guide[bucket + 1u] + 1u : count;
     while (hi - lo > 1u) {
         uint32_t mid = lo + (hi - lo) / 2u;
@@ -2009,6 +2028,7 @@ static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_
     return lo;
 }
 
+/* Makes the guide of lsamp__invert_sums. */
 static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t count)
 {
     uint32_t b, i = 0;
@@ -2019,20 +2039,20 @@ static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t cou
     }
 }
 
-/* Writes the texel that u picks and where inside. Returns 0 if all texels are black. */
+/* Writes the texel that u picks, and which point inside of the texel. Returns 0 if all texels are black. */
 static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, uint32_t *y, float *fx,
                             float *fy)
 {
     uint32_t w = l->desc.width;
     if (!(lsamp__cdf2_total(&l->cdf) > 0.0)) return 0;
-    *y = lsamp__invert(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
-    *x = lsamp__invert(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w, w,
-                       u[0], fx);
+    *y = lsamp__invert_sums(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
+    *x = lsamp__invert_sums(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w,
+                            w, u[0], fx);
     return 1;
 }
 
 /* Draws coordinates in proportion to the texels. */
-static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y)
+static void lsamp__pick_point(const lsamp_light *l, const float *u, float *x, float *y)
 {
     uint32_t i, j;
     *x = u[0];
@@ -2062,8 +2082,9 @@ static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsam
     return lsamp__v3_finite(c) && c.x + c.y + c.z > 0.0f;
 }
 
-/* Turns a point of the surface into what p sees of it. The density is solid_pdf, or if that is 0 area_pdf
-   turned into solid angle. n = 0 is a volume. Returns 0 if no light reaches p. */
+/* Writes how p sees the point q of a light, which has the normal n (0: a volume) and the coordinates x, y.
+   The density is a->solid_pdf; if that is 0, it is area_pdf, turned into a density per solid angle. Returns 0
+   if no light of q reaches p. */
 static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float x, float y, float area_pdf,
                             lsamp_emission *out)
 {
@@ -2088,8 +2109,9 @@ static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float
 
 /* ---- shapes: a point of each shape drawn, and found along a ray ---- */
 
-/* Writes what p sees of an environment in direction w, which lies in this texel at (u, v). Rows go by the
-   cosines of their edges, so that solid angles are exact (T12). Returns 0 if it is black. */
+/* Writes how a point sees an environment in direction w, which lies in texel x, y at the coordinates u, v.
+   Rows go by the cosines of their edges, so that solid angles are exact (T12). Returns 0 if the texel is
+   black. */
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
@@ -2124,8 +2146,8 @@ static int lsamp__environment_hit(const lsamp_light *l, lsamp__v3 w, lsamp_emiss
 {
     float u = 0.5f + lsamp__atan2(w.z, w.x) / (2.0f * LSAMP__PI) + l->turn, v = lsamp__acos(w.y) / LSAMP__PI;
     u -= floorf(u);
-    return lsamp__environment_found(l, lsamp__cell(u, l->desc.width), lsamp__cell(v, l->desc.height), u, v, w,
-                                    out);
+    return lsamp__environment_found(l, lsamp__cell_of(u, l->desc.width), lsamp__cell_of(v, l->desc.height), u,
+                                    v, w, out);
 }
 
 /* Prepares the sampling of a rectangle by solid angle: Urena, Fajardo and King, "An area-preserving
@@ -2143,7 +2165,7 @@ static void lsamp__rectangle_aim(lsamp__aim *a)
     a->y0 = lsamp__v3_dot(d, l->ey) * l->ly;
     a->x1 = a->x0 + l->lx;
     a->y1 = a->y0 + l->ly;
-    a->z = lsamp__v3_dot(d, l->n);   /* below 0: p is on the emission side */
+    a->z = lsamp__v3_dot(d, l->n);   /* below 0: p is on the side that emits */
     z2 = a->z * a->z;
     n0 = -a->y0 / sqrtf(z2 + a->y0 * a->y0);
     n1 = a->x1 / sqrtf(z2 + a->x1 * a->x1);
@@ -2192,7 +2214,8 @@ static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x,
     *y = (yv - a->y0) / (a->y1 - a->y0);
 }
 
-/* Computes all that depends on the point alone. Returns 0 if the light does not reach p. */
+/* Computes the members of an aim, which depend on light and point alone. Returns 0 if the light does not
+   reach p. */
 static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
 {
     lsamp__v3 d = lsamp__v3_sub(l->origin, p);
@@ -2264,8 +2287,9 @@ static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
     }
 }
 
-/* Writes what p sees of a line's cylinder at x along it and sine across, which is spread evenly over the
-   breadth that p sees, by which the lamp's own cosine drops out. Returns 0 if no light reaches p. */
+/* Writes how p sees a line's cylinder at x along the axis and at an angle about it, whose sine is given.
+   Sines are spread evenly over the breadth that p sees, by which the lamp's own cosine drops out. Returns 0
+   if no light reaches p. */
 static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2274,7 +2298,7 @@ static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emissi
 
     n = lsamp__v3_madd(n, lsamp__v3_cross(l->n, a->axis), sine);
     q = lsamp__v3_madd(lsamp__shape_point(l, x, 0.0f), n, l->desc.radius);
-    return lsamp__emit_area(a, q, n, x, 0.0f, lsamp__density(l, x, 0.0f) * cosine /
+    return lsamp__emit_area(a, q, n, x, 0.0f, lsamp__texel_density(l, x, 0.0f) * cosine /
                                                   (2.0f * a->spread * l->desc.radius * l->lx), out);
 }
 
@@ -2285,7 +2309,7 @@ static int lsamp__sphere_at(const lsamp__aim *a, lsamp__v3 n, lsamp_emission *ou
     x = lsamp__clamp_unit(x);
     y = lsamp__clamp_unit(y);
     return lsamp__emit_area(a, lsamp__v3_madd(l->origin, n, l->desc.radius), n, x, y,
-                            lsamp__density(l, x, y) / l->area, out);
+                            lsamp__texel_density(l, x, y) / l->area, out);
 }
 
 static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
@@ -2297,7 +2321,7 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
     lsamp__v3 t, b, n;
 
     if (!(a->solid_pdf > 0.0f)) {
-        lsamp__pick(l, u, &x, &y);
+        lsamp__pick_point(l, u, &x, &y);
         n = lsamp__v3_sub(lsamp__shape_point(l, x, y), l->origin);
         return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
     }
@@ -2311,7 +2335,7 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
     x = lsamp__safe_sqrt(s2) * (a->distance * c - reach) / r;
     lsamp__sincos(2.0f * LSAMP__PI * u[1], &sn, &cs);
     lsamp__v3_basis(a->axis, &t, &b);
-    n = lsamp__from_frame(t, b, a->axis, lsamp__v3_make(x * cs, x * sn, -along / r));
+    n = lsamp__from_axes(t, b, a->axis, lsamp__v3_make(x * cs, x * sn, -along / r));
     return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
 }
 
@@ -2340,7 +2364,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
     float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f };
     float area = 0.0f, x, y;
 
-    lsamp__pick(l, u, &x, &y);
+    lsamp__pick_point(l, u, &x, &y);
     out->coords[0] = x;
     out->coords[1] = y;
     out->coords[2] = u[2];
@@ -2350,7 +2374,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
         !lsamp__finite(area) || !(area > 0.0f))
         return 0;
     return lsamp__emit_area(a, lsamp__v3_load(q), lsamp__v3_normalize(lsamp__v3_load(n)), x, y,
-                            lsamp__density(l, x, y) / area, out);
+                            lsamp__texel_density(l, x, y) / area, out);
 }
 
 static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
@@ -2363,13 +2387,13 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     case LSAMP_LIGHT_RECTANGLE:
     case LSAMP_LIGHT_DISC:
         if (a->solid_pdf > 0.0f) lsamp__rectangle_pick(a, u, &x, &y);
-        else lsamp__pick(l, u, &x, &y);
-        return lsamp__emit_area(a, lsamp__shape_point(l, x, y), l->n, x, y, lsamp__density(l, x, y) / l->area,
-                                out);
+        else lsamp__pick_point(l, u, &x, &y);
+        return lsamp__emit_area(a, lsamp__shape_point(l, x, y), l->n, x, y,
+                                lsamp__texel_density(l, x, y) / l->area, out);
     case LSAMP_LIGHT_SPHERE:
         return lsamp__sphere_draw(a, u, out);
     case LSAMP_LIGHT_LINE:
-        lsamp__pick(l, u, &x, &y);
+        lsamp__pick_point(l, u, &x, &y);
         return lsamp__line_at(a, x, (2.0f * u[1] - 1.0f) * a->spread, out);
     case LSAMP_LIGHT_CALLBACK:
         return lsamp__callback_draw(a, u, out);
@@ -2402,7 +2426,7 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     } else if (!(x >= 0.0f && x < 1.0f && y >= 0.0f && y < 1.0f)) {
         return 0;
     }
-    return lsamp__emit_area(a, q, l->n, x, y, lsamp__density(l, x, y) / l->area, out);
+    return lsamp__emit_area(a, q, l->n, x, y, lsamp__texel_density(l, x, y) / l->area, out);
 }
 
 /* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
@@ -2414,7 +2438,7 @@ static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     float r = l->desc.radius;
     float along, s, x, len2;
 
-    if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* what is across the axis: a circle */
+    if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* across its axis, a line is a circle */
         d = lsamp__v3_scale(a->axis, -a->distance);
         v = lsamp__v3_madd(w, l->n, -lsamp__v3_dot(w, l->n));
     }
@@ -2452,9 +2476,9 @@ static int lsamp__aim_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 
 /* ==== src/lightsampling/emitter_build.h ==== */
 
-/* ---- emitter: checked, built, asked ---- */
+/* ---- emitter: a desc checked, a light made of it, and public questions ---- */
 
-/* Says whether a field lies within low..high; else tells the log so, which may be NULL. */
+/* Says whether a field lies within low..high; if not, logs so. log may be NULL. */
 static int lsamp__field_valid(const lsamp__logger *log, const char *field, float value, float low, float high,
                               const char *wanted)
 {
@@ -2507,7 +2531,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
 }
 
-/* Checks what a light of one direction or one place must have. */
+/* Checks the fields of a sun, point or spot. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -2519,7 +2543,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* Checks what a light that has an area must have. */
+/* Checks the fields of a shape that has an area. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -2631,8 +2655,8 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
     return m == y ? s : -s;
 }
 
-/* Writes the frame at desc.time, linear between its neighbours, with bad channels as 0. Returns the number of
-   bad texels. */
+/* Writes the texels at desc.time, which are blended from the two frames nearest in time; bad channels become
+   0. Returns the number of bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
     uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
@@ -2661,8 +2685,8 @@ static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
     return bad;
 }
 
-/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels (T18).
-   */
+/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels together
+   (T18). */
 static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint16_t *guide)
 {
     uint32_t w = l->desc.width, h = l->desc.height, x, y;
@@ -2872,7 +2896,7 @@ LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const 
 
 /* ==== src/lightsampling/patterns.h ==== */
 
-/* ---- patterns: random numbers of the samples ---- */
+/* ---- patterns: the random numbers of samples ---- */
 
 LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
 {
@@ -2880,9 +2904,9 @@ LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
     return (size_t)LSAMP_PATTERN_COUNT * length * 2u * sizeof(float);
 }
 
-/* The points are Hammersley points with one axis jittered inside the columns, and the other Owen-scrambled.
-   They are computed in integers of 24 bits, so that no rounding takes a point across the edge of its column.
-   */
+/* The points are Hammersley points, of which one axis is jittered inside the columns and the other is
+   Owen-scrambled. They are computed in integers of 24 bits, so that no rounding takes a point across the edge
+   of its column. */
 LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t bytes)
 {
     size_t need = lsamp_patterns_bytes(length);
@@ -2904,9 +2928,10 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     return LSAMP_OK;
 }
 
-/* Writes the random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of
-   successive frames are far apart, and all 256 get their turn; then they come again with a toroidal shift. */
-static void lsamp__numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
+/* Writes the random numbers of sample k of a pixel, the third one for callbacks only. 159 is odd and close to
+   256 / golden ratio, so that the patterns of successive frames are far apart, and all 256 get their turn;
+   then they come again with a toroidal shift. */
+static void lsamp__random_numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
     uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
 
@@ -2934,16 +2959,16 @@ typedef struct lsamp__estimator { /* one point and one light */
     const lsamp_sample_desc *desc;
     lsamp__surface surface;
     lsamp__aim     aim;
-    int            reachable;    /* by the light */
-    int            split;        /* paper: the two parts of the BRDF are two integrals */
-    float          light_share;  /* of the samples, by roulette */
+    int            reachable;    /* light can reach the point, and the point is a receiver */
+    int            split;        /* as in the paper, the two parts of the BRDF are integrated apart */
+    float          light_share;  /* the share of samples that the light draws; the BRDF draws the others */
 } lsamp__estimator;
 
-/* Decides how many samples the light draws and how many the BRDF: few by the BRDF if the light is smaller
-   than the lobe, few by the light if the lobe is smaller. With q = (solid angle) (peak density) the BRDF's
-   share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of light and material (64 samples,
-   geometric mean), 0.68 of it under shadows; q / (1 + q) had 0.52 and 0.76. The shares are whole samples, so
-   that stratified numbers are split without a remainder. */
+/* Decides how many samples the light draws and how many the BRDF: the BRDF draws few if the light is smaller
+   than the lobe, and the light draws few if the lobe is smaller. With q = (solid angle) (peak density), a
+   share of q^3 / (8 + q^3) for the BRDF gave 0.29 of the noise that shares of one half gave (geometric mean
+   over 54 pairs of light and material, 64 samples), and 0.68 of it under shadows; q / (1 + q) gave 0.52 and
+   0.76. The shares are whole samples, so that stratified numbers are split without a remainder. */
 static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *desc,
                                   const lsamp_light *light)
 {
@@ -2985,14 +3010,14 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
         hit = lsamp__emitter_draw(&e->aim, u, found);
     } else {
         wi = lsamp__brdf_draw(s, e->split ? 0.0f : s->diffuse_share, u[0], u[1]);
-        hit = wi.z > 0.0f && lsamp__aim_hit(&e->aim, lsamp__from_frame(s->t, s->b, s->n, wi), found);
+        hit = wi.z > 0.0f && lsamp__aim_hit(&e->aim, lsamp__from_axes(s->t, s->b, s->n, wi), found);
     }
     if (!hit) {
         memset(found, 0, sizeof *found);
         return zero;
     }
-    wi = lsamp__to_frame(s, lsamp__v3_load(found->direction));
-    r = lsamp__respond(s, wi);
+    wi = lsamp__to_axes(s, lsamp__v3_load(found->direction));
+    r = lsamp__brdf_response(s, wi);
     if (e->split) {
         f = by_light ? r.diffuse : r.specular;
         pdf = by_light ? c * found->pdf : (1.0f - c) * r.specular_pdf;
@@ -3007,8 +3032,8 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
 
 #define LSAMP__SAMPLE_BLOCK 32u
 
-/* Prefetches what the light samples of a block will read, one dependency at a time: large maps do not fit the
-   cache. */
+/* Prefetches the rows, sums and texels that the light's samples of a block will read, one dependency at a
+   time, since large maps do not fit into the cache. */
 static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], uint32_t count)
 {
     const lsamp_light *l = e->aim.light;
@@ -3018,21 +3043,21 @@ static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], ui
 
     if (l->desc.kind != LSAMP_LIGHT_ENVIRONMENT || !(lsamp__cdf2_total(&l->cdf) > 0.0)) return;
     for (k = 0; k < count; k++) {
-        uint32_t y = lsamp__invert(l->cdf.rows, l->guide, h, u[k][1], &unused);
+        uint32_t y = lsamp__invert_sums(l->cdf.rows, l->guide, h, u[k][1], &unused);
         at[k] = (size_t)y * w;
         if (!(u[k][0] < e->light_share)) continue;
-        LSAMP__PREFETCH(l->guide + h + at[k] + lsamp__cell(u[k][0] / e->light_share, w));
+        LSAMP__PREFETCH(l->guide + h + at[k] + lsamp__cell_of(u[k][0] / e->light_share, w));
     }
     for (k = 0; k < count; k++) {
         uint32_t x;
         if (!(u[k][0] < e->light_share)) continue;
-        x = l->guide[h + at[k] + lsamp__cell(u[k][0] / e->light_share, w)];
+        x = l->guide[h + at[k] + lsamp__cell_of(u[k][0] / e->light_share, w)];
         LSAMP__PREFETCH(l->cdf.sums + at[k] + at[k] / w + x);
         LSAMP__PREFETCH(l->desc.texels + (at[k] + x) * 3u);
     }
 }
 
-static const float *lsamp__row(const float *base, size_t stride, size_t i)
+static const float *lsamp__vector_at(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)base + (stride ? stride : 12u) * i);
 }
@@ -3051,15 +3076,17 @@ static int lsamp__is_none(const float *p)
 /* Says whether point i is lit at all: its position and vectors are there and finite. */
 static int lsamp__is_receiver(const lsamp_points *p, size_t i)
 {
-    return lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i))) &&
-           !lsamp__is_none(lsamp__row(p->normals, p->normal_stride, i)) &&
-           !(p->views && lsamp__is_none(lsamp__row(p->views, p->view_stride, i))) &&
-           !(p->tangents && lsamp__is_none(lsamp__row(p->tangents, p->tangent_stride, i)));
+    return lsamp__v3_finite(lsamp__v3_load(lsamp__vector_at(p->positions, p->position_stride, i))) &&
+           !lsamp__is_none(lsamp__vector_at(p->normals, p->normal_stride, i)) &&
+           !(p->views && lsamp__is_none(lsamp__vector_at(p->views, p->view_stride, i))) &&
+           !(p->tangents && lsamp__is_none(lsamp__vector_at(p->tangents, p->tangent_stride, i)));
 }
 
 /* Returns LSAMP_ERR_INPUT, and logs so, if vector i of an array is not unit. */
-static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
+static lsamp_result lsamp__unit_check(const char *array, const float *vectors, size_t stride, size_t i,
+                                      const lsamp__logger *log)
 {
+    const float *p = lsamp__vector_at(vectors, stride, i);
     if (lsamp__is_unit(p)) return LSAMP_OK;
     lsamp__log_element(log, array, i, "has the length", (double)lsamp__v3_length(lsamp__v3_load(p)),
                        "1 (0.97..1.03), or 0");
@@ -3108,12 +3135,11 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
             return LSAMP_ERR_INPUT;
         }
         if (!lsamp__is_receiver(p, i)) continue;
-        result = lsamp__unit_check("points.normals", lsamp__row(p->normals, p->normal_stride, i), i, log);
+        result = lsamp__unit_check("points.normals", p->normals, p->normal_stride, i, log);
         if (result == LSAMP_OK && p->views)
-            result = lsamp__unit_check("points.views", lsamp__row(p->views, p->view_stride, i), i, log);
+            result = lsamp__unit_check("points.views", p->views, p->view_stride, i, log);
         if (result == LSAMP_OK && p->tangents)
-            result =
-                lsamp__unit_check("points.tangents", lsamp__row(p->tangents, p->tangent_stride, i), i, log);
+            result = lsamp__unit_check("points.tangents", p->tangents, p->tangent_stride, i, log);
     }
     return result;
 }
@@ -3130,7 +3156,7 @@ static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, con
     for (k = 0; k < count; k += block) {
         block = count - k < LSAMP__SAMPLE_BLOCK ? count - k : LSAMP__SAMPLE_BLOCK;
         if (e->reachable) {
-            for (b = 0; b < block; b++) lsamp__numbers(e->desc, pixel, k + b, third, u[b]);
+            for (b = 0; b < block; b++) lsamp__random_numbers(e->desc, pixel, k + b, third, u[b]);
             lsamp__environment_warm(e, u, block);
         }
         for (b = 0; b < block; b++, at++) {
@@ -3184,11 +3210,11 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     if (result != LSAMP_OK) return result;
     for (i = 0; i < points->count; i++) {
         lsamp__estimator e;
-        const float *normal = lsamp__row(points->normals, points->normal_stride, i);
-        const float *view = points->views ? lsamp__row(points->views, points->view_stride, i) : normal;
+        const float *normal = lsamp__vector_at(points->normals, points->normal_stride, i);
+        const float *view = points->views ? lsamp__vector_at(points->views, points->view_stride, i) : normal;
         const float *tangent =
-            points->tangents ? lsamp__row(points->tangents, points->tangent_stride, i) : NULL;
-        const float *p = lsamp__row(points->positions, points->position_stride, i);
+            points->tangents ? lsamp__vector_at(points->tangents, points->tangent_stride, i) : NULL;
+        const float *p = lsamp__vector_at(points->positions, points->position_stride, i);
 
         if (!lsamp__is_receiver(points, i)) {
             memset(&e, 0, sizeof e);
@@ -3227,7 +3253,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const fl
             double v;
             if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
             v = visibility ? (double)visibility[at] : 1.0;
-            if (!(v > 0.0)) continue;      /* COHSM_REFUSED too */
+            if (!(v > 0.0)) continue;       /* also of COHSM_REFUSED */
             for (c = 0; c < 3; c++) sum[c] += v * (double)w[c];
         }
         for (c = 0; c < 3; c++) out[c] += (float)sum[c];

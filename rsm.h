@@ -750,7 +750,7 @@ static inline rsm__allocator rsm__allocator_make(void *(*alloc_fn)(size_t, void 
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *rsm__alloc(const rsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -866,7 +866,8 @@ static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define RSM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define RSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -916,7 +917,8 @@ static inline float rsm__either(int yes, float a, float b)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void rsm__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;
@@ -994,19 +996,19 @@ static inline double rsm__log_core(float x)
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Returns infinity above 88.7228394. */
+/* Returns exp(x), which is infinity above 88.7228394. */
 static inline float rsm__exp(float x)
 {
     return x > 88.7228394f ? rsm__from_bits(0x7f800000u) : (float)rsm__exp_core((double)x);
 }
 
-/* Returns -infinity if x is not above 0. */
+/* Returns the natural logarithm of x, or -infinity if x is not above 0. */
 static inline float rsm__log(float x)
 {
     return x > 0.0f ? (float)rsm__log_core(x) : rsm__from_bits(0xff800000u);
 }
 
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+/* Returns x^y. x below 0 counts as 0; 0^y is 0, 1 or infinity for y above, equal to or below 0. */
 static inline float rsm__pow(float x, float y)
 {
     double t;
@@ -1088,8 +1090,9 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* RSM__X86 is 1 if functions with target attributes can be compiled and chosen at run time. RSM__NO_SIMD, which
-   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
-   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+   the header defines from its public switch, makes it 0. tcc has no such attributes, so that it is 0 there;
+   MSVC needs none. For clang in MSVC's place (clang-cl) it is 0, since this compiler hides the vector types
+   unless the whole program is built for them. */
 #if defined(RSM__NO_SIMD) || defined(__TINYC__)
 #define RSM__X86 0
 #elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -1105,7 +1108,8 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 #define RSM__X86 0
 #endif
 
-/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
+/* These ask the processor directly: the compilers' own functions ask the same, but add 4.5 KB to every
+   program. */
 #if RSM__X86 && defined(_MSC_VER)
 #include <intrin.h>
 static inline void rsm__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
@@ -1126,7 +1130,8 @@ static inline unsigned rsm__cpu_xcr0(void)
 
 #if RSM__X86
 /* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
-   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has
+   LZCNT. */
 static inline int rsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
     const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
@@ -1138,9 +1143,9 @@ static inline int rsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
     rsm__cpu_ask(7, r);
     return (r[1] & ebx) == ebx;
 }
-/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
+/* Asks for AVX2, BMI and BMI2, and for the registers of SSE and AVX. */
 static inline int rsm__cpu_has_avx2(void) { return rsm__cpu_leaf7(0x06u, 0x00000128u); }
-/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
+/* Asks for F, DQ, BW and VL of AVX-512 besides, and for its mask registers and wide registers. */
 static inline int rsm__cpu_has_avx512(void) { return rsm__cpu_leaf7(0xe6u, 0xc0030128u); }
 #else
 static inline int rsm__cpu_has_avx2(void) { return 0; }
@@ -1162,7 +1167,7 @@ static inline void rsm__batch_task(void *context, size_t index)
 
 /* ==== src/shared/hot.h ==== */
 
-/* unit hot, needs fp_begin: what compilers are told of hot code */
+/* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__PREFETCH(p) __builtin_prefetch(p)

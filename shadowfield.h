@@ -973,7 +973,7 @@ static inline sfield__allocator sfield__allocator_make(void *(*alloc_fn)(size_t,
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *sfield__alloc(const sfield__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -1096,7 +1096,8 @@ static inline int sfield__v3_finite(sfield__v3 a)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define SFIELD__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define SFIELD__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -1129,7 +1130,8 @@ static inline int sfield__m4_is_affine(const float *m)
 static inline int sfield__m4_is_rigid_uniform(const float *m, float *scale)
 {
     sfield__v3 x = sfield__v3_load(m), y = sfield__v3_load(m + 4), z = sfield__v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!sfield__m4_is_affine(m)) return 0;
     lx = sfield__v3_length(x);
@@ -1231,7 +1233,8 @@ static inline uint32_t sfield__to_bits(float x)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void sfield__sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;
@@ -1291,19 +1294,19 @@ static inline double sfield__log_core(float x)
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Returns infinity above 88.7228394. */
+/* Returns exp(x), which is infinity above 88.7228394. */
 static inline float sfield__exp(float x)
 {
     return x > 88.7228394f ? sfield__from_bits(0x7f800000u) : (float)sfield__exp_core((double)x);
 }
 
-/* Returns -infinity if x is not above 0. */
+/* Returns the natural logarithm of x, or -infinity if x is not above 0. */
 static inline float sfield__log(float x)
 {
     return x > 0.0f ? (float)sfield__log_core(x) : sfield__from_bits(0xff800000u);
 }
 
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+/* Returns x^y. x below 0 counts as 0; 0^y is 0, 1 or infinity for y above, equal to or below 0. */
 static inline float sfield__pow(float x, float y)
 {
     double t;
@@ -1318,8 +1321,9 @@ static inline float sfield__pow(float x, float y)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* SFIELD__X86 is 1 if functions with target attributes can be compiled and chosen at run time. SFIELD__NO_SIMD, which
-   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
-   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+   the header defines from its public switch, makes it 0. tcc has no such attributes, so that it is 0 there;
+   MSVC needs none. For clang in MSVC's place (clang-cl) it is 0, since this compiler hides the vector types
+   unless the whole program is built for them. */
 #if defined(SFIELD__NO_SIMD) || defined(__TINYC__)
 #define SFIELD__X86 0
 #elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -1335,7 +1339,8 @@ static inline float sfield__pow(float x, float y)
 #define SFIELD__X86 0
 #endif
 
-/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
+/* These ask the processor directly: the compilers' own functions ask the same, but add 4.5 KB to every
+   program. */
 #if SFIELD__X86 && defined(_MSC_VER)
 #include <intrin.h>
 static inline void sfield__cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
@@ -1356,7 +1361,8 @@ static inline unsigned sfield__cpu_xcr0(void)
 
 #if SFIELD__X86
 /* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
-   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has
+   LZCNT. */
 static inline int sfield__cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
     const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
@@ -1368,9 +1374,9 @@ static inline int sfield__cpu_leaf7(unsigned xcr0, unsigned ebx)
     sfield__cpu_ask(7, r);
     return (r[1] & ebx) == ebx;
 }
-/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
+/* Asks for AVX2, BMI and BMI2, and for the registers of SSE and AVX. */
 static inline int sfield__cpu_has_avx2(void) { return sfield__cpu_leaf7(0x06u, 0x00000128u); }
-/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
+/* Asks for F, DQ, BW and VL of AVX-512 besides, and for its mask registers and wide registers. */
 static inline int sfield__cpu_has_avx512(void) { return sfield__cpu_leaf7(0xe6u, 0xc0030128u); }
 #else
 static inline int sfield__cpu_has_avx2(void) { return 0; }
@@ -1481,6 +1487,7 @@ static inline int sfield__simd_level(void)
 
 /* unit bits: counting and finding bits */
 
+/* Returns how many bits of x are set. */
 static inline uint32_t sfield__popcount(uint64_t x)
 {
     x -= x >> 1 & 0x5555555555555555u;

@@ -997,7 +997,7 @@ static inline glbk__allocator glbk__allocator_make(void *(*alloc_fn)(size_t, voi
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk__alloc(const glbk__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

@@ -678,7 +678,7 @@ static inline glbk_csm__allocator glbk_csm__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_csm__alloc(const glbk_csm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -798,7 +798,8 @@ static inline int glbk_csm__m4_is_affine(const float *m)
    on points. */
 static inline int glbk_csm__m4_affine_inverse(float *out, const float *m)
 {
-    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double n[3][3], r[12], det, size;
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
     int i, j;
 
     for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
@@ -830,7 +831,8 @@ static inline int glbk_csm__m4_affine_inverse(float *out, const float *m)
 static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
 {
     glbk_csm__v3 x = glbk_csm__v3_load(m), y = glbk_csm__v3_load(m + 4), z = glbk_csm__v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!glbk_csm__m4_is_affine(m)) return 0;
     lx = glbk_csm__v3_length(x);
@@ -853,7 +855,8 @@ static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define GLBK_CSM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define GLBK_CSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -1785,7 +1788,7 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
 };
 
 static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
-    "\n\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
+    "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
     "\n\n\nfloat cohsm_if(bool c,float a,float b){return c?a:b;}\n"
@@ -1847,7 +1850,7 @@ static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
     "r*.00139460621)))));\n"
     "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
     "}\n"
-    "\n\nfloat cohsm_log(float x)\n"
+    "\n\n\nfloat cohsm_log(float x)\n"
     "{\n"
     "uint bits=floatBitsToUint(x);\n"
     "int e=int(bits>>23)-127;\n"
@@ -1884,7 +1887,7 @@ static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
     "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
     "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
     "}\n"
-    "\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
+    "\n\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
     "{\n"
     "float a=2.*uv.x-1.,b=2.*uv.y-1.,x=abs(a),z=abs(b);\n"
     "float d=1.-(x+z),r=1.-abs(d),f=r*sqrt(2.-r*r);\n"
@@ -1892,7 +1895,7 @@ static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
     "return vec3(cohsm_if(a<.0,-f*sc.y,f*sc.y),cohsm_if(d<.0,r*r-1.,1.-r*r),\n"
     "cohsm_if(b<.0,-f*sc.x,f*sc.x));\n"
     "}\n"
-    "\nvec2 cohsm_octa_square(vec3 n)\n"
+    "\n\nvec2 cohsm_octa_square(vec3 n)\n"
     "{\n"
     "float r=sqrt((n.x*n.x+n.z*n.z)/(1.+abs(n.y)));\n"
     "float b=cohsm_atan2(abs(n.z),abs(n.x))*.636619772*r,a=r-b,t=a;\n"

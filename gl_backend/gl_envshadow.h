@@ -397,7 +397,7 @@ static inline glbk_envsh__allocator glbk_envsh__allocator_make(void *(*alloc_fn)
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_envsh__alloc(const glbk_envsh__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

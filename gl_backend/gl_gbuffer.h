@@ -515,7 +515,7 @@ static inline glbk_gbuf__allocator glbk_gbuf__allocator_make(void *(*alloc_fn)(s
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_gbuf__alloc(const glbk_gbuf__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

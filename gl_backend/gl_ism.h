@@ -485,7 +485,7 @@ static inline glbk_ism__allocator glbk_ism__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_ism__alloc(const glbk_ism__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -506,7 +506,8 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define GLBK_ISM__UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define GLBK_ISM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
@@ -619,7 +620,7 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 
 
 static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
-    "\n\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
+    "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
     "\n\n\nfloat cohsm_if(bool c,float a,float b){return c?a:b;}\n"
@@ -681,7 +682,7 @@ static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
     "r*.00139460621)))));\n"
     "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
     "}\n"
-    "\n\nfloat cohsm_log(float x)\n"
+    "\n\n\nfloat cohsm_log(float x)\n"
     "{\n"
     "uint bits=floatBitsToUint(x);\n"
     "int e=int(bits>>23)-127;\n"
@@ -718,7 +719,7 @@ static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
     "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
     "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
     "}\n"
-    "\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
+    "\n\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
     "{\n"
     "float a=2.*uv.x-1.,b=2.*uv.y-1.,x=abs(a),z=abs(b);\n"
     "float d=1.-(x+z),r=1.-abs(d),f=r*sqrt(2.-r*r);\n"
@@ -726,7 +727,7 @@ static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
     "return vec3(cohsm_if(a<.0,-f*sc.y,f*sc.y),cohsm_if(d<.0,r*r-1.,1.-r*r),\n"
     "cohsm_if(b<.0,-f*sc.x,f*sc.x));\n"
     "}\n"
-    "\nvec2 cohsm_octa_square(vec3 n)\n"
+    "\n\nvec2 cohsm_octa_square(vec3 n)\n"
     "{\n"
     "float r=sqrt((n.x*n.x+n.z*n.z)/(1.+abs(n.y)));\n"
     "float b=cohsm_atan2(abs(n.z),abs(n.x))*.636619772*r,a=r-b,t=a;\n"

@@ -631,7 +631,7 @@ static inline glbk_rsm__allocator glbk_rsm__allocator_make(void *(*alloc_fn)(siz
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_rsm__alloc(const glbk_rsm__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

@@ -578,7 +578,7 @@ static inline glbk_sfield__allocator glbk_sfield__allocator_make(void *(*alloc_f
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *glbk_sfield__alloc(const glbk_sfield__allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;
@@ -674,7 +674,8 @@ static inline int glbk_sfield__m4_is_affine(const float *m)
 static inline int glbk_sfield__m4_is_rigid_uniform(const float *m, float *scale)
 {
     glbk_sfield__v3 x = glbk_sfield__v3_load(m), y = glbk_sfield__v3_load(m + 4), z = glbk_sfield__v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!glbk_sfield__m4_is_affine(m)) return 0;
     lx = glbk_sfield__v3_length(x);

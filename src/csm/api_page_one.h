@@ -66,8 +66,8 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
    Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
-              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the first
-              maps of the scene; a scene without maps has none
+              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the
+              first maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);

@@ -29,7 +29,7 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
-/* Points at the sections of a block whose header is sound. */
+/* Finds the sections of a block whose header is sound, and makes the tables that queries read. */
 static void cohsm__find_sections(cohsm_maps *m)
 {
     const uint32_t *at = m->words + COHSM__HEADER_WORDS;
@@ -55,8 +55,8 @@ static void cohsm__find_sections(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* Words of a block, zeroed, that begin at a cache line's boundary within memory: the allocator promises
-   alignment to 8 bytes only. */
+/* A block in memory of the caller's allocator, which promises alignment to 8 bytes only: the words begin at
+   the next boundary of a cache line. */
 typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
@@ -203,7 +203,7 @@ static size_t cohsm__maps_bytes(const cohsm__header *h)
 }
 
 /* Makes the maps of a builder, and fills in every field of stats but those of the mesh. */
-static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
+static cohsm_result cohsm__finish_maps(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm__header *h = &b->head;
     cohsm__layout dry;
@@ -247,7 +247,7 @@ static cohsm_result cohsm__lay_out_built(cohsm_maps **maps, const cohsm_desc *d,
     if (stats->peak_bytes < peak) stats->peak_bytes = peak;
     if (result != COHSM_OK) cohsm_free(*maps);
     cohsm__log_layout(log, "desc.layout", result);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
@@ -268,8 +268,8 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
         return COHSM_ERR_ORDER;
     }
     memset(&s, 0, sizeof s);
-    result = cohsm__finish(b, &maps, &s);
-    if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
+    result = cohsm__finish_maps(b, &maps, &s);
+    if (result != COHSM_OK) return cohsm__log_build(&log, &b->desc, result);
     result = cohsm__lay_out_built(&maps, &b->desc, b->heap.used, &s, &log);
     if (result != COHSM_OK) return result;
     *out = maps;

@@ -4,7 +4,7 @@
 typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
 static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used,
-                              uint32_t triangles, cohsm__heap *heap)
+                              uint32_t triangles, cohsm__counted_heap *heap)
 {
     size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
     uint8_t *met = (uint8_t *)cohsm__heap_alloc(heap, bytes, 1);
@@ -28,7 +28,7 @@ static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, con
     return points->count != 0;
 }
 
-static void cohsm__points_free(cohsm__points *points, cohsm__heap *heap)
+static void cohsm__points_free(cohsm__points *points, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, points->at, points->room, sizeof *points->at);
 }

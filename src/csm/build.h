@@ -16,7 +16,7 @@ static void cohsm__raster_task(void *context, size_t index)
     target.size = (int)m;
     target.row_begin = (int)(b->desc.pixel_begin / m);
     target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
-    cohsm__raster(&target, &cam, job->soup, job->simd);
+    cohsm__raster_view(&target, &cam, job->soup, job->simd);
     if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
         for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
             target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
@@ -35,7 +35,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
             b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
-        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
         result = cohsm__close_batch(b);
     }
     return result;
@@ -60,7 +60,7 @@ static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const
 }
 
 static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh,
-                                      cohsm__heap *heap, cohsm_stats *stats, const cohsm__logger *log)
+                                      cohsm__counted_heap *heap, cohsm_stats *stats, const cohsm__logger *log)
 {
     size_t count;
     uint8_t *used;
@@ -70,7 +70,7 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (result != COHSM_OK) return result;
     count = cohsm__triangle_count(mesh);
     used = (uint8_t *)cohsm__heap_alloc(heap, count, 1);
-    if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
+    if (!used) return cohsm__log_result(log, COHSM_ERR_ALLOC);
     result = cohsm__select_triangles(mesh, used, heap, stats);
     if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
     if (result == COHSM_OK) {
@@ -83,11 +83,11 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
         !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
         result = COHSM_ERR_ALLOC;
     cohsm__heap_free(heap, used, count, 1);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
-static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
-                                       cohsm_maps **out, cohsm_stats *stats)
+static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model,
+                                       cohsm__counted_heap *heap, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm_builder *b;
     cohsm_result result = cohsm__builder_make(d, heap, &b);
@@ -95,14 +95,14 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     if (result != COHSM_OK) return result;
     memcpy(b->head.dop, model->dop, sizeof model->dop);
     result = cohsm__build_views(b, &model->soup);
-    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
+    if (result == COHSM_OK) result = cohsm__finish_maps(b, out, stats);
     cohsm__drop_builder(b, heap);
     return result;
 }
 
 /* Counts the segments of a build with sides divided by shrink and half the map size. */
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
-                                     cohsm__heap *heap, double *segments)
+                                     cohsm__counted_heap *heap, double *segments)
 {
     cohsm_desc trial = *d;
     cohsm__step_system step;
@@ -128,7 +128,8 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
    each side, and its segments are continued by that growth for two more doublings, since zig-zag is ahead of
    Hilbert on few maps and falls behind on many. Below 8 maps a side such growth says little, so that small
    domains are tried at a half, or whole. */
-static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model,
+                                           cohsm__counted_heap *heap)
 {
     static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
     static const cohsm_orientation orientations[2] = { COHSM_ORIENTATION_POLAR, COHSM_ORIENTATION_TWO_POLES };
@@ -170,7 +171,7 @@ static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *des
 {
     cohsm_desc d;
     cohsm_stats s;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__model model;
     cohsm__logger log;
     cohsm_maps *maps = NULL;
@@ -189,12 +190,12 @@ static cohsm_result cohsm__build_for(const char *function, const cohsm_desc *des
     heap.allocator = cohsm__allocator_of(&d.system);
     result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
     if (result == COHSM_ERR_MISMATCH)
-        result = cohsm__wrong(&log, "desc.radius", (double)d.radius,
-                              "so large that the sphere about center holds the mesh");
+        result = cohsm__refuse_value(&log, "desc.radius", (double)d.radius,
+                                     "so large that the sphere about center holds the mesh");
     if (result == COHSM_OK) {
         result = cohsm__choose_sequence(&d, &model, &heap);
         if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, &maps, &s);
-        (void)cohsm__built(&log, &d, result);
+        (void)cohsm__log_build(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK) result = cohsm__lay_out_built(&maps, &d, heap.used, &s, &log);

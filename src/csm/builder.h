@@ -9,7 +9,7 @@ typedef struct cohsm__record {          /* a closed segment on its way to a list
 } cohsm__record;
 #define COHSM__EXACT 0x80000000u
 
-typedef struct cohsm__page {
+typedef struct cohsm__page {            /* records, in memory for b->page_records of them */
     struct cohsm__page *next;
     uint32_t count;
     cohsm__record records[1];
@@ -17,38 +17,40 @@ typedef struct cohsm__page {
 
 typedef struct cohsm__range {           /* neighbouring pixels, compressed by one task */
     uint32_t     begin, end;            /* pixels of the shard */
-    cohsm__page *first, *last, *spare;  /* log of the chunk; spare: taken from the allocator between tasks */
+    cohsm__page *first, *last;          /* the records of the chunk so far */
+    cohsm__page *spare;                 /* an empty page, taken from the allocator between tasks */
     uint32_t     next_view;             /* of the batch */
     int          starved;               /* stopped for want of a page */
     uint64_t     segments, exact, empty, open;
 } cohsm__range;
 
+/* The lists of one range of pixels in one chunk, in memory for count words. */
 typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
 
 #ifndef COHSM_WITHOUT_BUILD
 struct cohsm_builder {
-    cohsm__heap       heap;
+    cohsm__counted_heap       heap;
     cohsm_desc        desc;             /* defaults filled in */
     cohsm__header     head;
     uint32_t         *cells;            /* place in the sequence -> cell */
     float            *locations, *angles;
     uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
                                            sphere */
-    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it
+    uint8_t          *lo, *hi;          /* of each pixel of the shard: the grid values that its open segment
                                            can have */
     uint32_t         *first;            /* its first view within the chunk */
-    uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
-                                           where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
+                                           depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
     uint32_t          keep, batch_size, batch_begin, batch_count;
     uint32_t          next_view, range_pixels, page_records;
     cohsm__grid       grid;
-    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for
-                                           positions */
+    float             thickness;        /* desc.open_thickness in 16-bit depths; for maps of positions, as a
+                                           share of the depth */
     cohsm__range      ranges[COHSM__RANGES];
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
-    int               finished;         /* or failed: it can only be destroyed */
+    int               finished;         /* or failed: it can only be freed */
 };
 #endif
 
@@ -74,9 +76,9 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     r->segments++;
 }
 
-/* Sees to it that the last page of a range has room for what one view can close: two segments a pixel, one
-   that was open before and one of an exact depth. Returns 0 if that takes a new page and no spare one is
-   there. */
+/* Makes sure that the last page of a range has room for the records of one view, which may close two segments
+   a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new page is needed and
+   there is no spare one. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 {
     cohsm__page *p = r->last;
@@ -197,7 +199,7 @@ static cohsm_result cohsm__compress_batch(cohsm_builder *b)
     for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
     do {
         if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
-        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
+        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
         for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
     } while (starved);
     return COHSM_OK;
@@ -222,15 +224,15 @@ static cohsm__segment cohsm__segment_of(const cohsm__record *c)
     return s;
 }
 
-static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid)
+static uint32_t cohsm__constant_entry(const cohsm__segment *s, const cohsm__grid *grid)
 {
     uint32_t value = grid->top;
     if (s->exact) return COHSM__CONSTANT | s->lo;
-    if (s->lo < grid->top) value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    if (s->lo < grid->top) value = cohsm__choose_value(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Writes the lists of one range: sorts the log of the range by pixel (views are in order already), then
+/* Writes the lists of one range: sorts the records of the range by pixel (views are in order already), then
    writes one list after the other. */
 static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
 {
@@ -260,7 +262,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
         memset(words->data, 0, 4 * bound);
         for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
             if (at[p] - n == 1) {
-                lookup[p] = cohsm__constant(segments + n, &b->grid);
+                lookup[p] = cohsm__constant_entry(segments + n, &b->grid);
                 continue;
             }
             lookup[p] = (uint32_t)used;
@@ -283,7 +285,7 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
     return exact ? COHSM_OK : COHSM_ERR_ALLOC;
 }
 
-/* Ends a chunk of views: closes every segment and turns the log into lists. */
+/* Ends a chunk of views: closes every segment and turns the records into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
     uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,

@@ -3,7 +3,7 @@
 COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {
     cohsm__words *w, *next;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     uint32_t n;
     int i;
 
@@ -29,8 +29,8 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     cohsm__heap_free(&heap, b, 1, sizeof *b);
 }
 
-/* Copies the locations of the desc and makes directions unit length. A direction that is unit but for
-   rounding stays as it is: the desc of a built block must give the same rays again. */
+/* Copies the locations of the desc, and normalises those that are directions. A direction that is unit but
+   for rounding stays as it is: the desc of a built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
@@ -52,7 +52,7 @@ static void cohsm__split_ranges(cohsm_builder *b)
     b->page_records = cohsm__max_u32(4 * widest, 256);
 }
 
-static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
+static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
 {
     heap->peak = b->heap.peak;
     heap->used -= sizeof *b;
@@ -61,7 +61,8 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
 
 /* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
    had counted. */
-static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *heap, cohsm_builder **out)
+static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
+                                        cohsm_builder **out)
 {
     cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
     uint32_t n = desc->pixel_end - desc->pixel_begin;
@@ -118,7 +119,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
 {
     cohsm_desc d;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__logger log;
     cohsm_result result;
 
@@ -129,12 +130,12 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
     result = cohsm__check_desc(&d, &log);
     if (result != COHSM_OK) return result;
     if (!cohsm__radius_usable(d.radius))
-        return cohsm__wrong(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
+        return cohsm__refuse_value(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     if (d.orientation == COHSM_ORIENTATION_DEFAULT) d.orientation = COHSM_ORIENTATION_POLAR;
     memset(&heap, 0, sizeof heap);
     heap.allocator = cohsm__allocator_of(&d.system);
-    return cohsm__built(&log, &d, cohsm__builder_make(&d, &heap, out));
+    return cohsm__log_build(&log, &d, cohsm__builder_make(&d, &heap, out));
 }
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
@@ -157,12 +158,12 @@ static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam,
     memset(m, 0, 16 * sizeof *m);
     m[15] = 1.0f;
     if (!cam->perspective) {
-        cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale),
-                       half - scale * cohsm__v3_dot(cam->frame.right, c));
-        cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale),
-                       half - scale * cohsm__v3_dot(cam->frame.up, c));
-        cohsm__put_row(m, 2, cohsm__v3_scale(cam->frame.back, -0.5f / h->radius),
-                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->frame.back, c));
+        cohsm__put_row(m, 0, cohsm__v3_scale(cam->axes.right, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.right, c));
+        cohsm__put_row(m, 1, cohsm__v3_scale(cam->axes.up, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.up, c));
+        cohsm__put_row(m, 2, cohsm__v3_scale(cam->axes.back, -0.5f / h->radius),
+                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->axes.back, c));
         return;
     }
     axis[0] = cohsm__v3_make(1, 0, 0);
@@ -271,5 +272,5 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
     b->batch_count++;
     if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
-    return cohsm__ended(&log, cohsm__close_batch(b));
+    return cohsm__log_result(&log, cohsm__close_batch(b));
 }

@@ -10,7 +10,8 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
 
     if (d->kind == COHSM_DOMAIN_LIST) {
         if (d->location_count == 0 || d->location_count > 1u << 24)
-            return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count, "1..2^24");
+            return cohsm__refuse_value(log, "desc.domain.location_count", (double)d->location_count,
+                                       "1..2^24");
         s[0] = (uint32_t)d->location_count;
         s[1] = s[2] = 1;
         return COHSM_OK;
@@ -21,19 +22,20 @@ static cohsm_result cohsm__check_sides(cohsm_domain *d, const cohsm__logger *log
     fallback = dims == 3 ? 32u : 128u;
     for (i = 0; i < 3; i++) {
         if (i >= dims && s[i] > 1)
-            return cohsm__wrong(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
+            return cohsm__refuse_value(log, name[i], (double)s[i], "0 or 1: the kind has fewer dimensions");
         if (!s[i]) s[i] = i < dims ? fallback : 1u;
         if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE)
-            return cohsm__wrong(log, name[i], (double)s[i], "0, or 1..4096");
+            return cohsm__refuse_value(log, name[i], (double)s[i], "0, or 1..4096");
         n *= s[i];
         if (n > 1u << 24)
-            return cohsm__wrong(log, name[i], (double)s[i], "less: sides may make 2^24 cells together");
+            return cohsm__refuse_value(log, name[i], (double)s[i],
+                                       "less: sides may make 2^24 cells together");
     }
     if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1])
-        return cohsm__wrong(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
+        return cohsm__refuse_value(log, name[1], (double)s[1], "side[0]: an octahedral domain is a square");
     if (d->kind == COHSM_DOMAIN_TABLE && d->location_count != n)
-        return cohsm__wrong(log, "desc.domain.location_count", (double)d->location_count,
-                            "the product of side");
+        return cohsm__refuse_value(log, "desc.domain.location_count", (double)d->location_count,
+                                   "the product of side");
     return COHSM_OK;
 }
 
@@ -68,7 +70,7 @@ static cohsm_result cohsm__check_finite3(const float *p, const char *field, cons
 {
     int i;
     for (i = 0; i < 3; i++)
-        if (!cohsm__finite(p[i])) return cohsm__wrong(log, field, (double)p[i], "finite");
+        if (!cohsm__finite(p[i])) return cohsm__refuse_value(log, field, (double)p[i], "finite");
     return COHSM_OK;
 }
 
@@ -101,19 +103,21 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         return COHSM_ERR_DESC;
     }
     if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT)
-        return cohsm__wrong(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
+        return cohsm__refuse_value(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
-        return cohsm__wrong(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+        return cohsm__refuse_value(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
     if ((unsigned)d->order >= COHSM_ORDER_COUNT)
-        return cohsm__wrong(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
+        return cohsm__refuse_value(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
     if ((unsigned)d->orientation >= COHSM_ORIENTATION_COUNT)
-        return cohsm__wrong(log, "desc.orientation", (double)d->orientation, "a COHSM_ORIENTATION_...");
+        return cohsm__refuse_value(log, "desc.orientation", (double)d->orientation,
+                                   "a COHSM_ORIENTATION_...");
 #ifdef COHSM_WITHOUT_FAST
     if (d->layout == COHSM_LAYOUT_FAST)
-        return cohsm__wrong(log, "desc.layout", (double)d->layout, "another one in a header without fast");
+        return cohsm__refuse_value(log, "desc.layout", (double)d->layout,
+                                   "another one in a header without fast");
 #endif
     if ((unsigned)d->layout >= COHSM_LAYOUT_COUNT)
-        return cohsm__wrong(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
+        return cohsm__refuse_value(log, "desc.layout", (double)d->layout, "a COHSM_LAYOUT_...");
     if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
     return COHSM_OK;
@@ -128,36 +132,36 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (!d->map_side) d->map_side = 128;
     if (!d->depth_bits) d->depth_bits = 8;
     if (!(d->open_thickness >= 0.0f))
-        return cohsm__wrong(log, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+        return cohsm__refuse_value(log, "desc.open_thickness", (double)d->open_thickness, "0 or more");
     if (d->open_thickness == 0.0f) d->open_thickness = 8.0f;
     if (d->open_thickness > (float)d->map_side) d->open_thickness = (float)d->map_side;
     if (d->map_side < 4 || d->map_side > 1024)
-        return cohsm__wrong(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
+        return cohsm__refuse_value(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
     if (d->depth_bits < 4 || d->depth_bits > 8)
-        return cohsm__wrong(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
+        return cohsm__refuse_value(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
     if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
     if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;
     if (!cohsm__finite(d->radius) || d->radius < 0.0f)
-        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and finite");
+        return cohsm__refuse_value(log, "desc.radius", (double)d->radius, "0 or more, and finite");
     pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
     if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
-    return cohsm__wrong(log, "desc.pixel_end", (double)d->pixel_end,
-                        "above pixel_begin, and map_side^2 or less");
+    return cohsm__refuse_value(log, "desc.pixel_end", (double)d->pixel_end,
+                               "above pixel_begin, and map_side^2 or less");
 }
 
-/* Returns the result of a build whose desc and mesh were right, and logs why it failed if it did. */
-static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
+/* Logs why a build failed, if it did though its desc and mesh were right. Returns the result. */
+static cohsm_result cohsm__log_build(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
 {
     if (result == COHSM_ERR_LIMIT)
         cohsm__log_value(log, "desc.map_side", (double)d->map_side,
                          "less, or domain.side: maps of 4 GiB or more cannot be made");
     if (result == COHSM_ERR_DESC)
         cohsm__log_text(log, "desc.domain", "lies so far away that depths are not finite");
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 /* Says whether a radius is far enough from the ends of the float range for squares and inverses. */
@@ -229,7 +233,7 @@ static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locat
         cam.eye = cohsm__v3_sub(cohsm__cell_location(h, locations, cell), cohsm__v3_load(h->center));
         cam.eye = cohsm__v3_scale(cam.eye, 1.0f / h->radius);
         cam.depth_scale = h->radius / h->depth_far;
-    } else cam.frame = cohsm__cell_frame(h, locations, angles, cell);
+    } else cam.axes = cohsm__cell_axes(h, locations, angles, cell);
     return cam;
 }
 

@@ -1,4 +1,4 @@
-/* ---- domain: D, cells and frames ---- */
+/* ---- domain: D, cells, and axes of their maps ---- */
 
 static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 {
@@ -13,7 +13,7 @@ static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 
 static int cohsm__has_table(uint32_t kind) { return kind == COHSM_DOMAIN_TABLE || kind == COHSM_DOMAIN_LIST; }
 
-static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r)
+static cohsm__v3 cohsm__affine_point(const cohsm__header *h, float s, float t, float r)
 {
     cohsm__v3 p = cohsm__v3_load(h->origin);
     p = cohsm__v3_madd(p, cohsm__v3_load(h->u), s);
@@ -32,7 +32,7 @@ static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, 
     case COHSM_DOMAIN_OCTAHEDRAL: return cohsm__octa_direction(s, t);
     case COHSM_DOMAIN_DISC:
         cohsm__concentric(s, t, &x, &y);
-        return cohsm__affine(h, x, y, 0.0f);
+        return cohsm__affine_point(h, x, y, 0.0f);
     case COHSM_DOMAIN_SPHERE:
         cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
         y = 1.0f - 2.0f * t;
@@ -43,7 +43,7 @@ static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, 
         cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
         cohsm__sincos(t * 3.14159265f, &ring, &y);
         return cohsm__v3_make(ring * cosine, y, ring * sine);
-    default: return cohsm__affine(h, s, t, r);
+    default: return cohsm__affine_point(h, s, t, r);
     }
 }
 
@@ -64,11 +64,12 @@ static cohsm__v3 cohsm__cell_location(const cohsm__header *h, const float *table
                                 ((float)c[2] + 0.5f) / (float)h->side[2]);
 }
 
-typedef struct cohsm__frame { cohsm__v3 right, up, back; } cohsm__frame;  /* back points to the light */
+/* The axes of the image of a direction's map; back points to the light. */
+typedef struct cohsm__axes { cohsm__v3 right, up, back; } cohsm__axes;
 
-static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
+static cohsm__axes cohsm__axes_of(uint32_t kind, cohsm__v3 d)
 {
-    cohsm__frame f;
+    cohsm__axes f;
     float s, a, h;
 
     f.back = d;
@@ -79,7 +80,7 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
         return f;
     }
     s = kind == COHSM_ORIENTATION_MINIMAL || d.y >= 0.0f ? 1.0f : -1.0f;
-    if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: any frame is as short a way */
+    if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: all rotations are as short */
         f.right = cohsm__v3_make(1.0f, 0.0f, 0.0f);
         f.up = cohsm__v3_make(0.0f, 0.0f, 1.0f);
         return f;
@@ -90,11 +91,11 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
     return f;
 }
 
-/* Returns the polar frame of a LATLONG map from the cosines and sines of its two angles, by which the poles
-   have a right direction too. */
-static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
+/* Returns the polar axes of a LATLONG map from the cosines and sines of its two angles, by which even the
+   poles have a right. */
+static cohsm__axes cohsm__axes_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
 {
-    cohsm__frame f;
+    cohsm__axes f;
     f.right = cohsm__v3_make(-sin_phi, 0.0f, cos_phi);
     f.up = cohsm__v3_make(-cos_theta * cos_phi, sin_theta, -cos_theta * sin_phi);
     f.back = cohsm__v3_make(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
@@ -111,17 +112,17 @@ static void cohsm__latlong_angles(const uint32_t *side, float *angles)
         cohsm__sincos(((float)i + 0.5f) / (float)side[1] * 3.14159265f, angles + 1, angles);
 }
 
-static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles,
-                                      uint32_t cell)
+static cohsm__axes cohsm__cell_axes(const cohsm__header *h, const float *table, const float *angles,
+                                    uint32_t cell)
 {
     const float *column, *row;
-    cohsm__frame f;
+    cohsm__axes f;
     if (h->domain != COHSM_DOMAIN_LATLONG)
-        return cohsm__frame_of(h->orientation, cohsm__cell_location(h, table, cell));
+        return cohsm__axes_of(h->orientation, cohsm__cell_location(h, table, cell));
     column = angles + 2 * (cell % h->side[0]);
     row = angles + 2 * h->side[0] + 2 * (cell / h->side[0]);
-    f = cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
-    return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__frame_of(h->orientation, f.back);
+    f = cohsm__axes_latlong(column[0], column[1], row[0], row[1]);
+    return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__axes_of(h->orientation, f.back);
 }
 
 /* Writes the coordinates of q for a face of a cube, on which q lies at x / w and y / w within -1..1. A face

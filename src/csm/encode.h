@@ -1,12 +1,13 @@
 /* ---- encode: segments to lists ---- */
 
-/* The grid of stored depths: values 0..top, top = infinite. */
+/* The grid of stored depths: values 0..top, of which top means infinite. A stored value lies at most `margin`
+   behind the first hit. */
 typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
 
 /* Returns the grid value that is stored for an interval lo..hi. The middle leaves the most room on both sides
    (paper 3.1). But a value far behind the first hit lets light through to whatever is there, other objects
    among them, so the value stays within two pixels of the first hit. */
-static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
+static uint32_t cohsm__choose_value(const cohsm__grid *g, uint32_t lo, uint32_t hi)
 {
     uint32_t middle = (lo + hi) / 2u;
     return middle < lo + g->margin ? middle : lo + g->margin;
@@ -20,7 +21,7 @@ static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_side)
     return g;
 }
 
-/* A block of the first n segments: how they would be coded, and what that would take. */
+/* A block of the first n segments: how they would be coded, and how many bits that would take. */
 typedef struct cohsm__plan {
     uint32_t n, exact;                  /* segments taken so far; those of them with exact depths */
     uint32_t least_hi, greatest_lo;     /* of the intervals of these segments */
@@ -60,17 +61,19 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__
                 if (code) code[todo[i]] = (uint8_t)count;
             } else todo[left++] = todo[i];
         }
-        value[count] = (uint8_t)cohsm__choose(grid, lo, at);
+        value[count] = (uint8_t)cohsm__choose_value(grid, lo, at);
     }
     return count;
 }
 
+/* Computes the bits of a block. Returns 0 if there are too many. */
 static int cohsm__plan_size(cohsm__plan *p)
 {
     p->size = COHSM__LOW_AT + p->n * (p->k + p->bits) + 8u * p->palette + 16u * p->exact;
     return p->size <= COHSM__BLOCK_BITS;
 }
 
+/* Plans the block with a palette. Returns 0 if it does not fit so. */
 static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid)
 {
     p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
@@ -99,7 +102,7 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm
     p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
     p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
     if (p->least_hi == COHSM__INFINITE) p->base = 0;
-    else if (p->least_hi > p->greatest_lo) p->base = cohsm__choose(grid, p->greatest_lo, p->least_hi);
+    else if (p->least_hi > p->greatest_lo) p->base = cohsm__choose_value(grid, p->greatest_lo, p->least_hi);
     p->palette = 0;
     for (p->bits = 1; (1u << p->bits) - 2u < p->values; p->bits++) {}
     return cohsm__plan_size(p) || cohsm__plan_palette(p, s, grid);
@@ -127,7 +130,7 @@ static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, cons
 
 static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p, const cohsm__grid *grid)
 {
-    uint32_t value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    uint32_t value = cohsm__choose_value(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
     if (s->lo >= grid->top) return (1u << p->bits) - 2u;
     return cohsm__max_u32(p->base, cohsm__min_u32(value, p->base + p->values - 1u)) - p->base;
 }

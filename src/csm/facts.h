@@ -55,7 +55,8 @@ COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float o
     return COHSM_OK;
 }
 
-static uint32_t cohsm__place(const cohsm_maps *m, uint32_t x, uint32_t y, uint32_t z)
+/* Returns the place in the sequence of the map of a cell. */
+static uint32_t cohsm__place_of_cell(const cohsm_maps *m, uint32_t x, uint32_t y, uint32_t z)
 {
     const uint32_t *s = m->head.side;
     uint32_t line, cell;
@@ -85,7 +86,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);
-    place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
+    place = view / m->head.map_count * m->head.map_count + cohsm__place_of_cell(m, c[0], c[1], c[2]);
     for (p = 0; p < m->range; p++)
         out[p] = (uint16_t)cohsm__stored_depth(m, p, place);
     return COHSM_OK;

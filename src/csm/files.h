@@ -34,7 +34,8 @@ static cohsm_result cohsm__open_file(const uint8_t *file, size_t bytes, const co
     return cohsm__open_plain(file, bytes, a, part, out);
 }
 
-/* Half of the progress is the trays', where some are wanted. */
+/* Opens a file and lays the maps out as wanted. If trays may be wanted, the second half of the progress is
+   theirs. */
 static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const cohsm__wish *wish,
                                        const cohsm__logger *log, cohsm_maps **out)
 {
@@ -53,7 +54,7 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
     cohsm__log_layout(log, "layout", result);
-    return cohsm__ended(log, result);
+    return cohsm__log_result(log, result);
 }
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,

@@ -1,4 +1,4 @@
-/* ---- types ---- */
+/* ---- format: the block, and what maps keep in memory ---- */
 
 /* The block consists of 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of
    either byte order:
@@ -75,7 +75,7 @@ struct cohsm_maps {
     cohsm__trays      trays;
 };
 
-static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, void *context)
+static void cohsm__run_tasks(const cohsm_system *s, size_t count, cohsm_task task, void *context)
 {
     size_t i;
     if (s->parallel_for) s->parallel_for(s->user, count, task, context);
@@ -83,10 +83,10 @@ static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, voi
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* An allocator with a count of the bytes that are out, for cohsm_stats.peak_bytes. */
-typedef struct cohsm__heap { cohsm__allocator allocator; size_t used, peak; } cohsm__heap;
+/* The caller's allocator, with a count of the bytes that it has given out, for cohsm_stats.peak_bytes. */
+typedef struct cohsm__counted_heap { cohsm__allocator allocator; size_t used, peak; } cohsm__counted_heap;
 
-static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
+static void *cohsm__heap_alloc(cohsm__counted_heap *h, size_t count, size_t size)
 {
     void *p = cohsm__alloc_array(&h->allocator, count, size);
     if (p) {
@@ -96,14 +96,14 @@ static void *cohsm__heap_alloc(cohsm__heap *h, size_t count, size_t size)
     return p;
 }
 
-static void cohsm__heap_free(cohsm__heap *h, void *p, size_t count, size_t size)
+static void cohsm__heap_free(cohsm__counted_heap *h, void *p, size_t count, size_t size)
 {
     if (!p) return;
     h->used -= count * size;
     cohsm__free(&h->allocator, p);
 }
 
-/* A system for one step of a call: its progress is a part of the whole, and all else goes through. */
+/* A system for one step of a call: its progress is a part of the whole's; all else is passed on. */
 typedef struct cohsm__step_system { cohsm__part part; cohsm_system whole; } cohsm__step_system;
 
 static void cohsm__step_run(void *user, size_t count, cohsm_task task, void *context)
@@ -175,16 +175,17 @@ static cohsm_result cohsm__refuse(const cohsm__logger *log, cohsm_result result,
     return result;
 }
 
-/* Says that a field of a desc or a query is out of range; returns COHSM_ERR_DESC. */
-static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
-                                 const char *wanted)
+/* Logs that a field of a desc or a query is out of range, and returns COHSM_ERR_DESC. */
+static cohsm_result cohsm__refuse_value(const cohsm__logger *log, const char *field, double value,
+                                        const char *wanted)
 {
     cohsm__log_value(log, field, value, wanted);
     return COHSM_ERR_DESC;
 }
 
-/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
-static cohsm_result cohsm__ended(const cohsm__logger *log, cohsm_result result)
+/* Logs that memory was short, if this is the result of a call whose arguments were right. Returns the
+   result. */
+static cohsm_result cohsm__log_result(const cohsm__logger *log, cohsm_result result)
 {
     if (result == COHSM_ERR_ALLOC) cohsm__log_text(log, "system.allocator", "returned no memory");
     return result;
@@ -216,7 +217,7 @@ static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *l
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
-/* Locations so far away that distances overflow leave something that is not finite here. */
+/* Says whether all floats of a header are finite. Locations so far away that distances overflow make it 0. */
 static int cohsm__floats_finite(const cohsm__header *h)
 {
     const float *f;
@@ -225,5 +226,5 @@ static int cohsm__floats_finite(const cohsm__header *h)
     return 1;
 }
 
-/* Lists that are copied or coded between two calls of progress: milliseconds. */
+/* How many lists are copied or coded between two calls of progress, which takes milliseconds. */
 enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };

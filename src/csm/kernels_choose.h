@@ -19,22 +19,22 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 {
     cohsm__kernels k;
     k.address = cohsm__address_latlong_plain;
-    k.search = cohsm__search_plain;
+    k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
 #ifndef COHSM_WITHOUT_BUILD
-    k.find = cohsm__find_plain;
+    k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
     k.draw_all = cohsm__draw_all_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
-        k.search = cohsm__search_avx2;
+        k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
-        k.find = cohsm__find_avx2;
+        k.find = cohsm__find_clusters_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
 #endif

@@ -40,7 +40,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
         c1 = (int32_t)v;
         c0 -= (float)c0 > u;
         c1 -= (float)c1 > v;
-        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap */
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap_cell */
         c0 += n0 & (0 - (c0 < 0));
         c0 -= n0 & (0 - (c0 >= n0));
         s->cell[0][k] = c0;
@@ -48,8 +48,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
     }
 }
 
-/* Does what cohsm__cell_frame does. */
-static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
+/* Does what cohsm__cell_axes does. */
+static inline COHSM__IN_KERNEL void cohsm__step_axes(cohsm__step *s, const cohsm_maps *m)
 {
     const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
     int k, two_poles = m->head.orientation == COHSM_ORIENTATION_TWO_POLES;
@@ -89,9 +89,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const coh
     }
 }
 
-/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or
-   not finite get COHSM__NO_PIXEL. */
-static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
+/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front
+   of it or not finite get COHSM__NO_PIXEL. */
+static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
@@ -131,7 +131,7 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
 
     if (m->head.order == COHSM_ORDER_HILBERT)
         for (k = 0; k < COHSM__STEP; k++)
-            place[k] = cohsm__place(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
+            place[k] = cohsm__place_of_cell(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
     else if (m->head.order == COHSM_ORDER_ZIGZAG_THETA)
         for (k = 0; k < COHSM__STEP; k++) {
             c0 = (uint32_t)s->cell[0][k];
@@ -148,9 +148,10 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
     }
 }
 
-/* Moves samples as their filter wants. NEAREST takes the cell and pixel round a sample; ROULETTE those round
-   the sample moved at random by up to a half; PCF all sixteen round it, one for each corner: bits 0 and 1 of
-   corner choose the cell, 2 and 3 the pixel. */
+/* Moves samples as their filter wants. NEAREST takes the cell and the pixel that a sample lies in; ROULETTE
+   takes those that hold the sample after it was moved at random by up to half a step; PCF takes all sixteen
+   pairs of neighbouring cells and pixels, one in each call: bits 0 and 1 of corner choose the cell, bits 2
+   and 3 the pixel. */
 static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
                                                        uint32_t corner)
 {
@@ -170,8 +171,9 @@ static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const coh
     }
 }
 
-/* If weight is not NULL, it receives by what share each sample lies towards the next cell or pixel, in the
-   dimensions of which the corner is the lower one. */
+/* Finds cell, pixel and depth of every sample of a tile. If weight is not NULL, it receives how far each
+   sample lies towards the next cell or pixel, 0..1, for those of the four dimensions in which the corner is
+   the lower of two. */
 COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
                                                                 float (*weight)[COHSM__TILE])
 {
@@ -183,8 +185,8 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, 
     for (first = 0; first < t->count; first += COHSM__STEP) {
         cohsm__step_jitter(&s, t, first, corner);
         cohsm__step_cells(&s, t, first);
-        cohsm__step_frames(&s, t->maps);
-        cohsm__step_see(&s, t, first);
+        cohsm__step_axes(&s, t->maps);
+        cohsm__step_project(&s, t, first);
         cohsm__step_places(&s, t, first);
         for (i = 0; weight && i < 4; i++) {
             if (corner >> i & 1u) continue;

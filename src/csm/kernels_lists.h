@@ -1,6 +1,6 @@
 /* ---- kernels of query: depths of many lists ---- */
 
-/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
+/* Does what cohsm__list_block does, and prefetches the block. */
 static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
 {
     const uint32_t *directory = f->at;
@@ -13,6 +13,7 @@ static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uin
     COHSM__PREFETCH(f->at);
 }
 
+/* Does what cohsm__depth_in_block does. */
 static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
 {
     const uint64_t marks = cohsm__marks(f->at);
@@ -22,7 +23,7 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f
                               cohsm__segment_at(f->at, marks, f->view, at));
 }
 
-/* Depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
+/* Finds the stored depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
 COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel,
                                              const uint32_t *place, uint32_t count, int32_t *depth)
 {
@@ -52,8 +53,8 @@ COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t
 }
 
 #if COHSM__LANE_COUNT == 8
-/* Samples of the tile that lie deeper than what is stored become dark. */
-COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
+/* Makes the samples of the tile dark that lie deeper than what is stored. */
+COHSM__KERNEL static void cohsm__search_tile(cohsm__tile *t)
 {
     int32_t stored[COHSM__TILE];
     const uint32_t step = t->maps->trays.lines ? (uint32_t)COHSM__TILE : (uint32_t)COHSM__STEP;
@@ -73,8 +74,8 @@ COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
     }
 }
 
-/* Loads vectors of the query about a centre, scaled, as long as those of all lanes are consecutive, which are
-   all but the last few of a batch. Returns how many. */
+/* Loads vectors of the query as (v - center) scale, as long as the samples of all lanes are neighbours in the
+   query, which is so for all but the last few of a batch. Returns how many were loaded. */
 COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const float *packed, cohsm__v3 center,
                                                 float scale, float (*out)[COHSM__TILE])
 {

@@ -1,8 +1,8 @@
 /* ---- kernels of query: one light for many points ---- */
 
-/* What is the same for all points of a stream, in every lane. */
+/* The map that answers for all points of a stream, with each number in all lanes. */
 typedef struct cohsm__views {
-    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the frame of the map */
+    cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the axes of the map */
     cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias */
     cohsm__lane_ints side, begin, range;        /* M; the first pixel and the number of pixels of the shard */
 } cohsm__views;
@@ -10,7 +10,7 @@ typedef struct cohsm__views {
 static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream *s)
 {
     const cohsm__header *h = &s->maps->head;
-    const cohsm__frame *f = &s->frame;
+    const cohsm__axes *f = &s->axes;
     cohsm__views v;
     v.center = cohsm__lanes3_all(h->center[0], h->center[1], h->center[2]);
     v.right = cohsm__lanes3_all(f->right.x, f->right.y, f->right.z);
@@ -46,10 +46,10 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__str
     return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
 }
 
-/* Does what cohsm__see, cohsm__pixel and cohsm__compared_depth do, for the points from number k on. Returns
-   the pixels. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v,
-                                                                  size_t k)
+/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do, for the points from number k on.
+   Returns the pixels. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_project(cohsm__stream *s, const cohsm__views *v,
+                                                                      size_t k)
 {
     const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
     const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
@@ -85,8 +85,9 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pi
     return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
 }
 
-/* Finds pixels and compared depths. A pixel that no slot holds takes its slot and joins the list, unless
-   another one of the list has taken the slot: a depth of -1 marks such a slot. */
+/* Finds the pixel and the compared depth of every point. A pixel whose slot holds another pixel takes the
+   slot and joins the list of those to be decoded, unless the slot was taken by a pixel of the list already:
+   such a slot has the depth -1. */
 static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 {
     const cohsm__views v = cohsm__views_of(s);
@@ -96,7 +97,7 @@ static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
-        const cohsm__lane_ints pixel = cohsm__stream_see(s, &v, k);
+        const cohsm__lane_ints pixel = cohsm__stream_project(s, &v, k);
         const cohsm__lane_mask held =
             cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
         uint32_t missed =

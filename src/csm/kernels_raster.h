@@ -1,8 +1,8 @@
 /* ---- kernels of raster: as many triangles as there are lanes ---- */
 
-/* These kernels give what cohsm__fill gives, to the last bit. Nearly all boxes of a fine mesh hold no sample
-   or a few: triangles with such boxes go through their samples together, a triangle a lane; triangles with
-   larger boxes take cohsm__fill. */
+/* These kernels give what cohsm__fill_triangle gives, to the last bit. Nearly all boxes of a fine mesh hold
+   no sample or a few: triangles with such boxes go through their samples together, a triangle a lane;
+   triangles with larger boxes take cohsm__fill_triangle. */
 
 typedef struct cohsm__triangles {
     cohsm__lane_ints x0, x1, x2;
@@ -13,8 +13,8 @@ typedef struct cohsm__triangles {
 /* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* Finds the samples low..high between the least and the greatest of three coordinates, within begin..end - 1.
-   */
+/* Writes the first and the last sample between the least and the greatest of three coordinates that lies
+   within begin..end - 1. */
 static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
                                                 int begin, int end, cohsm__lane_ints *low,
                                                 cohsm__lane_ints *high)
@@ -35,8 +35,8 @@ static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target 
     return s;
 }
 
-/* Twice the areas that a sample makes with the three sides of a triangle, in order of the corners opposite.
-   */
+/* Twice the areas that a sample makes with the three sides of a triangle; w0 belongs to the side opposite
+   corner 0, and so on. */
 typedef struct cohsm__sides { cohsm__lane_ints w0, w1, w2; } cohsm__sides;
 
 /* Returns twice the area that the side from a to b makes with the origin. */
@@ -112,7 +112,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, 
     cohsm__ints_store(pixel, cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x));
     for (; bits; bits &= bits - 1u) {
         const uint32_t lane = cohsm__first_bit(bits);
-        cohsm__insert(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
+        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
     }
 }
 
@@ -160,7 +160,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     }
 }
 
-/* Draws one triangle of the queue by cohsm__fill. */
+/* Draws one triangle of the queue by cohsm__fill_triangle. */
 static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, const cohsm__camera *cam,
                                                       const cohsm__queue *q, uint32_t at)
 {
@@ -171,7 +171,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
         c[k].y = q->y[k][at];
         c[k].z = q->z[k][at];
     }
-    cohsm__fill(t, cam, c, c + 1, c + 2);
+    cohsm__fill_triangle(t, cam, c, c + 1, c + 2);
 }
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
@@ -264,9 +264,9 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    const cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    const cohsm__v3 r = cohsm__v3_scale(cam->axes.right, scale), u = cohsm__v3_scale(cam->axes.up, scale);
     const cohsm__lanes3 right = cohsm__lanes3_all(r.x, r.y, r.z), up = cohsm__lanes3_all(u.x, u.y, u.z);
-    const cohsm__lanes3 back = cohsm__lanes3_all(cam->frame.back.x, cam->frame.back.y, cam->frame.back.z);
+    const cohsm__lanes3 back = cohsm__lanes3_all(cam->axes.back.x, cam->axes.back.y, cam->axes.back.z);
     const cohsm__lanes offset = cohsm__lanes_all(scale + 0.5f);
     uint32_t i;
 
@@ -329,11 +329,11 @@ static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t 
 
 /* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of an
    orthographic view: by the boxes of eight clusters first. */
-COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
-                                      uint32_t begin, uint32_t end, cohsm__sight *sight)
+COHSM__KERNEL static void cohsm__find_clusters(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
+                                               uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__groups_of_8(end), count = 0, i;
 
     for (i = begin / 8; i < eights; i += 8)
         count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);

@@ -1,8 +1,8 @@
 /* ---- layout: blocks to lines ---- */
 
 /* Gives lists their places. Lists come in order of chunk and pixel, whoever made them, and so always get the
-   same places: a dry run with NULL pointers counts, a second one writes. Tails go where they fit best among a
-   few lines that still have room. */
+   same places. A dry run with NULL pointers counts, and a second run writes. Tails go where they fit best
+   among a few lines that still have room. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
@@ -31,6 +31,8 @@ static int cohsm__open_line(cohsm__layout *l, uint32_t words)
     return oldest;
 }
 
+/* Lays a list of count blocks: a tail, and before it full blocks. The first views of the blocks are half
+   words of firsts, that of block b at firsts_at + b. */
 static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, const uint32_t *firsts,
                             uint32_t firsts_at, const uint32_t *full, const uint32_t *tail)
 {
@@ -54,6 +56,7 @@ static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, 
     l->directory_words += 2u + count / 2u;
 }
 
+/* Lays a list as cohsm__write_list left it. */
 static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *list)
 {
     uint32_t count = list[0] & 0xffffu;

@@ -2,32 +2,35 @@
 
 /* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a
    depth. A list is cut into blocks of one cache line each; the last one, its tail, is as short as it can be
-   and shares a line with the tails of other lists. A directory says where they are: one word each for the
-   line of the first block; the count of blocks (low 16 bits), the word of the tail in its line (4 bits), and
-   how many lines before the first block's that one is (12 bits); then 16 bits for the first view of every
-   block but the first. A query so reads lookup and directory, which are small and stay in a near cache, and
-   one line of the large rest.
+   and shares a line with the tails of other lists. A directory says where they are. Its first word is the
+   number of the first block's line; its second word holds the count of blocks (low 16 bits), the word in its
+   line at which the tail begins (4 bits), and how many lines before the first block's line the tail's line is
+   (12 bits); 16 bits follow for the first view of every block but the first. A query so reads lookup and
+   directory, which are small and stay in a near cache, and one line of the large rest.
 
    A block, read as a string of bits from the low end of its first word, is
 
-     8 base, 4 k, 4 width     of the two fields below
+     8 base, 4 k, 4 width     k and width are the lengths of the low bits and codes below
      64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for
-   every segment that begins in it, then a 0. The first segment begins at the block's first view n x k low
-   bits           first view of each segment within its bucket n x width codes          width 1..9: depth on
-   the grid, less base; all ones but the last bit: infinite width 10..15: codes of width - 9 bits, places in a
-   palette of base depths all ones, in both: exact base x 8 bits            the palette, if there is one 16
-   bits each             the exact depths, in order
+                              every segment that begins in it, then a 0. The first segment begins at the
+                              block's first view
+     n x k low bits           the first view of each segment within its bucket
+     n x width codes          width 1..9: the depth on the grid, less base; all ones but the last bit mean
+                              infinite. width 10..15: a code has width - 9 bits and is a place in a palette of
+                              `base` depths. All ones mean exact, in both
+     base x 8 bits            the palette, if there is one
+     16 bits each             the exact depths, in order
 
-   A search finds its bucket by counting zeros and compares a few low bits: whatever the number of segments,
-   its time is the same. */
+   n is the number of segments. A search finds its bucket by counting zeros, and then compares a few low bits:
+   its time is the same whatever the number of segments. */
 
 enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS,
        COHSM__WIDEST = 9, COHSM__FARTHEST_TAIL = 4095 };
 
 typedef struct cohsm__segment {
     uint16_t first;                     /* view within the chunk */
-    uint16_t lo, hi;                    /* grid values that separate the layers; exact: lo = depth, hi
-                                           unused */
+    uint16_t lo, hi;                    /* grid values that separate the layers; if exact, lo is the depth and
+                                           hi unused */
     uint16_t exact;
 } cohsm__segment;
 
@@ -152,8 +155,7 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
-/* Returns the last block of a list that begins at or before the view, which becomes relative to that block.
-   */
+/* Returns the last block of a list that begins at or before the view, and counts the view from there. */
 static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
     uint32_t lo = 0, count = cohsm__block_count(directory), half;

@@ -106,7 +106,7 @@
      section 3.1, figure 3  a depth in [z1, z2) answers as z1    cohsm__interval                      T59, T71
      eq. (1), figure 4      segments: one depth for many maps    cohsm__compress_view, cohsm_verify   T59, T60
      section 3.1            third layer, spherical far plane     cohsm_layers, cohsm__leave_depth     T62
-     section 3.2, figure 6  project, find segment, compare       cohsm__see, cohsm__lit               T61, T66
+     section 3.2, figure 6  project, find segment, compare       cohsm__project_point, cohsm__lit_at  T61, T66
      section 3.2            the search for a segment             cohsm__list_block, cohsm__block_find T59
      section 3.3, figure 5  six faces of a cube in one list      cohsm__face_of, cohsm__address       T70
      section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
@@ -114,13 +114,14 @@
      section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
      section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,                T67, T68
                                                                  cohsm__hull_between
-     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
+     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells,                  T65
+                                                                 cohsm__place_of_cell
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
      section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,                 T62, T66
                                                                  cohsm__load_tile
      section 4.6            receivers that have no maps          cohsm_visible_scene, entities of     T62
                                                                  cohsm_query
-     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
+     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile       T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
      table 1                compression rates                    cohsm_get_info                       T63
@@ -147,9 +148,9 @@
    builders keep allocator, log and user of the system that they were made with: these must live as long.
    Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
    and nothing leaks. The log says why a call failed, unless the maps, the builder or the desc that hold it
-   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs
-   to one thread at a time. Blocks built from the same input have the same bytes on every compiler, processor,
-   byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs to one
+   thread at a time. Blocks built from the same input have the same bytes on every compiler, processor, byte
+   order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H

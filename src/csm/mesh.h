@@ -59,9 +59,9 @@ static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *
     return COHSM_OK;
 }
 
-/* Says whether a comes before b. By this order of a triangle's corners, copies of the triangle compare equal
-   whatever their winding. */
-static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
+/* Says whether a comes before b by x, then y, then z. Copies of a triangle whose corners are sorted so
+   compare equal whatever their winding. */
+static int cohsm__comes_before(cohsm__v3 a, cohsm__v3 b)
 {
     if (a.x < b.x || a.x > b.x) return a.x < b.x;
     if (a.y < b.y || a.y > b.y) return a.y < b.y;
@@ -73,14 +73,17 @@ static void cohsm__sort3(cohsm__v3 *p)
     cohsm__v3 t;
     int i;
     for (i = 0; i < 3; i++)
-        if (cohsm__less(p[i == 1 ? 2 : 1], p[i == 1 ? 1 : 0])) {
+        if (cohsm__comes_before(p[i == 1 ? 2 : 1], p[i == 1 ? 1 : 0])) {
             t = p[i == 1 ? 1 : 0];
             p[i == 1 ? 1 : 0] = p[i == 1 ? 2 : 1];
             p[i == 1 ? 2 : 1] = t;
         }
 }
 
-static int cohsm__equal(cohsm__v3 a, cohsm__v3 b) { return !cohsm__less(a, b) && !cohsm__less(b, a); }
+static int cohsm__same_corner(cohsm__v3 a, cohsm__v3 b)
+{
+    return !cohsm__comes_before(a, b) && !cohsm__comes_before(b, a);
+}
 
 static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
 {
@@ -94,10 +97,10 @@ static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
     return h;
 }
 
-/* Sets used[t] to 1 for the triangles that are rendered: finite, with three different corners, and the first
-   of their copies. Copies would put two equal depths into every map and so a segment of its own into every
-   entry. */
-static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
+/* Sets used[t] to 1 for the triangles that are rendered, which are finite, have three different corners, and
+   are the first of their copies. A copy would put a second depth beside an equal first one, so that hardly
+   any two views could share a segment. */
+static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *used, cohsm__counted_heap *heap,
                                             cohsm_stats *stats)
 {
     size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
@@ -114,7 +117,8 @@ static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *use
         for (k = 0; k < 3; k++) p[k] = cohsm__vertex(mesh, c[k]);
         used[t] = 0;
         if (!cohsm__v3_finite(p[0]) || !cohsm__v3_finite(p[1]) || !cohsm__v3_finite(p[2]) ||
-            cohsm__equal(p[0], p[1]) || cohsm__equal(p[1], p[2]) || cohsm__equal(p[2], p[0])) {
+            cohsm__same_corner(p[0], p[1]) || cohsm__same_corner(p[1], p[2]) ||
+            cohsm__same_corner(p[2], p[0])) {
             stats->skipped_triangles++;
             continue;
         }
@@ -124,7 +128,8 @@ static cohsm_result cohsm__select_triangles(const cohsm_mesh *mesh, uint8_t *use
             c = cohsm__corners(mesh, table[s] - 1u, scratch2);
             for (k = 0; k < 3; k++) q[k] = cohsm__vertex(mesh, c[k]);
             cohsm__sort3(q);
-            copy = cohsm__equal(p[0], q[0]) && cohsm__equal(p[1], q[1]) && cohsm__equal(p[2], q[2]);
+            copy = cohsm__same_corner(p[0], q[0]) && cohsm__same_corner(p[1], q[1]) &&
+                   cohsm__same_corner(p[2], q[2]);
         }
         if (copy) {
             stats->duplicate_triangles++;

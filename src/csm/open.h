@@ -1,4 +1,4 @@
-/* ---- open: files, which may be hostile ---- */
+/* ---- open: blocks of files, which may be hostile ---- */
 
 static int cohsm__header_sound(const cohsm__header *h)
 {
@@ -77,8 +77,8 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
         j++;
     }
     if (previous >= views) return 0;
-    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is
-                                                            marked */
+    /* Every bucket that a search may ask for must have its mark. */
+    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;
 }
 
 static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)

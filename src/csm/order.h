@@ -1,8 +1,11 @@
 /* ---- order: from cells to places in the sequence ---- */
 
+/* A curve on its way through a grid: out receives the numbers of cells, count how many there are so far. */
 typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
 
-static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
+/* Returns v / 2, rounded down. */
+static int cohsm__halve_down(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }
+
 static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
 /* Walks a Hilbert-like curve through a rectangle of any size: the curve starts at (x, y) and covers the cells
@@ -13,7 +16,8 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
 {
     int w = abs(ax + ay), h = abs(bx + by), i;
     int dax = cohsm__sign(ax), day = cohsm__sign(ay), dbx = cohsm__sign(bx), dby = cohsm__sign(by);
-    int ax2 = cohsm__half(ax), ay2 = cohsm__half(ay), bx2 = cohsm__half(bx), by2 = cohsm__half(by);
+    int ax2 = cohsm__halve_down(ax), ay2 = cohsm__halve_down(ay);
+    int bx2 = cohsm__halve_down(bx), by2 = cohsm__halve_down(by);
 
     if (h == 1 || w == 1) {
         for (i = 0; i < (h == 1 ? w : h); i++) {

@@ -30,7 +30,7 @@ static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, 
 }
 
 /* Returns how many segments the longest list has. */
-static uint32_t cohsm__longest(const cohsm_maps *m)
+static uint32_t cohsm__longest_list(const cohsm_maps *m)
 {
     uint32_t longest = 1, n, b;
     size_t i;
@@ -230,8 +230,8 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
     if (whole > 0xffffffffu) return cohsm__refuse(&log, COHSM_ERR_LIMIT, "maps", "take 4 GiB or more");
     plain = (size_t)whole;
     big = (uint8_t *)cohsm__alloc(&a, plain);
-    if (!big) return cohsm__ended(&log, COHSM_ERR_ALLOC);
-    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps)))
+    if (!big) return cohsm__log_result(&log, COHSM_ERR_ALLOC);
+    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest_list(maps)))
         result = cohsm__pack_coded(&p, maps, &part, big, plain, &coded);
     else result = COHSM_ERR_ALLOC;
     cohsm__packer_free(&p, &a);
@@ -247,7 +247,7 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
         else result = COHSM_ERR_ALLOC;
     }
     cohsm__free(&a, big);
-    if (result != COHSM_OK) return cohsm__ended(&log, result);
+    if (result != COHSM_OK) return cohsm__log_result(&log, result);
     *data = packed;
     *bytes = coded;
     return COHSM_OK;

@@ -1,7 +1,8 @@
 /* ---- pack: lists cut into blocks again ---- */
 
-/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
-static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
+/* Returns how many of the segments fit into a block without a palette, as cohsm__plan_take would find if each
+   segment had only the value that was stored. */
+static uint32_t cohsm__count_fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
 {
     uint32_t n, least = grid, most = 0, exact = 0;
     uint32_t k = 0, bits = 2, span;
@@ -20,8 +21,8 @@ static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t
     return n;
 }
 
-/* Codes how many segments each block takes, which are more than would fit by their values, since the planner
-   went by intervals. */
+/* Codes how many segments each block takes. They may be more than cohsm__count_fitting finds by their values,
+   since the builder went by intervals, in which it could choose the values. */
 static uint32_t cohsm__code_blocks(cohsm__packer *p)
 {
     const cohsm__strip *t = &p->strip[COHSM__SELF];
@@ -29,7 +30,7 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
 
     for (i = 0, blocks = 0; i < t->count; i += p->taken[blocks++]) {
         left = t->count - i;
-        n = cohsm__fitting(t->s + i, left, p->grid.top, p->views);
+        n = cohsm__count_fitting(t->s + i, left, p->grid.top, p->views);
         left = cohsm__min_u32(left, COHSM__MARKS);
         if (n < left)
             n += cohsm__code_tree(&p->c, p->m->more + 64 * (n / 4u), 6, p->c.out ? p->taken[blocks] - n : 0);
@@ -38,7 +39,8 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
     return blocks;
 }
 
-/* Makes the plan of exactly n segments; with last, as for a tail. */
+/* Makes the plan of a block of exactly n segments, as cohsm__plan_block would; `last` says that it is a tail.
+   Returns 0 if they do not fit. */
 static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n,
                                const cohsm__grid *grid, uint32_t end, int last)
 {
@@ -82,7 +84,7 @@ static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
     return 1;
 }
 
-/* Lays the decoded list where it belongs, if there is room. */
+/* Lays the decoded list where it belongs. Returns 0 if there is no room, or if no builder wrote this list. */
 static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint32_t blocks, cohsm__layout *l,
                             uint32_t *entry)
 {
@@ -102,7 +104,8 @@ static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint
     return 1;
 }
 
-static void cohsm__slide(cohsm__packer *p)
+/* Moves the strips of the neighbours on by one pixel; the strip of the pixel at hand can be written again. */
+static void cohsm__slide_strips(cohsm__packer *p)
 {
     cohsm__strip *t = p->strip, spare = t[COHSM__UP_LEFT];
     t[COHSM__UP_LEFT] = t[COHSM__UP];
@@ -120,7 +123,7 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
     uint32_t m = h->map_side, x = (h->pixel_begin + pixel) % m;
     cohsm__strip *t = p->strip;
 
-    cohsm__slide(p);
+    cohsm__slide_strips(p);
     cohsm__strip_clear(&t[COHSM__SELF]);
     if (x == 0 || pixel == 0) {
         cohsm__strip_clear(&t[COHSM__LEFT]);

@@ -1,16 +1,16 @@
 /* ---- pack: the entropy-coded file ---- */
 
-/* The packed file:
+/* The packed file consists of
 
-     "DCSP", format, size of the file, the most segments in one list           4 words
-     header of the plain block, then its locations, as they are
-     lists, coded (most segments 0: the rest of the plain block as it is)
+     4 words       "DCSP"; the format; the bytes of the file; the number of segments in the longest list
+     the header of the plain block, and its locations, as they stand there
+     the lists, coded; or, if the fourth word is 0, the rest of the plain block as it is
 
-   The order table is derived. A list is coded as the first views of its segments, their depths, and how many
-   go into each block; everything else in it follows, because blocks are written in one way only (see
-   cohsm__plan_block). Every decision is a bit, coded with the adaptive probability of its context, and
-   contexts come from the lists of the pixels to the left, above, and above to either side. Range coder after
-   Martin, "Range encoding", 1979, on bits. */
+   The order table is left out, since it follows from the header. A list is coded as the first views of its
+   segments, their depths, and the number of segments in each block. Everything else in the list follows from
+   these, because blocks are written in one way only (see cohsm__plan_block). Every decision is a bit, coded
+   with the adaptive probability of its context; contexts are made from the lists of the pixels to the left,
+   above, and above to either side. The bits go through a range coder (Martin, "Range encoding", 1979). */
 
 enum {
     COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
@@ -21,8 +21,8 @@ enum {
 
 typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
 
-/* Encodes and decodes by the same lines of code, which so cannot differ: each step takes a bit to code and
-   returns the bit coded. */
+/* An encoder or a decoder. Both run the same lines of code, so that they cannot differ: each step takes the
+   bit to encode, which a decoder ignores, and returns the bit that was encoded or decoded. */
 typedef struct cohsm__coder {
     uint8_t       *out;                 /* NULL: decoding */
     const uint8_t *in;
@@ -52,8 +52,8 @@ static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in,
     c->range = 0xffffffffu;
 }
 
-/* Codes a 1, to which the upper part of the range belongs; the lower part, as large as zero, belongs to a 0.
-   */
+/* Codes a 1, to which the upper part of the range belongs; the lower part, which is `zero` long, belongs to a
+   0. */
 static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
 {
     size_t i = c->at;
@@ -84,7 +84,8 @@ static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t
     return bit;
 }
 
-/* Codes a number of so many bits, high bits first; each prefix has a probability of its own. */
+/* Codes a number of so many bits, high bits first. Each sequence of bits that went before has a probability
+   of its own. */
 static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
 {
     uint32_t node = 1;
@@ -93,7 +94,7 @@ static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits,
     return node - bits;
 }
 
-/* Codes bits without a model. */
+/* Codes bits that are 0 or 1 with equal probability. */
 static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 {
     uint32_t out = 0, bit;
@@ -111,7 +112,7 @@ static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
 }
 
 /* Returns the number of bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
-static uint32_t cohsm__length(uint32_t x)
+static uint32_t cohsm__bit_length(uint32_t x)
 {
     x |= x >> 1;
     x |= x >> 2;
@@ -120,12 +121,13 @@ static uint32_t cohsm__length(uint32_t x)
     return cohsm__popcount(x | x >> 16);
 }
 
-/* A number below 2^31: its length, then the bits below the leading one, of which the first is modelled. */
-enum { COHSM__NUMBER = 64 };                    /* probabilities that one takes */
+enum { COHSM__NUMBER = 64 };                    /* probabilities that cohsm__code_number needs */
 
+/* Codes a number below 2^31: the count of its bits, then the bits below the leading one, of which only the
+   first has a probability. */
 static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t value)
 {
-    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__length(value)), low;
+    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__bit_length(value)), low;
     if (bits < 2) return bits;
     low = cohsm__code_bit(c, p + 32 + bits, value >> (bits - 2u) & 1u) << (bits - 2u);
     if (bits > 2) low |= cohsm__code_raw(c, bits - 2u, value);

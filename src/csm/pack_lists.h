@@ -1,6 +1,6 @@
 /* ---- pack: a list as its neighbours foresee it ---- */
 
-/* A list taken apart into its segments. */
+/* A list that is taken apart into its segments. */
 typedef struct cohsm__strip {
     uint32_t        count;              /* segments; 0: there is no such pixel */
     cohsm__segment *s;                  /* lo = hi is the grid value; of an exact depth lo is that depth, and
@@ -82,7 +82,7 @@ static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const ui
     }
 }
 
-/* Where the lists of a block are. The decoder reads from there what it wrote. */
+/* Where the lists of a block are. A decoder reads there the lists that it wrote before. */
 typedef struct cohsm__lists { const uint32_t *lookup, *directories, *lines; } cohsm__lists;
 
 static cohsm__lists cohsm__lists_of(const cohsm__header *h, const uint32_t *words)
@@ -158,7 +158,7 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     uint64_t up = cohsm__breaks_near(&p->strip[COHSM__UP], view);
     uint64_t right = cohsm__breaks_near(&p->strip[COHSM__UP_RIGHT], view);
     uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH);
-    uint32_t run = cohsm__length(view - first), l, u, r;
+    uint32_t run = cohsm__bit_length(view - first), l, u, r;
     cohsm__prob *odds;
 
     for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
@@ -176,8 +176,9 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
     return view;
 }
 
-/* Codes where the segment that began at first ends, and returns that view. Stretches between views that are
-   coded one by one are coded as a whole, by whether the segment ends there, and then by the place. */
+/* Codes where the segment that began at first ends, and returns that view. Views near a break of a neighbour
+   are coded one by one. Of a stretch without such views it is coded whether the segment ends in it, and then
+   where. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;
@@ -188,8 +189,8 @@ static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next
         if (ended || view >= p->views) return view;
         hot = cohsm__next_hot(p, view);
         if (hot == view) continue;
-        gap = cohsm__length(hot - view);
-        if (cohsm__code_bit(&p->c, p->m->cold + 32 * gap + cohsm__length(view - first), next < hot)) {
+        gap = cohsm__bit_length(hot - view);
+        if (cohsm__code_bit(&p->c, p->m->cold + 32 * gap + cohsm__bit_length(view - first), next < hot)) {
             next = view + cohsm__code_number(&p->c, p->m->cold_length + COHSM__NUMBER * gap, next - view);
             return cohsm__min_u32(next, hot - 1u);
         }
@@ -226,14 +227,15 @@ static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t
 
 /* Returns the median of left, up and left + up - corner, which continues an edge, or else a plane, through
    three known neighbours. */
-static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
+static uint32_t cohsm__predict_value(uint32_t left, uint32_t up, uint32_t corner)
 {
     uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
     return corner >= most ? least : corner <= least ? most : left + up - corner;
 }
 
-/* What is known when a segment's value is coded: values of the neighbours at the segment's middle, and those
-   of the two segments before. */
+/* The numbers that are known when the value of a segment is coded: the values of the neighbours at the
+   segment's middle, those of the two segments before, whether earlier values were repeated (bits of history),
+   and the views of the segment. */
 typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
 
 /* Codes a value by asking in turn whether it is the value before last, as where two surfaces flicker, or that
@@ -257,8 +259,8 @@ static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint
         return a->left;
     if (a->up != last && a->up != a->left && cohsm__code_bit(c, m->up + (h & 7u), value == a->up))
         return a->up;
-    guess = cohsm__predict(a->left, a->up, a->corner);
-    spread = cohsm__length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
+    guess = cohsm__predict_value(a->left, a->up, a->corner);
+    spread = cohsm__bit_length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
     below = cohsm__code_bit(c, m->below + spread, value < guess);
     error = cohsm__code_number(c, m->error + COHSM__NUMBER * (2 * spread + below),
                                below ? guess - value : value - guess);

@@ -1,7 +1,8 @@
 /* ---- query ---- */
 
-/* Samples are treated in tiles: first the map, pixel and depth of every sample are found, then the depths are
-   searched in steps that each begin by prefetching what the next step needs, so that cache misses overlap. */
+/* Samples are treated in tiles: first the map, the pixel and the depth of every sample are found; then the
+   stored depths are searched in steps that each prefetch what the next step reads, so that cache misses
+   overlap. */
 
 enum {
     COHSM__TILE = 256,                  /* samples of a tile */
@@ -87,7 +88,7 @@ static int cohsm__floor(float x)
 
 /* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral
    square, or to the border. */
-static void cohsm__wrap(const cohsm_maps *m, int *c)
+static void cohsm__wrap_cell(const cohsm_maps *m, int *c)
 {
     int n0 = (int)m->head.side[0], n1 = (int)m->head.side[1], i;
     uint32_t kind = m->head.domain;
@@ -112,18 +113,18 @@ static uint32_t cohsm__cell_index(const cohsm_maps *m, const int *c)
 }
 
 /* A point as one map sees it: its position in pixels, its depth in 16 bits, and the face of the cube. */
-typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
+typedef struct cohsm__projected { float x, y, depth; uint32_t face; } cohsm__projected;
 
-static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
+static cohsm__projected cohsm__project_point(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
 {
     float half = 0.5f * (float)m->head.map_side, w;
-    cohsm__seen s;
-    cohsm__frame f;
+    cohsm__projected s;
+    cohsm__axes f;
     cohsm__v3 q;
 
     s.face = 0;
     if (!m->head.positional) {
-        f = cohsm__cell_frame(&m->head, m->locations, m->angles, cell);
+        f = cohsm__cell_axes(&m->head, m->locations, m->angles, cell);
         s.x = cohsm__v3_dot(p, f.right) * half + half;
         s.y = cohsm__v3_dot(p, f.up) * half + half;
         s.depth =
@@ -160,7 +161,7 @@ static uint32_t cohsm__pixel(const cohsm_maps *m, float x, float y)
     return p >= m->head.pixel_begin && p < m->head.pixel_end ? p - m->head.pixel_begin : COHSM__NO_PIXEL;
 }
 
-static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
+static float cohsm__lit_at(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
 {
     if (pixel == COHSM__NO_PIXEL || depth < 0) return 1.0f;
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
@@ -171,8 +172,8 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
    nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
-    uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
-    cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
+    uint32_t place = cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
+    cohsm__projected s = cohsm__project_point(m, cohsm__cell_index(m, c), p, bias);
     float x, y, fx, fy;
     float dark = 0.0f;
     int32_t depth = cohsm__compared_depth(s.depth);
@@ -186,7 +187,7 @@ static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, floa
     for (corner = 0; corner < 4; corner++) {
         float weight = (corner & 1u ? fx : 1.0f - fx) * (corner & 2u ? fy : 1.0f - fy);
         uint32_t pixel = cohsm__pixel(m, x + (float)(corner & 1u) + 0.5f, y + (float)(corner >> 1) + 0.5f);
-        if (weight > 0.0f) dark += weight * (1.0f - cohsm__lit(m, pixel, place, depth));
+        if (weight > 0.0f) dark += weight * (1.0f - cohsm__lit_at(m, pixel, place, depth));
     }
     return dark;
 }
@@ -206,14 +207,14 @@ static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float 
             c[i] = low + (int)(corner >> i & 1u);
         }
         if (!(weight > 0.0f)) continue;
-        cohsm__wrap(m, c);
+        cohsm__wrap_cell(m, c);
         dark += weight * cohsm__pcf_map(m, c, p, bias);
     }
     return dark;
 }
 
 /* Returns the lit part; where all is dark, rounding of the weights may have left a little. */
-static float cohsm__lit_of(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
+static float cohsm__lit_from_dark(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
 
 static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
 {
@@ -235,43 +236,43 @@ static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension
 }
 
 /* Says whether a direction has a length that can be computed. */
-static int cohsm__usable(cohsm__v3 l)
+static int cohsm__length_usable(cohsm__v3 l)
 {
     float length = cohsm__v3_length(l);
     return length > 0.0f && length < 3.4e38f;
 }
 
-/* Finds map, pixel and depth of sample i; with PCF its visibility at once. */
+/* Finds map, pixel and depth of sample i; with PCF it finds the visibility at once. */
 static void cohsm__address(cohsm__tile *t, size_t i)
 {
     const cohsm_maps *m = t->maps;
     const cohsm_query *q = t->query;
     cohsm__v3 p = cohsm__tile_point(t, i), l = cohsm__tile_light(t, i);
-    cohsm__seen s;
+    cohsm__projected s;
     float f[3] = { 0, 0, 0 };
     uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
     if (!cohsm__v3_finite(p) || (q->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
     if (q->light_kind == COHSM_LIGHT_INDEX) {
-        if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* unknown, like a light at NaN */
+        if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* lit, as by a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__lit_of(cohsm__pcf_map(m, c, p, q->bias));
+            t->visible[i] = cohsm__lit_from_dark(cohsm__pcf_map(m, c, p, q->bias));
             return;
         }
     } else {
         if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
+        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
         cohsm__domain_position(m, l, q->light_kind, f);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__lit_of(cohsm__pcf(m, f, p, q->bias));
+            t->visible[i] = cohsm__lit_from_dark(cohsm__pcf(m, f, p, q->bias));
             return;
         }
         for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(t, id, k));
-        cohsm__wrap(m, c);
+        cohsm__wrap_cell(m, c);
     }
-    s = cohsm__see(m, cohsm__cell_index(m, c), p, q->bias);
+    s = cohsm__project_point(m, cohsm__cell_index(m, c), p, q->bias);
     if (q->filter == COHSM_FILTER_ROULETTE) {
         s.x += cohsm__jitter(t, id, 3) - 0.5f;
         s.y += cohsm__jitter(t, id, 4) - 0.5f;
@@ -280,16 +281,14 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     if (t->depth[i] < 0) return;
     t->pixel[i] = cohsm__pixel(m, s.x, s.y);
     t->place[i] =
-        cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
+        cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
-/* A search for the depth of one of the tile's samples: at is its list, then its block, and view counts from
-   there. */
+/* The search for the stored depth of one of the tile's samples: `at` points to its list first, then to its
+   block, and view counts from there. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
-/* Says whether a semi-local light must be refused, since it is inside the hull. For a light outside, the
-   object cannot be in between if the ray meets the hull only beyond the light, or not at all (T67;
-   cohsm__hull_between): one of light and hull comes first, since the light is outside a convex hull. */
+/* Says whether a semi-local light must be refused, since it is inside the hull. */
 static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
 {
     int i;
@@ -300,6 +299,9 @@ static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
     return 1;
 }
 
+/* Says whether the object may stand between a point and a semi-local light outside the hull, which is so if
+   the segment between them meets the hull. Beyond the light the ray may meet the hull as well (T67); but the
+   maps, which know directions only, must not be asked then. */
 static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
 {
     float enter = 0.0f, leave = 1.0f;

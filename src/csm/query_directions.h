@@ -1,9 +1,9 @@
 /* ---- query: directions to latitude-longitude maps, in steps ---- */
 
-/* Directions to LATLONG maps are treated a step of samples at a time. The result is that of cohsm__address,
-   but by loops of constant length without branches or calls, which compilers vectorise at -O2 for every
-   instruction set (kernels_directions.h). A step is so small that what one loop writes or prefetches is still
-   in the first-level cache for the next loop. */
+/* Samples whose lights are directions, and whose maps are LATLONG, are treated a step of 64 at a time. The
+   result is that of cohsm__address, but comes from loops of constant length without branches or calls, which
+   compilers vectorise at -O2 for every instruction set (kernels_directions.h). A step is so small that what
+   one loop writes or prefetches is still in the first-level cache for the next loop. */
 
 enum { COHSM__STEP = 64 };
 
@@ -16,9 +16,8 @@ typedef struct cohsm__step {
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* Writes the frame of the map that answers for one direction, the same for all points, and returns the map's
-   place in the sequence. */
-static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
+/* Writes the axes of the map that answers for one direction, and returns the map's place in the sequence. */
+static uint32_t cohsm__axes_toward(const cohsm_maps *m, cohsm__v3 direction, cohsm__axes *f)
 {
     int c[3] = { 0, 0, 0 };
     float u[3];
@@ -26,9 +25,9 @@ static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm
     cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
     c[0] = cohsm__floor(u[0] + 0.5f);
     c[1] = cohsm__floor(u[1] + 0.5f);
-    cohsm__wrap(m, c);
-    *f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    cohsm__wrap_cell(m, c);
+    *f = cohsm__cell_axes(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    return cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], 0);
 }
 
 /* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
@@ -42,7 +41,7 @@ enum {
 
 typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
-    cohsm__frame frame;
+    cohsm__axes axes;
     uint32_t place;
     float    bias;                      /* in parts of the depth range */
     size_t   count;
@@ -60,7 +59,7 @@ static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__
                                cohsm__kept *kept)
 {
     s->maps = maps;
-    s->place = cohsm__one_frame(maps, direction, &s->frame);
+    s->place = cohsm__axes_toward(maps, direction, &s->axes);
     s->bias = bias / (float)maps->head.map_side;
     s->kept = kept;
     s->packed = s->x = s->y = s->z = NULL;

@@ -30,8 +30,9 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
     size_t i;
 
     memset(dark, 0, sizeof dark);
-    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the
-                                                       pixel's */
+    for (corner = 0; corner < 16; corner++) {
+        /* The pixels of a map come one after the other, as in cohsm__pcf: the two low bits of the count
+           choose the pixel, which the two high bits of a kernel's corner do. */
         uint32_t turned = corner >> 2 | (corner & 3u) << 2;
         cohsm__run_corner(t, kernels, turned, weight);
         for (i = 0; i < t->count; i++) {
@@ -44,7 +45,7 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
             dark[i] += w * map[i];
         }
     }
-    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
+    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_from_dark(dark[i]);
 }
 
 /* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
@@ -55,8 +56,9 @@ static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     size_t i;
 
     if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
-    if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
-    for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
+    if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
+    if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
         t->id[i] = 0;
     }

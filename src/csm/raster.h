@@ -10,27 +10,28 @@ enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
 typedef struct cohsm__soup {            /* triangles in units of the bounding sphere, clusters of 16 */
     float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
                                            cluster is filled up with triangles of no area */
-    float   *bounds;                    /* boxes of the clusters, 8 at a time: x of the middles of all eight,
-                                           y, z, then half sides; after them likewise a box of each 8
-                                           clusters */
+    float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
+                                           eight, then y, z, and in the same way their half sides. Behind
+                                           them lie, in groups of 8 too, boxes that each hold 8 clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
 typedef struct cohsm__camera {
     int          perspective;
-    cohsm__frame frame;                 /* orthographic */
+    cohsm__axes  axes;                  /* orthographic: of the image, back towards the light */
     cohsm__v3    eye;                   /* perspective, in units of the bounding sphere about its centre */
     uint32_t     face;
     float        depth_scale;           /* perspective: w (in radii) to depth 0..1 */
 } cohsm__camera;
 
 typedef struct cohsm__target {
-    uint16_t *z;                        /* keep values a pixel, nearest first; COHSM__INFINITE = no hit */
+    uint16_t *z;                        /* `keep` depths a pixel, nearest first; COHSM__INFINITE = no hit */
     uint32_t  keep;                     /* 2 or 4 (the fourth is unused) */
     int       size, row_begin, row_end; /* M, and the rows that are wanted */
 } cohsm__target;
 
-static void cohsm__insert(uint16_t *z, uint32_t keep, uint16_t depth)
+/* Enters a depth among the first layers of a pixel, which stay sorted. */
+static void cohsm__insert_depth(uint16_t *z, uint32_t keep, uint16_t depth)
 {
     uint16_t t;
     if (keep == 2) {
@@ -71,12 +72,13 @@ static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
     return !(b->y > a->y || (b->y == a->y && b->x > a->x));
 }
 
-static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
+/* Returns twice the area that the edge from a to b makes with the point (x, y); positive on its left. */
+static int64_t cohsm__edge_area(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
 {
     return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
 }
 
-/* Columns x0..x1 and rows y0..y1 of samples. */
+/* The samples in columns x0..x1 and rows y0..y1. */
 typedef struct cohsm__samples { int32_t x0, x1, y0, y1; } cohsm__samples;
 
 /* Finds the samples in the box of a triangle that are on the image and in the wanted rows. Returns 0 if there
@@ -103,8 +105,8 @@ static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0
 }
 
 /* Enters the depths of a triangle, sample by sample. */
-static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
-                        const cohsm__corner *p1, const cohsm__corner *p2)
+static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
+                                 const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
     int64_t w0, w1, w2;
@@ -123,9 +125,9 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
         area = -area;
     }
     if (!cohsm__samples_in_box(t, p0, p1, p2, &box)) return;
-    s0 = cohsm__edge(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
-    s1 = cohsm__edge(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
-    s2 = cohsm__edge(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s0 = cohsm__edge_area(p1, p2, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s1 = cohsm__edge_area(p2, p0, box.x0 * 256 + 128, box.y0 * 256 + 128);
+    s2 = cohsm__edge_area(p0, p1, box.x0 * 256 + 128, box.y0 * 256 + 128);
     e0 = cohsm__edge_loses(p1, p2);
     e1 = cohsm__edge_loses(p2, p0);
     e2 = cohsm__edge_loses(p0, p1);
@@ -138,7 +140,8 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
             if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
-                cohsm__insert(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep, cohsm__depth16(z));
+                cohsm__insert_depth(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep,
+                                    cohsm__depth16(z));
             }
             w0 -= (int64_t)(p2->y - p1->y) * 256;
             w1 -= (int64_t)(p0->y - p2->y) * 256;
@@ -155,15 +158,16 @@ static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
     return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
 }
 
-/* Returns how many groups of eight boxes hold count boxes, of clusters or of 8 clusters each. */
-static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
+/* Returns how many groups of eight hold count boxes, which are those of clusters or of 8 clusters each. */
+static uint32_t cohsm__groups_of_8(uint32_t count) { return (count + 7u) / 8u; }
 static size_t cohsm__bound_count(const cohsm__soup *soup)
 {
-    return (size_t)cohsm__eights(soup->clusters) + cohsm__eights(cohsm__eights(soup->clusters));
+    uint32_t groups = cohsm__groups_of_8(soup->clusters);
+    return (size_t)groups + cohsm__groups_of_8(groups);
 }
 static float *cohsm__wide_bounds(const cohsm__soup *soup)
 {
-    return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
+    return soup->bounds + 48 * (size_t)cohsm__groups_of_8(soup->clusters);
 }
 
 /* Returns which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
@@ -201,7 +205,8 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* The clusters in sight among COHSM__STRETCH that are neighbours; the list is written eight at a time. */
+/* Those of COHSM__STRETCH neighbouring clusters that are in sight. The list has room for eight more, since it
+   is written eight at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 

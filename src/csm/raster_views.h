@@ -47,7 +47,7 @@ static int cohsm__clip_polygon(cohsm__clip *p, int count)
     return count;
 }
 
-static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
+static cohsm__corner cohsm__project_corner(const cohsm__clip *c, int size)
 {
     cohsm__corner p;
     float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
@@ -81,11 +81,11 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
     if (inside < 3) n = cohsm__clip_polygon(p, 3);
     if (n < 3) return;
-    c0 = cohsm__project(p, t->size);
-    c1 = cohsm__project(p + 1, t->size);
+    c0 = cohsm__project_corner(p, t->size);
+    c1 = cohsm__project_corner(p + 1, t->size);
     for (k = 2; k < n; k++) {
-        c2 = cohsm__project(p + k, t->size);
-        cohsm__fill(t, cam, &c0, &c1, &c2);
+        c2 = cohsm__project_corner(p + k, t->size);
+        cohsm__fill_triangle(t, cam, &c0, &c1, &c2);
         c1 = c2;
     }
 }
@@ -99,7 +99,8 @@ static int cohsm__face_sees_sphere(const cohsm__camera *cam)
     return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
 }
 
-static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
+/* Appends to a list the numbers, from first on, of the bits that are set. Returns the new count. */
+static uint32_t cohsm__append_set_bits(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
 {
     for (; mask; mask >>= 1, first++)
         if (mask & 1u) list[count++] = first;
@@ -112,17 +113,17 @@ static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam
                                 uint32_t begin, uint32_t end, cohsm__sight *sight)
 {
     const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__groups_of_8(end), count = 0, i;
     unsigned mask;
 
     for (i = begin / 8; i < eights; i += 8) {
         mask = cohsm__face_sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
-        count = cohsm__append(eight, count, mask, i);
+        count = cohsm__append_set_bits(eight, count, mask, i);
     }
     for (i = 0, sight->count = 0; i < count; i++) {
         mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
                cohsm__first8(end - 8 * eight[i]);
-        sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
+        sight->count = cohsm__append_set_bits(sight->cluster, sight->count, mask, 8 * eight[i]);
     }
 }
 
@@ -141,7 +142,8 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
     }
 }
 
-static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
+static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                               int simd)
 {
     size_t first = (size_t)(t->row_begin * t->size) * t->keep;
     size_t last = (size_t)(t->row_end * t->size) * t->keep;
@@ -161,7 +163,7 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
-        if (!all) kernels.find(t, cam->frame.up, soup, begin, end, &sight);
+        if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
         kernels.enqueue(t, cam, soup, &sight, &q);
     }
     kernels.draw_all(t, cam, &q);

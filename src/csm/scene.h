@@ -6,7 +6,7 @@ static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
 }
 
-/* Loads the lights of the samples in id[], or the one light of all, in the object's space. */
+/* Loads the lights of the tile's samples, or the one light of all, and takes them to the object's space. */
 static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
@@ -75,7 +75,7 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
         q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
         return 0;
     memcpy(v, q->lights, sizeof v);
-    if (!cohsm__usable(cohsm__v3_load(v))) return 0;
+    if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
     cohsm__keep_nothing(&kept);
     cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
     for (first = 0; first < q->count; first += s.count) {
@@ -113,10 +113,10 @@ static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q
     if (!q->positions) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.positions", "is NULL");
     if (!q->lights) return cohsm__refuse(log, COHSM_ERR_ARGUMENT, "query.lights", "is NULL");
     if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
-        return cohsm__wrong(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
+        return cohsm__refuse_value(log, "query.light_kind", (double)q->light_kind, "a COHSM_LIGHT_...");
     if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
-        return cohsm__wrong(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
-    if (!cohsm__finite(q->bias)) return cohsm__wrong(log, "query.bias", (double)q->bias, "finite");
+        return cohsm__refuse_value(log, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
+    if (!cohsm__finite(q->bias)) return cohsm__refuse_value(log, "query.bias", (double)q->bias, "finite");
     if ((q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)) || q->light_stride % 4) {
         stride = "query.light_stride";
         bytes = q->light_stride;
@@ -194,10 +194,10 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* Asks an instance, counted from 1. own = 1: for the samples that lie on it; 0: for all others that still see
-   some light. */
-static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
-                         float *visible)
+/* Asks the instance with this number, counted from 1: if own is 1, for the samples that lie on it; if own is
+   0, for all others that still see some light. A sample of entity 0 lies on none. */
+static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own,
+                                const float *inverse, float *visible)
 {
     size_t i;
     t->count = 0;
@@ -267,7 +267,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
         for (i = 0; i < instance_count; i++) {
             cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
             cohsm__m4_affine_inverse(inverse, instances[i].transform);
-            cohsm__visit(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
+            cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;

@@ -118,5 +118,5 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
         result = cohsm__lay_out_opened(maps, &wish, part, out);
         cohsm__log_layout(&log, "the layout of shards[0]", result);
     }
-    return cohsm__ended(&log, result);
+    return cohsm__log_result(&log, result);
 }

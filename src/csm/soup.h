@@ -11,18 +11,19 @@ static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__
         p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
 }
 
-/* Where a triangle lies: the sum of its corners. */
+/* A triangle and where it lies: `at` is the sum of its corners. */
 typedef struct cohsm__spot { float at[3]; uint32_t triangle; } cohsm__spot;
 
-static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scale)
+/* Returns which of 256 bins along an axis a triangle falls into. */
+static uint32_t cohsm__bin_of(const cohsm__spot *p, int axis, float low, float scale)
 {
     return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
 }
 
-/* Moves so many of the triangles to the front that lie on one side of the others, along the longest axis of
-   their box. They are counted in 256 bins; those in the bin of the limit may go to either side, so that time
-   is linear whatever the mesh. */
-static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
+/* Moves the first `half` triangles along the longest axis of their box to the front. Triangles are counted in
+   256 bins; those in the bin of the limit may go to either side, so that the time is linear whatever the
+   mesh. */
+static void cohsm__halve_spots(cohsm__spot *p, uint32_t count, uint32_t half)
 {
     uint32_t bins[256], i, middle;
     uint32_t left, store, bin;
@@ -41,10 +42,10 @@ static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
     if (!(high[axis] - low[axis] > 1e-30f)) return;
     scale = 255.0f / (high[axis] - low[axis]);
     memset(bins, 0, sizeof bins);
-    for (i = 0; i < count; i++) bins[cohsm__bin(p + i, axis, low[axis], scale)]++;
+    for (i = 0; i < count; i++) bins[cohsm__bin_of(p + i, axis, low[axis], scale)]++;
     for (middle = 0, left = half; bins[middle] <= left && middle < 255u; middle++) left -= bins[middle];
     for (i = 0, store = 0; i < count; i++) {
-        bin = cohsm__bin(p + i, axis, low[axis], scale);
+        bin = cohsm__bin_of(p + i, axis, low[axis], scale);
         if (bin > middle || (bin == middle && !left)) continue;
         left -= (uint32_t)(bin == middle);
         moved = p[i];
@@ -78,7 +79,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
         if (count > LEAF) {
             unit = count > 8 * LEAF ? 8 * LEAF : LEAF;
             half = (count + unit - 1u) / unit / 2u * unit;
-            cohsm__halve(p, count, half);
+            cohsm__halve_spots(p, count, half);
             todo[waiting].p = p + half;
             todo[waiting++].count = count - half;
             count = half;
@@ -91,7 +92,7 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
 }
 
 /* Writes the box of clusters that lie one after the other, a little enlarged. */
-static void cohsm__bound(const float *v, uint32_t clusters, float *box)
+static void cohsm__bound_clusters(const float *v, uint32_t clusters, float *box)
 {
     float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
     uint32_t i, k;
@@ -106,13 +107,13 @@ static void cohsm__bound(const float *v, uint32_t clusters, float *box)
     }
 }
 
-/* Writes the boxes of each span clusters, from bounds on. */
-static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
+/* Writes a box for every `span` clusters, from bounds on. */
+static void cohsm__bound_all_clusters(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
     uint32_t i, at;
     for (i = 0, at = 0; i < soup->clusters; i += span, at++)
-        cohsm__bound(cohsm__cluster(soup, i), cohsm__min_u32(span, soup->clusters - i),
-                     bounds + 48 * (size_t)(at / 8) + at % 8);
+        cohsm__bound_clusters(cohsm__cluster(soup, i), cohsm__min_u32(span, soup->clusters - i),
+                              bounds + 48 * (size_t)(at / 8) + at % 8);
 }
 
 static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
@@ -146,7 +147,7 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
 /* Makes the clusters of a mesh: triangles are sorted in space, so that clusters are small and a shard need
    not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
-                            uint32_t triangles, const float *center, float radius, cohsm__heap *heap)
+                            uint32_t triangles, const float *center, float radius, cohsm__counted_heap *heap)
 {
     cohsm__spot *spot;
     size_t floats;
@@ -163,14 +164,14 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
         memset(soup->v, 0, floats * sizeof(float));
         memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
         cohsm__soup_fill(soup, mesh, used, spot, cohsm__v3_load(center), 1.0f / radius);
-        cohsm__bound_all(soup, 1, soup->bounds);
-        cohsm__bound_all(soup, 8, cohsm__wide_bounds(soup));
+        cohsm__bound_all_clusters(soup, 1, soup->bounds);
+        cohsm__bound_all_clusters(soup, 8, cohsm__wide_bounds(soup));
     }
     cohsm__heap_free(heap, spot, triangles, sizeof *spot);
     return made;
 }
 
-static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
+static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
     cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));

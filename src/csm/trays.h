@@ -12,11 +12,12 @@
 
    A tray, or the line of a part of a split tray, is
 
-     1 byte       n, at most 31
-     n bytes      the first views of its segments but the first one's, rising, counted from the bucket's first
-                  view
-     n + 1 bytes  codes: the depth on the block's grid, 2^depth_bits - 1 = infinite; COHSM__EXACT_CODE = exact
-     2 bytes each the exact depths, low byte first, in the order of their codes
+     1 byte         n, at most 31
+     n bytes        the first views of all its segments but the first, rising, counted from the bucket's first
+                    view
+     n + 1 bytes    codes of the segments: the depth on the block's grid, 2^depth_bits - 1 for infinite, or
+                    COHSM__EXACT_CODE
+     2 bytes each   the exact depths, low byte first, in the order of their codes
 
    so that its length is even, and n and the number of exact depths are together at most 31. Segment j holds a
    view if j of the n first views are not above it.
@@ -37,7 +38,7 @@ enum {
     COHSM__EXACT_CODE = 254
 };
 
-/* The tray, or the line of its part, that holds a view. */
+/* Returns the tray that holds a view or, of a split tray, the line of its part. */
 static inline const uint8_t *cohsm__tray_at(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
     const cohsm__trays *c = &m->trays;
@@ -50,13 +51,13 @@ static inline const uint8_t *cohsm__tray_at(const cohsm_maps *m, uint32_t pixel,
 
 static inline uint32_t cohsm__tray_half(const uint8_t *p) { return p[0] | (uint32_t)p[1] << 8; }
 
-/* The line stands for one of the depths of its views one by one. */
+/* Says whether a line only tells where the depths of its views stand one by one. */
 static inline int cohsm__tray_is_spread(const uint8_t *line)
 {
     return line[0] == COHSM__TRAY_FIRSTS && line[COHSM__LINE_BYTES - 1] == COHSM__EXACT_CODE;
 }
 
-/* The depth of a view whose code is exact, which is number j of the codes. */
+/* Returns the depth of a view whose code, number j of the codes, is COHSM__EXACT_CODE. */
 static uint32_t cohsm__tray_exact(const uint8_t *tray, uint32_t j, uint32_t view)
 {
     uint32_t n = tray[0], exact = 0, i;
@@ -68,7 +69,7 @@ static uint32_t cohsm__tray_exact(const uint8_t *tray, uint32_t j, uint32_t view
     return cohsm__tray_half(tray + 2u + 2u * n + 2u * exact);
 }
 
-/* The 16-bit depth of a view in its tray. */
+/* Returns the 16-bit depth of a view in its tray. */
 static inline uint32_t cohsm__tray_depth(const cohsm_maps *m, const uint8_t *tray, uint32_t place)
 {
     uint32_t n = tray[0], view = place & (COHSM__BUCKET - 1u);

@@ -1,20 +1,22 @@
 /* ---- trays: all of a block, in memory ---- */
 
-/* All columns are gone through twice: once for the count of their lines, and once to write them. */
+/* All columns are gone through twice: once to count their lines, and once to write them. */
 
 enum { COHSM__TRAY_WORKERS = 8 };
 
 typedef struct cohsm__tray_maker {
     const cohsm_maps *maps;
-    uint32_t groups, buckets, columns, first;       /* first: the column of the first worker */
+    uint32_t groups, buckets, columns;
+    uint32_t first;                     /* the column of the first worker; the others follow */
     int      writing;
     cohsm__tray_work *work;
-    uint32_t *lines;                    /* of each column: how many, then the number of its first one */
-    uint8_t  *to;                       /* line 0 */
+    uint32_t *lines;                    /* of each column: first their number, then that of its first one */
+    uint8_t  *to;                       /* where line 0 is written */
     uint32_t *base;
     uint16_t *at;
 } cohsm__tray_maker;
 
+/* Counts the lines of a column or, the second time, writes them. */
 static void cohsm__column_trays(const cohsm__tray_maker *k, uint32_t column, cohsm__tray_work *w)
 {
     const cohsm_maps *m = k->maps;
@@ -49,7 +51,7 @@ static void cohsm__column_task(void *context, size_t index)
     if (column < k->columns) cohsm__column_trays(k, column, k->work + index);
 }
 
-/* What is wanted, and how to run the tasks. */
+/* The layout that is wanted, and the system that runs the tasks. */
 typedef struct cohsm__wish {
     cohsm_layout layout;
     size_t       bytes;                 /* of COHSM_LAYOUT_BUDGET */
@@ -67,8 +69,8 @@ static cohsm_result cohsm__run_columns(cohsm__tray_maker *k, const cohsm__wish *
     return COHSM_OK;
 }
 
-/* Bytes of all trays, from the lines of each column, which become the number of its first line; 0 if there
-   are too many. */
+/* Returns the bytes of all trays, 0 if there are too many, and turns the number of lines of each column into
+   the number of its first line. */
 static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
 {
     size_t pointers, bases, bytes;
@@ -90,7 +92,7 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
     return bytes;
 }
 
-/* Makes the trays, whose lines were counted, in memory that it takes. */
+/* Takes memory for the trays, whose lines were counted, and makes them there. */
 static cohsm_result cohsm__trays_fill(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
                                       cohsm__part part, cohsm__trays *trays)
 {
@@ -130,8 +132,8 @@ static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm
     return COHSM_OK;
 }
 #else
-/* Gives maps the layout that is wanted, and the log that they keep; their layout stays compact where this
-   fails. *peak: the most bytes that were asked for at once, the trays included. */
+/* Gives maps the layout that is wanted, and the log that they keep; if this fails, their layout stays
+   compact. *peak receives the most bytes that were asked for at once, the trays included. */
 static cohsm_result cohsm__lay_out(cohsm_maps *m, const cohsm__wish *wish, cohsm__part part, size_t *peak)
 {
     const uint32_t workers = wish->system && wish->system->parallel_for ? (uint32_t)COHSM__TRAY_WORKERS : 1u;

@@ -4,36 +4,40 @@
    bucket, and each bucket's trays are placed in lines of their own. */
 
 enum {
-    COHSM__LARGE_LINES = 16 * COHSM__GROUP,     /* of split trays: 8 each, and 8 of depths one by one */
+    COHSM__LARGE_LINES = 16 * COHSM__GROUP,     /* room for split trays: 8 lines each, and 8 of depths */
     COHSM__LINE_STEPS = COHSM__LINE_BYTES / 2,
-    COHSM__SHARED_LINES = 2 * COHSM__GROUP,     /* that trays of less than a line can begin in */
+    COHSM__SHARED_LINES = 2 * COHSM__GROUP,     /* lines that 14 bits of steps reach, in which trays of less
+                                                   than a line can begin */
     COHSM__NO_TRAY = 0xffff
 };
 
-/* A list that is being read: the segments of one of its blocks, and the one that was read last. */
+/* A list that is being read: the decoded segments of one of its blocks. */
 typedef struct cohsm__cursor {
     const uint32_t *directory;
-    uint32_t block, at, count;
-    uint32_t first[COHSM__MARKS + 1];   /* within the chunk; the last one is where the block ends */
+    uint32_t block, count;              /* the number of the block, and of its segments */
+    uint32_t at;                        /* the segment that was read last */
+    uint32_t first[COHSM__MARKS + 1];   /* first views within the chunk; the last one is the block's end */
     uint16_t depth[COHSM__MARKS];
 } cohsm__cursor;
 
-/* Segments of a bucket. */
+/* The segments of one pixel in a bucket of views. */
 typedef struct cohsm__pieces {
     uint32_t count;
     uint8_t  first[COHSM__BUCKET], code[COHSM__BUCKET];
     uint16_t depth[COHSM__BUCKET];
 } cohsm__pieces;
 
-typedef struct cohsm__tray_work {       /* of one column */
+typedef struct cohsm__tray_work {       /* what is needed for one column at a time */
     cohsm__cursor cursor[COHSM__GROUP];
     cohsm__pieces pieces;
     uint8_t       tiny[COHSM__GROUP][COHSM__LINE_BYTES];   /* trays of less than a line */
     uint8_t       large[COHSM__LARGE_LINES][COHSM__LINE_BYTES];
-    uint16_t      steps[COHSM__GROUP];  /* length of a tray in steps of 2 bytes; 0: it is a split one */
-    uint16_t      line[COHSM__GROUP], split[COHSM__GROUP];  /* of a split tray: its first line in large */
-    uint16_t      same[COHSM__GROUP];   /* this tray, or one of a single segment that stands for it too */
-    uint16_t      place[COHSM__GROUP];  /* of a tray, in steps from the bucket's first line */
+    uint16_t      steps[COHSM__GROUP];  /* the length of each tray in steps of 2 bytes; 0: it is split */
+    uint16_t      line[COHSM__GROUP];   /* of a split tray: the number of its first line in `large` */
+    uint16_t      split[COHSM__GROUP];  /* of a split tray: it has 2^split parts */
+    uint16_t      same[COHSM__GROUP];   /* the pixel whose tray stands for this pixel too, if both have one
+                                           segment and the same code; else the pixel itself */
+    uint16_t      place[COHSM__GROUP];  /* where the tray begins, in steps from the bucket's first line */
     uint32_t      large_lines;
 } cohsm__tray_work;
 
@@ -89,7 +93,7 @@ static void cohsm__cursor_step(cohsm__cursor *c, const cohsm_maps *m, uint32_t v
     cohsm__cursor_decode(c, m, views);
 }
 
-/* Segments of the views from begin up to end, which is not beyond the chunk. */
+/* Reads the segments of the views from begin up to end, which is not beyond the chunk. */
 static void cohsm__cursor_read(cohsm__cursor *c, const cohsm_maps *m, uint32_t begin, uint32_t end,
                                uint32_t views, cohsm__pieces *pieces)
 {
@@ -122,7 +126,7 @@ static void cohsm__pieces_codes(const cohsm_maps *m, cohsm__pieces *pieces)
     }
 }
 
-/* First views and exact depths that the segments from..to - 1 need. */
+/* Returns how many first views and exact depths a tray of the segments from..to - 1 needs. */
 static uint32_t cohsm__pieces_load(const cohsm__pieces *pieces, uint32_t from, uint32_t to)
 {
     uint32_t load = to - from - 1u, i;
@@ -130,7 +134,7 @@ static uint32_t cohsm__pieces_load(const cohsm__pieces *pieces, uint32_t from, u
     return load;
 }
 
-/* Segments from..to - 1 as a tray; returns its length. */
+/* Writes the segments from..to - 1 as a tray, and returns its bytes. */
 static uint32_t cohsm__tray_write(const cohsm__pieces *pieces, uint32_t from, uint32_t to, uint8_t *tray)
 {
     uint32_t n = to - from - 1u, i;
@@ -147,7 +151,8 @@ static uint32_t cohsm__tray_write(const cohsm__pieces *pieces, uint32_t from, ui
     return (uint32_t)(exact - tray);
 }
 
-/* The segments of part `part` of 2^split: the last one that begins at or before it, and those within it. */
+/* Finds the segments *from..*to - 1 that lie in a part, one of 2^split of a bucket: the last segment that
+   begins at or before the part, and those that begin within it. */
 static void cohsm__pieces_part(const cohsm__pieces *pieces, uint32_t split, uint32_t part, uint32_t *from,
                                uint32_t *to)
 {
@@ -157,6 +162,7 @@ static void cohsm__pieces_part(const cohsm__pieces *pieces, uint32_t split, uint
     for (*to = *from + 1u; *to < pieces->count && pieces->first[*to] < begin + views; ++*to) continue;
 }
 
+/* Returns the least split by which every part fits into a line; COHSM__SPLITS if none does. */
 static uint32_t cohsm__pieces_split(const cohsm__pieces *pieces)
 {
     uint32_t split, part, from, to;
@@ -171,7 +177,7 @@ static uint32_t cohsm__pieces_split(const cohsm__pieces *pieces)
     return split;
 }
 
-/* The depths of a part one by one. */
+/* Writes the depths of all views of a part one by one. */
 static void cohsm__tray_list(const cohsm__pieces *pieces, uint32_t from, uint32_t part, uint8_t *line)
 {
     uint32_t begin = part * COHSM__SPREAD_VIEWS, i;
@@ -183,7 +189,7 @@ static void cohsm__tray_list(const cohsm__pieces *pieces, uint32_t from, uint32_
     }
 }
 
-/* A tray that needs lines of its own. */
+/* Writes a tray that does not fit into one line into lines of its own. */
 static void cohsm__tray_split(cohsm__tray_work *w, uint32_t p)
 {
     const uint32_t split = cohsm__pieces_split(&w->pieces), parts = 1u << split;
@@ -208,12 +214,13 @@ static void cohsm__tray_split(cohsm__tray_work *w, uint32_t p)
     w->large_lines += spread;
 }
 
-/* All trays of a bucket, not yet placed. views: of the chunk. */
+/* Makes the trays of all pixels for the bucket that begins at view `begin` of a chunk of so many views. Where
+   they stand is decided later. */
 static void cohsm__bucket_trays(cohsm__tray_work *w, const cohsm_maps *m, uint32_t pixels, uint32_t begin,
                                 uint32_t views)
 {
     const uint32_t end = cohsm__min_u32(begin + COHSM__BUCKET, views);
-    uint16_t alone[COHSM__BUCKET];      /* the first tray of one segment with this code */
+    uint16_t alone[COHSM__BUCKET];      /* for each code, the first pixel with one segment of this code */
     uint32_t p;
 
     memset(alone, 0xff, sizeof alone);  /* COHSM__NO_TRAY */
@@ -236,7 +243,7 @@ static void cohsm__bucket_trays(cohsm__tray_work *w, const cohsm_maps *m, uint32
 
 /* ---- places of trays ---- */
 
-/* Lines by the steps that are left in them, as lists. */
+/* Lines that still have room, in a list for each number of steps that are left. */
 typedef struct cohsm__room {
     uint64_t some;                      /* bit r: a line has r steps left */
     uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__SHARED_LINES];
@@ -250,8 +257,8 @@ static void cohsm__room_add(cohsm__room *r, uint32_t line, uint32_t left)
     r->some |= (uint64_t)1 << left;
 }
 
-/* Takes a line with the least room of at least so many steps, which it stores in *left; COHSM__NO_TRAY: none
-   has it. */
+/* Takes out the line with the least room among those that have at least so many steps left, and writes to
+   *left how many it has. Returns the line, or COHSM__NO_TRAY if there is none. */
 static uint32_t cohsm__room_take(cohsm__room *r, uint32_t steps, uint32_t *left)
 {
     const uint64_t fit = r->some >> steps << steps;
@@ -265,7 +272,7 @@ static uint32_t cohsm__room_take(cohsm__room *r, uint32_t steps, uint32_t *left)
     return line;
 }
 
-/* Steps that a line of a split tray leaves free. */
+/* Returns how many steps a line of a split tray leaves free. */
 static uint32_t cohsm__line_left(const uint8_t *line)
 {
     const uint32_t n = line[0];
@@ -276,8 +283,8 @@ static uint32_t cohsm__line_left(const uint8_t *line)
     return COHSM__LINE_STEPS - used;
 }
 
-/* The lines of the split trays that come before all others, as many as trays of less than a line can begin
-   in; what is left in them is free for those. */
+/* Puts the first split trays before all other lines, as long as short trays can begin in their lines, and
+   opens what is left in these lines for short trays. Returns the number of these lines. */
 static uint32_t cohsm__room_start(cohsm__room *r, const cohsm__tray_work *w, uint32_t pixels)
 {
     uint32_t p, part, lines = 0, next;
@@ -298,8 +305,8 @@ static uint32_t cohsm__room_start(cohsm__room *r, const cohsm__tray_work *w, uin
     return lines;
 }
 
-/* Places the trays, the longest first, each in the line that it leaves least of. Returns how many lines there
-   are; *before: of these, lines of split trays that stand before the others. */
+/* Places the trays, the longest first, each in the line in which it leaves the least room. Returns how many
+   lines the bucket has, and writes to *before how many lines of split trays stand before the others. */
 static uint32_t cohsm__bucket_place(cohsm__tray_work *w, uint32_t pixels, uint32_t *before)
 {
     uint16_t head[COHSM__LINE_STEPS + 1], next[COHSM__GROUP];
@@ -327,7 +334,8 @@ static uint32_t cohsm__bucket_place(cohsm__tray_work *w, uint32_t pixels, uint32
     return fresh + w->large_lines - *before;
 }
 
-/* Copies the trays to their places. `to` is the bucket's first line, zeroed. */
+/* Copies the trays to their places, and writes where each begins. `to` is the bucket's first line; all its
+   lines are zeroed. */
 static void cohsm__bucket_write(const cohsm__tray_work *w, uint32_t pixels, uint32_t before, uint32_t lines,
                                 uint8_t *to, uint16_t *at)
 {

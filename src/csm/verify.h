@@ -36,8 +36,8 @@ static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32
     return cohsm__block_depth(block, m->depth_of, n, j);
 }
 
-/* Compares a range of pixels in all views of the batch, pixel by pixel: a list is read once for many views.
-   */
+/* Compares a range of pixels in all views of the batch, pixel by pixel, so that a list is read once for many
+   views. */
 static void cohsm__verify_task(void *context, size_t index)
 {
     cohsm__check *k = (cohsm__check *)context;
@@ -112,8 +112,8 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count))
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
-        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
-        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
+        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
             if (r->wrong && !wrong_before && (!out->wrong || r->first_view < out->first_view)) {
@@ -133,7 +133,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
 {
     cohsm_desc d;
     cohsm_stats stats;
-    cohsm__heap heap;
+    cohsm__counted_heap heap;
     cohsm__model model;
     cohsm_report report;
     cohsm_builder *b;
@@ -159,7 +159,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
             result = cohsm__verify_views(b, maps, &model.soup, &report);
             cohsm__drop_builder(b, &heap);
         }
-        (void)cohsm__built(&log, &d, result);
+        (void)cohsm__log_build(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK) *out = report;

@@ -17,7 +17,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const fl
             double v;
             if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
             v = visibility ? (double)visibility[at] : 1.0;
-            if (!(v > 0.0)) continue;      /* COHSM_REFUSED too */
+            if (!(v > 0.0)) continue;       /* also of COHSM_REFUSED */
             for (c = 0; c < 3; c++) sum[c] += v * (double)w[c];
         }
         for (c = 0; c < 3; c++) out[c] += (float)sum[c];

@@ -5,24 +5,26 @@ typedef struct lsamp__cosine_lobe { /* scale max(0, axis . wi)^exponent */
     float     exponent;
 } lsamp__cosine_lobe;
 
-typedef struct lsamp__surface {  /* a material at one point, all directions in the frame t, b, n */
-    lsamp__v3 t, b, n, wo;
-    lsamp__v3 diffuse, f0;
-    float     alpha;             /* GGX; 0: cosine lobes */
+typedef struct lsamp__surface {  /* a material at one point; all directions are along the axes t, b, n */
+    lsamp__v3 t, b, n;           /* tangent, bitangent and normal, orthonormal */
+    lsamp__v3 wo;                /* the direction to the eye */
+    lsamp__v3 diffuse;           /* the albedo of the diffuse part */
+    lsamp__v3 f0;                /* METAL_ROUGH: the reflectance along the normal */
+    float     alpha;             /* METAL_ROUGH: of GGX; 0: the specular part consists of cosine lobes */
     uint32_t  lobe_count;
     lsamp__cosine_lobe lobes[LSAMP_MAX_LOBES];
-    float     lobe_share[LSAMP_MAX_LOBES]; /* roulette among them, the sum is 1 */
-    float     diffuse_share;     /* roulette between the diffuse part and them: k_d of the paper */
-    float     peak;              /* largest density of the BRDF samples, roughly, 1/sr */
-    int       black;
+    float     lobe_share[LSAMP_MAX_LOBES]; /* the probability that roulette takes a lobe; the sum is 1 */
+    float     diffuse_share;     /* the probability that it takes the diffuse part: k_d of the paper */
+    float     peak;              /* roughly the largest density of the BRDF's samples, 1/sr */
+    int       black;             /* nothing is reflected */
 } lsamp__surface;
 
-typedef struct lsamp__response { /* f and density for one wi, the two parts apart */
+typedef struct lsamp__response { /* f and density for one wi, of the diffuse and the specular part apart */
     lsamp__v3 diffuse, specular;
     float     diffuse_pdf, specular_pdf;
 } lsamp__response;
 
-static lsamp__v3 lsamp__to_frame(const lsamp__surface *s, lsamp__v3 w)
+static lsamp__v3 lsamp__to_axes(const lsamp__surface *s, lsamp__v3 w)
 {
     return lsamp__v3_make(lsamp__v3_dot(w, s->t), lsamp__v3_dot(w, s->b), lsamp__v3_dot(w, s->n));
 }
@@ -38,7 +40,7 @@ static lsamp__v3 lsamp__schlick(lsamp__v3 f0, float cosine)
 /* A field of a material that is out of range: its name, its value, and where the value must lie. */
 typedef struct lsamp__fault { const char *field, *wanted; float value; } lsamp__fault;
 
-/* Says whether each of three values is a number within 0..high; else sets the fault. */
+/* Says whether each of count values is a number within low..high; if not, sets the fault. */
 static int lsamp__values_in(lsamp__fault *f, const char *field, const float *values, int count, float low,
                        float high, const char *wanted)
 {
@@ -88,7 +90,7 @@ static int lsamp__material_valid(const lsamp_material *m, lsamp__fault *f)
     return m->kind != LSAMP_MATERIAL_LAFORTUNE || lsamp__lobes_valid(m, f);
 }
 
-/* Adds a lobe about C wo and returns its albedo, roughly: that only steers the roulette. */
+/* Adds a lobe about C wo, and returns roughly its albedo, which only steers the roulette. */
 static float lsamp__add_lobe(lsamp__surface *s, lsamp__v3 c, float exponent, lsamp__v3 scale)
 {
     lsamp__cosine_lobe *lobe = &s->lobes[s->lobe_count];
@@ -146,8 +148,8 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
     } else {
         lsamp__v3_basis(s->n, &s->t, &s->b);
     }
-    s->wo = lsamp__to_frame(s, lsamp__v3_normalize(wo));
-    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of an interpolated normal */
+    s->wo = lsamp__to_axes(s, lsamp__v3_normalize(wo));
+    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of a normal that was interpolated */
         s->wo.z = 1e-3f;
         s->wo = lsamp__v3_normalize(s->wo);
     }
@@ -170,7 +172,7 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
 
 /* Evaluates GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014). 1 - nh^2 is computed as
    hx^2 + hy^2, which keeps the digits of narrow peaks. The density is that of visible normals. */
-static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
+static void lsamp__ggx_response(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
 {
     lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->wo, wi)), f;
     float a2 = s->alpha * s->alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (LSAMP__PI * q * q);
@@ -184,7 +186,7 @@ static void lsamp__ggx(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r
     r->specular_pdf = 0.5f * d / (s->wo.z + go);
 }
 
-static lsamp__response lsamp__respond(const lsamp__surface *s, lsamp__v3 wi)
+static lsamp__response lsamp__brdf_response(const lsamp__surface *s, lsamp__v3 wi)
 {
     lsamp__response r;
     uint32_t i;
@@ -194,7 +196,7 @@ static lsamp__response lsamp__respond(const lsamp__surface *s, lsamp__v3 wi)
     r.diffuse = lsamp__v3_scale(s->diffuse, 1.0f / LSAMP__PI);
     r.diffuse_pdf = wi.z * (1.0f / LSAMP__PI);
     if (s->lobe_count && s->alpha > 0.0f) {
-        lsamp__ggx(s, wi, &r);
+        lsamp__ggx_response(s, wi, &r);
         return r;
     }
     for (i = 0; i < s->lobe_count; i++) {
@@ -237,10 +239,10 @@ static lsamp__v3 lsamp__lobe_draw(const lsamp__cosine_lobe *lobe, float u, float
           cs;
     lsamp__v3_basis(lobe->axis, &t, &b);
     lsamp__sincos(2.0f * LSAMP__PI * v, &sn, &cs);
-    return lsamp__from_frame(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
+    return lsamp__from_axes(t, b, lobe->axis, lsamp__v3_make(r * cs, r * sn, c));
 }
 
-/* Draws wi, in the surface's frame. u picks the lobe and is then stretched over [0, 1) again, by which it
+/* Draws wi along the surface's axes. u picks the lobe and is then stretched over [0, 1) again, by which it
    stays stratified. */
 static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, float u, float v)
 {
@@ -259,7 +261,7 @@ static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, 
 static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material *m, const float *normal,
                                         const float *tangent, const float *wo)
 {
-    lsamp__fault fault;     /* nobody is told: these calls have no log */
+    lsamp__fault fault;          /* stays here, since these calls have no log */
 
     if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
     if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
@@ -269,9 +271,10 @@ static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material 
     return LSAMP_OK;
 }
 
+/* Writes f and the density for wi, which is along the surface's axes. */
 static void lsamp__brdf_result(const lsamp__surface *s, lsamp__v3 wi, float *f, float *pdf)
 {
-    lsamp__response r = lsamp__respond(s, wi);
+    lsamp__response r = lsamp__brdf_response(s, wi);
     lsamp__v3_store(f, lsamp__v3_add(r.diffuse, r.specular));
     *pdf = s->black ? 0.0f : lsamp__brdf_pdf(s, &r);
 }
@@ -286,7 +289,7 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
     if (result != LSAMP_OK) return result;
     if (!wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
     if (!lsamp__is_unit(wi)) return LSAMP_ERR_INPUT;
-    lsamp__brdf_result(&s, lsamp__to_frame(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
+    lsamp__brdf_result(&s, lsamp__to_axes(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
     return LSAMP_OK;
 }
 
@@ -304,6 +307,6 @@ LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const f
         return LSAMP_ERR_INPUT;
     w = lsamp__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     lsamp__brdf_result(&s, w, f, pdf);
-    lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_frame(s.t, s.b, s.n, w) : s.n);
+    lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_axes(s.t, s.b, s.n, w) : s.n);
     return LSAMP_OK;
 }

@@ -1,33 +1,33 @@
 /* ---- curve: an emissive mesh as small pieces along a space-filling curve ---- */
 
-typedef struct lsamp__piece {
-    double   end;                   /* share of all area up to the end of this one */
-    uint64_t key;                   /* place on the curve; the lowest 31 bits number the pieces and break
-                                       ties */
+typedef struct lsamp__piece {       /* a triangle, or a part of one */
+    double   end;                   /* the share of all area that this piece and those before it have */
+    uint64_t key;                   /* the place on the curve; the lowest 31 bits number the pieces, so that
+                                       no two keys are equal */
     float    v[9], normal[3];
 } lsamp__piece;
 
-typedef struct lsamp__curve {
-    lsamp__piece *pieces;
-    float        *locations;        /* four floats each */
+typedef struct lsamp__curve {       /* an emissive mesh */
+    lsamp__piece *pieces;           /* in the order of the curve */
+    float        *locations;        /* places for maps, four floats each */
     double        area;
-    uint32_t      count, places;
+    uint32_t      count, places;    /* of pieces; of locations */
 } lsamp__curve;
 
-static uint32_t lsamp__places(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
+static uint32_t lsamp__place_count(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
 
 /* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
    area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */
 static size_t lsamp__most_pieces(const lsamp_light_desc *d)
 {
-    return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__places(d) + 1u;
+    return lsamp__triangle_count(d->mesh) + 4u * (size_t)lsamp__place_count(d) + 1u;
 }
 
 static size_t lsamp__curve_size(const lsamp_light_desc *d)
 {
     size_t bytes;
     if (!lsamp__mul_size(lsamp__most_pieces(d), sizeof(lsamp__piece), &bytes) ||
-        !lsamp__add_size(bytes, 16u * (size_t)lsamp__places(d) + 16u + sizeof(lsamp__curve), &bytes))
+        !lsamp__add_size(bytes, 16u * (size_t)lsamp__place_count(d) + 16u + sizeof(lsamp__curve), &bytes))
         return 0;
     return bytes & ~(size_t)15u;
 }
@@ -55,7 +55,7 @@ static void lsamp__load_triangle(const lsamp_mesh *m, size_t t, float v[9])
     for (k = 0; k < 3; k++) lsamp__v3_store(v + 3u * k, lsamp__vertex(m, c[k]));
 }
 
-/* Halves the longest edge `levels` times; the bits of number choose the halves. */
+/* Halves a triangle across its longest edge `levels` times; the bits of number choose the halves. */
 static void lsamp__cut_piece(float v[9], uint32_t levels, uint32_t number)
 {
     uint32_t bit, i, edge, k;
@@ -142,7 +142,7 @@ static void lsamp__curve_point(const lsamp__curve *c, const float x[3], float po
 }
 
 /* Returns the area of the triangles that emit, and writes their bounds. */
-static double lsamp__survey(const lsamp_mesh *m, lsamp__v3 *low, float *size)
+static double lsamp__survey_mesh(const lsamp_mesh *m, lsamp__v3 *low, float *size)
 {
     lsamp__v3 high = lsamp__v3_make(-1e30f, -1e30f, -1e30f), d;
     size_t t, count = lsamp__triangle_count(m);
@@ -201,9 +201,9 @@ static lsamp_result lsamp__curve_build(const lsamp_light_desc *d, void *memory, 
     uint32_t i;
     c->pieces = (lsamp__piece *)(void *)((char *)memory + ((sizeof *c + 15u) & ~(size_t)15u));
     c->locations = (float *)(void *)(c->pieces + lsamp__most_pieces(d));
-    c->places = lsamp__places(d);
+    c->places = lsamp__place_count(d);
     c->count = 0;
-    c->area = lsamp__survey(d->mesh, &low, &size);
+    c->area = lsamp__survey_mesh(d->mesh, &low, &size);
     if (!(c->area > 0.0 && size > 0.0f && lsamp__finite(size))) return LSAMP_ERR_INPUT;
     lsamp__curve_cut(c, d->mesh, c->area / (2.0 * (double)c->places), low, size);
     lsamp__sort_pieces(c->pieces, c->count);

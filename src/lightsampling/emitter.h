@@ -1,28 +1,35 @@
 /* ---- emitter: a light, its texels, and what leaves a point of it ---- */
 
 struct lsamp_light {
-    lsamp_light_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
-    const double *edges;         /* environment: cos of the height + 1 row edges */
-    lsamp__cdf2   cdf;           /* over the texels; unused without */
-    const uint16_t *guide;       /* for the rows, then for the texels of each row */
-    lsamp__v3     origin, n;     /* n: emission side; line: axis; sun: to it; spot: out of the lamp */
-    lsamp__v3     ex, ey;        /* rectangle: dual edges; disc: frame */
-    lsamp__v3     radiance, tint; /* tint . texel: its density relative to uniform coordinates; sky: per solid
-                                     angle */
-    float         lx, ly, area;  /* lengths of the edges */
-    float         cos_cone, turn; /* turn: rotation / (2 pi) */
-    int           orthogonal;
-    float         location[4];   /* D of point and spot */
-    const lsamp__curve *curve;   /* mesh: of shape CALLBACK from here on */
+    lsamp_light_desc desc;       /* texels is NULL, or the frame at desc.time with bad channels as 0 */
+    const double *edges;         /* environment: the cosines of the height + 1 edges of rows */
+    lsamp__cdf2   cdf;           /* over the texels; unused without texels */
+    const uint16_t *guide;       /* for lsamp__invert_sums: of the rows, then of the texels of each row */
+    lsamp__v3     origin;
+    lsamp__v3     n;             /* the normal of the side that emits; line: its axis; sun: towards it; spot:
+                                    out of the lamp */
+    lsamp__v3     ex, ey;        /* rectangle: vectors whose dot products with a point give its x and y; disc:
+                                    unit axes in its plane */
+    lsamp__v3     radiance;
+    lsamp__v3     tint;          /* its dot product with a texel is the texel's density relative to uniform
+                                    coordinates; of an environment per solid angle */
+    float         lx, ly, area;  /* lengths of the edges; area of the shape */
+    float         cos_cone;      /* spot: the cosine of the half angle */
+    float         turn;          /* environment: rotation / (2 pi) */
+    int           orthogonal;    /* rectangle: its edges are at right angles */
+    float         location[4];   /* point and spot: the only location of their domain */
+    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then */
 };
 
-typedef struct lsamp__aim {      /* a light as one point sees it: what all its samples share */
+typedef struct lsamp__aim {      /* a light as one point sees it, which all samples of the point share */
     const lsamp_light *light;
-    lsamp__v3 p, axis;           /* sphere: to the centre; line: unit, from the line to p */
+    lsamp__v3 p;                 /* the point */
+    lsamp__v3 axis;              /* sphere: unit, to the centre; line: unit, from the line to p */
     float distance;              /* sphere: to the centre; line: to its axis */
-    float spread;                /* sphere: 1 - cos of the cone; line: largest sin(phi) that p sees */
-    float solid_pdf;             /* above 0: sampled uniformly by solid angle */
-    float solid;                 /* solid angle of what p sees: roughly, but for spheres and large
+    float spread;                /* sphere: 1 - cos of the cone that it fills; line: the largest sine, of the
+                                    angle about the axis, that p sees */
+    float solid_pdf;             /* above 0: points are drawn evenly by solid angle, with this density */
+    float solid;                 /* the solid angle that p sees; exact only for spheres and large
                                     rectangles */
     float x0, x1, y0, y1;        /* rectangle: its sides as seen from p, along its edges */
     float z;                     /* rectangle: the distance of its plane from p, with a sign */
@@ -30,6 +37,7 @@ typedef struct lsamp__aim {      /* a light as one point sees it: what all its s
                                     spherical rectangles", call so */
 } lsamp__aim;
 
+/* Says whether a light has one direction only at each point. */
 static int lsamp__is_delta(const lsamp_light *l)
 {
     return l->desc.kind == LSAMP_LIGHT_SUN || l->desc.kind == LSAMP_LIGHT_POINT ||
@@ -42,7 +50,8 @@ static lsamp__v3 lsamp__texel(const lsamp_light *l, uint32_t x, uint32_t y)
     return t ? lsamp__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : lsamp__v3_make(1.0f, 1.0f, 1.0f);
 }
 
-static uint32_t lsamp__cell(float x, uint32_t count)
+/* Returns which of count equal parts of 0..1 x falls into. */
+static uint32_t lsamp__cell_of(float x, uint32_t count)
 {
     uint32_t i = (uint32_t)((double)x * count);
     return i < count ? i : count - 1u;
@@ -50,23 +59,23 @@ static uint32_t lsamp__cell(float x, uint32_t count)
 
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel(l, lsamp__cell(x, l->desc.width), lsamp__cell(y, l->desc.height));
+    return lsamp__texel(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
 }
 
-/* Returns the density of what lsamp__pick draws, relative to uniform coordinates. */
-static float lsamp__density(const lsamp_light *l, float x, float y)
+/* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */
+static float lsamp__texel_density(const lsamp_light *l, float x, float y)
 {
     return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
 }
 
-/* Returns the cell of a cdf that u falls into, and how far inside. guide[b] is the cell where b / count of
-   the total falls, so that the search begins a step or two from its end, in the same cache line. The last
-   loops mend what rounding at the ends of a bucket may have done, and leave cells of weight 0. */
-static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_t count, float u,
-                              float *fraction)
+/* Returns the cell of a cdf that u falls into, and writes how far inside of the cell. guide[b] is the cell
+   that b / count of the total falls into, so that the search begins a step or two from its end, in the same
+   cache line. The last loops correct rounding at the ends of a bucket, and step out of cells of weight 0. */
+static uint32_t lsamp__invert_sums(const double *sums, const uint16_t *guide, uint32_t count, float u,
+                                   float *fraction)
 {
     double x = (double)u * sums[count], f;
-    uint32_t bucket = lsamp__cell(u, count), lo = guide[bucket],
+    uint32_t bucket = lsamp__cell_of(u, count), lo = guide[bucket],
              hi = bucket + 1u < count ? guide[bucket + 1u] + 1u : count;
     while (hi - lo > 1u) {
         uint32_t mid = lo + (hi - lo) / 2u;
@@ -80,6 +89,7 @@ static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_
     return lo;
 }
 
+/* Makes the guide of lsamp__invert_sums. */
 static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t count)
 {
     uint32_t b, i = 0;
@@ -90,20 +100,20 @@ static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t cou
     }
 }
 
-/* Writes the texel that u picks and where inside. Returns 0 if all texels are black. */
+/* Writes the texel that u picks, and which point inside of the texel. Returns 0 if all texels are black. */
 static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, uint32_t *y, float *fx,
                             float *fy)
 {
     uint32_t w = l->desc.width;
     if (!(lsamp__cdf2_total(&l->cdf) > 0.0)) return 0;
-    *y = lsamp__invert(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
-    *x = lsamp__invert(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w, w,
-                       u[0], fx);
+    *y = lsamp__invert_sums(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
+    *x = lsamp__invert_sums(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w,
+                            w, u[0], fx);
     return 1;
 }
 
 /* Draws coordinates in proportion to the texels. */
-static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y)
+static void lsamp__pick_point(const lsamp_light *l, const float *u, float *x, float *y)
 {
     uint32_t i, j;
     *x = u[0];
@@ -133,8 +143,9 @@ static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsam
     return lsamp__v3_finite(c) && c.x + c.y + c.z > 0.0f;
 }
 
-/* Turns a point of the surface into what p sees of it. The density is solid_pdf, or if that is 0 area_pdf
-   turned into solid angle. n = 0 is a volume. Returns 0 if no light reaches p. */
+/* Writes how p sees the point q of a light, which has the normal n (0: a volume) and the coordinates x, y.
+   The density is a->solid_pdf; if that is 0, it is area_pdf, turned into a density per solid angle. Returns 0
+   if no light of q reaches p. */
 static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float x, float y, float area_pdf,
                             lsamp_emission *out)
 {

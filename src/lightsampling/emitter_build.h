@@ -1,6 +1,6 @@
-/* ---- emitter: checked, built, asked ---- */
+/* ---- emitter: a desc checked, a light made of it, and public questions ---- */
 
-/* Says whether a field lies within low..high; else tells the log so, which may be NULL. */
+/* Says whether a field lies within low..high; if not, logs so. log may be NULL. */
 static int lsamp__field_valid(const lsamp__logger *log, const char *field, float value, float low, float high,
                               const char *wanted)
 {
@@ -53,7 +53,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
 }
 
-/* Checks what a light of one direction or one place must have. */
+/* Checks the fields of a sun, point or spot. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -65,7 +65,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* Checks what a light that has an area must have. */
+/* Checks the fields of a shape that has an area. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -177,8 +177,8 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
     return m == y ? s : -s;
 }
 
-/* Writes the frame at desc.time, linear between its neighbours, with bad channels as 0. Returns the number of
-   bad texels. */
+/* Writes the texels at desc.time, which are blended from the two frames nearest in time; bad channels become
+   0. Returns the number of bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
     uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
@@ -207,8 +207,8 @@ static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
     return bad;
 }
 
-/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels (T18).
-   */
+/* Makes the cdf over the texels, in proportion to the light that they send out in all three channels together
+   (T18). */
 static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint16_t *guide)
 {
     uint32_t w = l->desc.width, h = l->desc.height, x, y;

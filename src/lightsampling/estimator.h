@@ -4,16 +4,16 @@ typedef struct lsamp__estimator { /* one point and one light */
     const lsamp_sample_desc *desc;
     lsamp__surface surface;
     lsamp__aim     aim;
-    int            reachable;    /* by the light */
-    int            split;        /* paper: the two parts of the BRDF are two integrals */
-    float          light_share;  /* of the samples, by roulette */
+    int            reachable;    /* light can reach the point, and the point is a receiver */
+    int            split;        /* as in the paper, the two parts of the BRDF are integrated apart */
+    float          light_share;  /* the share of samples that the light draws; the BRDF draws the others */
 } lsamp__estimator;
 
-/* Decides how many samples the light draws and how many the BRDF: few by the BRDF if the light is smaller
-   than the lobe, few by the light if the lobe is smaller. With q = (solid angle) (peak density) the BRDF's
-   share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of light and material (64 samples,
-   geometric mean), 0.68 of it under shadows; q / (1 + q) had 0.52 and 0.76. The shares are whole samples, so
-   that stratified numbers are split without a remainder. */
+/* Decides how many samples the light draws and how many the BRDF: the BRDF draws few if the light is smaller
+   than the lobe, and the light draws few if the lobe is smaller. With q = (solid angle) (peak density), a
+   share of q^3 / (8 + q^3) for the BRDF gave 0.29 of the noise that shares of one half gave (geometric mean
+   over 54 pairs of light and material, 64 samples), and 0.68 of it under shadows; q / (1 + q) gave 0.52 and
+   0.76. The shares are whole samples, so that stratified numbers are split without a remainder. */
 static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *desc,
                                   const lsamp_light *light)
 {
@@ -55,14 +55,14 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
         hit = lsamp__emitter_draw(&e->aim, u, found);
     } else {
         wi = lsamp__brdf_draw(s, e->split ? 0.0f : s->diffuse_share, u[0], u[1]);
-        hit = wi.z > 0.0f && lsamp__aim_hit(&e->aim, lsamp__from_frame(s->t, s->b, s->n, wi), found);
+        hit = wi.z > 0.0f && lsamp__aim_hit(&e->aim, lsamp__from_axes(s->t, s->b, s->n, wi), found);
     }
     if (!hit) {
         memset(found, 0, sizeof *found);
         return zero;
     }
-    wi = lsamp__to_frame(s, lsamp__v3_load(found->direction));
-    r = lsamp__respond(s, wi);
+    wi = lsamp__to_axes(s, lsamp__v3_load(found->direction));
+    r = lsamp__brdf_response(s, wi);
     if (e->split) {
         f = by_light ? r.diffuse : r.specular;
         pdf = by_light ? c * found->pdf : (1.0f - c) * r.specular_pdf;
@@ -77,8 +77,8 @@ static lsamp__v3 lsamp__estimate(const lsamp__estimator *e, const float *numbers
 
 #define LSAMP__SAMPLE_BLOCK 32u
 
-/* Prefetches what the light samples of a block will read, one dependency at a time: large maps do not fit the
-   cache. */
+/* Prefetches the rows, sums and texels that the light's samples of a block will read, one dependency at a
+   time, since large maps do not fit into the cache. */
 static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], uint32_t count)
 {
     const lsamp_light *l = e->aim.light;
@@ -88,21 +88,21 @@ static void lsamp__environment_warm(const lsamp__estimator *e, float (*u)[3], ui
 
     if (l->desc.kind != LSAMP_LIGHT_ENVIRONMENT || !(lsamp__cdf2_total(&l->cdf) > 0.0)) return;
     for (k = 0; k < count; k++) {
-        uint32_t y = lsamp__invert(l->cdf.rows, l->guide, h, u[k][1], &unused);
+        uint32_t y = lsamp__invert_sums(l->cdf.rows, l->guide, h, u[k][1], &unused);
         at[k] = (size_t)y * w;
         if (!(u[k][0] < e->light_share)) continue;
-        LSAMP__PREFETCH(l->guide + h + at[k] + lsamp__cell(u[k][0] / e->light_share, w));
+        LSAMP__PREFETCH(l->guide + h + at[k] + lsamp__cell_of(u[k][0] / e->light_share, w));
     }
     for (k = 0; k < count; k++) {
         uint32_t x;
         if (!(u[k][0] < e->light_share)) continue;
-        x = l->guide[h + at[k] + lsamp__cell(u[k][0] / e->light_share, w)];
+        x = l->guide[h + at[k] + lsamp__cell_of(u[k][0] / e->light_share, w)];
         LSAMP__PREFETCH(l->cdf.sums + at[k] + at[k] / w + x);
         LSAMP__PREFETCH(l->desc.texels + (at[k] + x) * 3u);
     }
 }
 
-static const float *lsamp__row(const float *base, size_t stride, size_t i)
+static const float *lsamp__vector_at(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)base + (stride ? stride : 12u) * i);
 }
@@ -121,15 +121,17 @@ static int lsamp__is_none(const float *p)
 /* Says whether point i is lit at all: its position and vectors are there and finite. */
 static int lsamp__is_receiver(const lsamp_points *p, size_t i)
 {
-    return lsamp__v3_finite(lsamp__v3_load(lsamp__row(p->positions, p->position_stride, i))) &&
-           !lsamp__is_none(lsamp__row(p->normals, p->normal_stride, i)) &&
-           !(p->views && lsamp__is_none(lsamp__row(p->views, p->view_stride, i))) &&
-           !(p->tangents && lsamp__is_none(lsamp__row(p->tangents, p->tangent_stride, i)));
+    return lsamp__v3_finite(lsamp__v3_load(lsamp__vector_at(p->positions, p->position_stride, i))) &&
+           !lsamp__is_none(lsamp__vector_at(p->normals, p->normal_stride, i)) &&
+           !(p->views && lsamp__is_none(lsamp__vector_at(p->views, p->view_stride, i))) &&
+           !(p->tangents && lsamp__is_none(lsamp__vector_at(p->tangents, p->tangent_stride, i)));
 }
 
 /* Returns LSAMP_ERR_INPUT, and logs so, if vector i of an array is not unit. */
-static lsamp_result lsamp__unit_check(const char *array, const float *p, size_t i, const lsamp__logger *log)
+static lsamp_result lsamp__unit_check(const char *array, const float *vectors, size_t stride, size_t i,
+                                      const lsamp__logger *log)
 {
+    const float *p = lsamp__vector_at(vectors, stride, i);
     if (lsamp__is_unit(p)) return LSAMP_OK;
     lsamp__log_element(log, array, i, "has the length", (double)lsamp__v3_length(lsamp__v3_load(p)),
                        "1 (0.97..1.03), or 0");
@@ -178,12 +180,11 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
             return LSAMP_ERR_INPUT;
         }
         if (!lsamp__is_receiver(p, i)) continue;
-        result = lsamp__unit_check("points.normals", lsamp__row(p->normals, p->normal_stride, i), i, log);
+        result = lsamp__unit_check("points.normals", p->normals, p->normal_stride, i, log);
         if (result == LSAMP_OK && p->views)
-            result = lsamp__unit_check("points.views", lsamp__row(p->views, p->view_stride, i), i, log);
+            result = lsamp__unit_check("points.views", p->views, p->view_stride, i, log);
         if (result == LSAMP_OK && p->tangents)
-            result =
-                lsamp__unit_check("points.tangents", lsamp__row(p->tangents, p->tangent_stride, i), i, log);
+            result = lsamp__unit_check("points.tangents", p->tangents, p->tangent_stride, i, log);
     }
     return result;
 }
@@ -200,7 +201,7 @@ static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, con
     for (k = 0; k < count; k += block) {
         block = count - k < LSAMP__SAMPLE_BLOCK ? count - k : LSAMP__SAMPLE_BLOCK;
         if (e->reachable) {
-            for (b = 0; b < block; b++) lsamp__numbers(e->desc, pixel, k + b, third, u[b]);
+            for (b = 0; b < block; b++) lsamp__random_numbers(e->desc, pixel, k + b, third, u[b]);
             lsamp__environment_warm(e, u, block);
         }
         for (b = 0; b < block; b++, at++) {
@@ -254,11 +255,11 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     if (result != LSAMP_OK) return result;
     for (i = 0; i < points->count; i++) {
         lsamp__estimator e;
-        const float *normal = lsamp__row(points->normals, points->normal_stride, i);
-        const float *view = points->views ? lsamp__row(points->views, points->view_stride, i) : normal;
+        const float *normal = lsamp__vector_at(points->normals, points->normal_stride, i);
+        const float *view = points->views ? lsamp__vector_at(points->views, points->view_stride, i) : normal;
         const float *tangent =
-            points->tangents ? lsamp__row(points->tangents, points->tangent_stride, i) : NULL;
-        const float *p = lsamp__row(points->positions, points->position_stride, i);
+            points->tangents ? lsamp__vector_at(points->tangents, points->tangent_stride, i) : NULL;
+        const float *p = lsamp__vector_at(points->positions, points->position_stride, i);
 
         if (!lsamp__is_receiver(points, i)) {
             memset(&e, 0, sizeof e);

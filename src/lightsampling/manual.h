@@ -93,9 +93,9 @@
      section 5     emitters that are not Lambertian  lsamp__emit                            T43
      section 4, 5  D, where maps look from           lsamp_light_domain                     -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                        T10, T73
-     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert      T11, T12, T15
+     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums      T11, T12, T15
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
-     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__numbers   -
+     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__random_numbers   -
      section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init  T10
                    P_f; local lights by P_L
      section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16

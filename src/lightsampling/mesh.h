@@ -27,7 +27,7 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* Logs that a field of the mesh is out of range, and returns 0; log may be NULL, as below. */
+/* Logs that a field of the mesh cannot be used, and returns 0. log may be NULL, here and below. */
 static int lsamp__mesh_refuse(const lsamp__logger *log, const char *field, const char *text)
 {
     if (log) lsamp__log_text(log, field, text);

@@ -1,4 +1,4 @@
-/* ---- numbers: small things that lights and materials share ---- */
+/* ---- numbers: what lights and materials share ---- */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result)
 {
@@ -17,7 +17,8 @@ static float lsamp__mean3(lsamp__v3 c) { return (c.x + c.y + c.z) * (1.0f / 3.0f
 static float lsamp__clamp_unit(float u) { return u > 0.0f ? u < LSAMP__BELOW_1 ? u : LSAMP__BELOW_1 : 0.0f; }
 static float lsamp__safe_sqrt(float x) { return x > 0.0f ? sqrtf(x) : 0.0f; }
 
-static lsamp__v3 lsamp__from_frame(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp__v3 w)
+/* Returns t w.x + b w.y + n w.z. */
+static lsamp__v3 lsamp__from_axes(lsamp__v3 t, lsamp__v3 b, lsamp__v3 n, lsamp__v3 w)
 {
     return lsamp__v3_madd(lsamp__v3_madd(lsamp__v3_scale(t, w.x), b, w.y), n, w.z);
 }
@@ -37,6 +38,7 @@ static void lsamp__disc_square(float x, float y, float *u, float *v)
     *v = lsamp__clamp_unit(0.5f * (b + 1.0f));
 }
 
+/* Says whether three floats are numbers within low..high. */
 static int lsamp__in3(const float *p, float low, float high)
 {
     int i;

@@ -1,4 +1,4 @@
-/* ---- patterns: random numbers of the samples ---- */
+/* ---- patterns: the random numbers of samples ---- */
 
 LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
 {
@@ -6,9 +6,9 @@ LSAMP_DEF size_t lsamp_patterns_bytes(uint32_t length)
     return (size_t)LSAMP_PATTERN_COUNT * length * 2u * sizeof(float);
 }
 
-/* The points are Hammersley points with one axis jittered inside the columns, and the other Owen-scrambled.
-   They are computed in integers of 24 bits, so that no rounding takes a point across the edge of its column.
-   */
+/* The points are Hammersley points, of which one axis is jittered inside the columns and the other is
+   Owen-scrambled. They are computed in integers of 24 bits, so that no rounding takes a point across the edge
+   of its column. */
 LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t bytes)
 {
     size_t need = lsamp_patterns_bytes(length);
@@ -30,9 +30,10 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     return LSAMP_OK;
 }
 
-/* Writes the random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of
-   successive frames are far apart, and all 256 get their turn; then they come again with a toroidal shift. */
-static void lsamp__numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
+/* Writes the random numbers of sample k of a pixel, the third one for callbacks only. 159 is odd and close to
+   256 / golden ratio, so that the patterns of successive frames are far apart, and all 256 get their turn;
+   then they come again with a toroidal shift. */
+static void lsamp__random_numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
     uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
 

@@ -1,7 +1,8 @@
 /* ---- shapes: a point of each shape drawn, and found along a ray ---- */
 
-/* Writes what p sees of an environment in direction w, which lies in this texel at (u, v). Rows go by the
-   cosines of their edges, so that solid angles are exact (T12). Returns 0 if it is black. */
+/* Writes how a point sees an environment in direction w, which lies in texel x, y at the coordinates u, v.
+   Rows go by the cosines of their edges, so that solid angles are exact (T12). Returns 0 if the texel is
+   black. */
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
@@ -36,8 +37,8 @@ static int lsamp__environment_hit(const lsamp_light *l, lsamp__v3 w, lsamp_emiss
 {
     float u = 0.5f + lsamp__atan2(w.z, w.x) / (2.0f * LSAMP__PI) + l->turn, v = lsamp__acos(w.y) / LSAMP__PI;
     u -= floorf(u);
-    return lsamp__environment_found(l, lsamp__cell(u, l->desc.width), lsamp__cell(v, l->desc.height), u, v, w,
-                                    out);
+    return lsamp__environment_found(l, lsamp__cell_of(u, l->desc.width), lsamp__cell_of(v, l->desc.height), u,
+                                    v, w, out);
 }
 
 /* Prepares the sampling of a rectangle by solid angle: Urena, Fajardo and King, "An area-preserving
@@ -55,7 +56,7 @@ static void lsamp__rectangle_aim(lsamp__aim *a)
     a->y0 = lsamp__v3_dot(d, l->ey) * l->ly;
     a->x1 = a->x0 + l->lx;
     a->y1 = a->y0 + l->ly;
-    a->z = lsamp__v3_dot(d, l->n);   /* below 0: p is on the emission side */
+    a->z = lsamp__v3_dot(d, l->n);   /* below 0: p is on the side that emits */
     z2 = a->z * a->z;
     n0 = -a->y0 / sqrtf(z2 + a->y0 * a->y0);
     n1 = a->x1 / sqrtf(z2 + a->x1 * a->x1);
@@ -104,7 +105,8 @@ static void lsamp__rectangle_pick(const lsamp__aim *a, const float *u, float *x,
     *y = (yv - a->y0) / (a->y1 - a->y0);
 }
 
-/* Computes all that depends on the point alone. Returns 0 if the light does not reach p. */
+/* Computes the members of an aim, which depend on light and point alone. Returns 0 if the light does not
+   reach p. */
 static int lsamp__aim_at(lsamp__aim *a, const lsamp_light *l, lsamp__v3 p)
 {
     lsamp__v3 d = lsamp__v3_sub(l->origin, p);
@@ -176,8 +178,9 @@ static lsamp__v3 lsamp__shape_point(const lsamp_light *l, float x, float y)
     }
 }
 
-/* Writes what p sees of a line's cylinder at x along it and sine across, which is spread evenly over the
-   breadth that p sees, by which the lamp's own cosine drops out. Returns 0 if no light reaches p. */
+/* Writes how p sees a line's cylinder at x along the axis and at an angle about it, whose sine is given.
+   Sines are spread evenly over the breadth that p sees, by which the lamp's own cosine drops out. Returns 0
+   if no light reaches p. */
 static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -186,7 +189,7 @@ static int lsamp__line_at(const lsamp__aim *a, float x, float sine, lsamp_emissi
 
     n = lsamp__v3_madd(n, lsamp__v3_cross(l->n, a->axis), sine);
     q = lsamp__v3_madd(lsamp__shape_point(l, x, 0.0f), n, l->desc.radius);
-    return lsamp__emit_area(a, q, n, x, 0.0f, lsamp__density(l, x, 0.0f) * cosine /
+    return lsamp__emit_area(a, q, n, x, 0.0f, lsamp__texel_density(l, x, 0.0f) * cosine /
                                                   (2.0f * a->spread * l->desc.radius * l->lx), out);
 }
 
@@ -197,7 +200,7 @@ static int lsamp__sphere_at(const lsamp__aim *a, lsamp__v3 n, lsamp_emission *ou
     x = lsamp__clamp_unit(x);
     y = lsamp__clamp_unit(y);
     return lsamp__emit_area(a, lsamp__v3_madd(l->origin, n, l->desc.radius), n, x, y,
-                            lsamp__density(l, x, y) / l->area, out);
+                            lsamp__texel_density(l, x, y) / l->area, out);
 }
 
 static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
@@ -209,7 +212,7 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
     lsamp__v3 t, b, n;
 
     if (!(a->solid_pdf > 0.0f)) {
-        lsamp__pick(l, u, &x, &y);
+        lsamp__pick_point(l, u, &x, &y);
         n = lsamp__v3_sub(lsamp__shape_point(l, x, y), l->origin);
         return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
     }
@@ -223,7 +226,7 @@ static int lsamp__sphere_draw(const lsamp__aim *a, const float *u, lsamp_emissio
     x = lsamp__safe_sqrt(s2) * (a->distance * c - reach) / r;
     lsamp__sincos(2.0f * LSAMP__PI * u[1], &sn, &cs);
     lsamp__v3_basis(a->axis, &t, &b);
-    n = lsamp__from_frame(t, b, a->axis, lsamp__v3_make(x * cs, x * sn, -along / r));
+    n = lsamp__from_axes(t, b, a->axis, lsamp__v3_make(x * cs, x * sn, -along / r));
     return lsamp__sphere_at(a, lsamp__v3_normalize(n), out);
 }
 
@@ -252,7 +255,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
     float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f };
     float area = 0.0f, x, y;
 
-    lsamp__pick(l, u, &x, &y);
+    lsamp__pick_point(l, u, &x, &y);
     out->coords[0] = x;
     out->coords[1] = y;
     out->coords[2] = u[2];
@@ -262,7 +265,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
         !lsamp__finite(area) || !(area > 0.0f))
         return 0;
     return lsamp__emit_area(a, lsamp__v3_load(q), lsamp__v3_normalize(lsamp__v3_load(n)), x, y,
-                            lsamp__density(l, x, y) / area, out);
+                            lsamp__texel_density(l, x, y) / area, out);
 }
 
 static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
@@ -275,13 +278,13 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     case LSAMP_LIGHT_RECTANGLE:
     case LSAMP_LIGHT_DISC:
         if (a->solid_pdf > 0.0f) lsamp__rectangle_pick(a, u, &x, &y);
-        else lsamp__pick(l, u, &x, &y);
-        return lsamp__emit_area(a, lsamp__shape_point(l, x, y), l->n, x, y, lsamp__density(l, x, y) / l->area,
-                                out);
+        else lsamp__pick_point(l, u, &x, &y);
+        return lsamp__emit_area(a, lsamp__shape_point(l, x, y), l->n, x, y,
+                                lsamp__texel_density(l, x, y) / l->area, out);
     case LSAMP_LIGHT_SPHERE:
         return lsamp__sphere_draw(a, u, out);
     case LSAMP_LIGHT_LINE:
-        lsamp__pick(l, u, &x, &y);
+        lsamp__pick_point(l, u, &x, &y);
         return lsamp__line_at(a, x, (2.0f * u[1] - 1.0f) * a->spread, out);
     case LSAMP_LIGHT_CALLBACK:
         return lsamp__callback_draw(a, u, out);
@@ -314,7 +317,7 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     } else if (!(x >= 0.0f && x < 1.0f && y >= 0.0f && y < 1.0f)) {
         return 0;
     }
-    return lsamp__emit_area(a, q, l->n, x, y, lsamp__density(l, x, y) / l->area, out);
+    return lsamp__emit_area(a, q, l->n, x, y, lsamp__texel_density(l, x, y) / l->area, out);
 }
 
 /* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
@@ -326,7 +329,7 @@ static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     float r = l->desc.radius;
     float along, s, x, len2;
 
-    if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* what is across the axis: a circle */
+    if (l->desc.kind == LSAMP_LIGHT_LINE) {     /* across its axis, a line is a circle */
         d = lsamp__v3_scale(a->axis, -a->distance);
         v = lsamp__v3_madd(w, l->n, -lsamp__v3_dot(w, l->n));
     }

@@ -1,5 +1,6 @@
 /* unit bits: counting and finding bits */
 
+/* Returns how many bits of x are set. */
 static inline uint32_t P_popcount(uint64_t x)
 {
     x -= x >> 1 & 0x5555555555555555u;
@@ -32,7 +33,7 @@ static inline uint32_t P_select_bit(uint64_t x, uint32_t number)
     at = 64u - 8u * (uint32_t)(P_bytes_from(upto, number) * ones >> 56);
     if (at == 64) return 64;
     number -= (uint32_t)(upto << 8 >> at) & 255u;
-    /* The byte's eight bits, one in each byte. */
+    /* The eight bits of that byte are spread over eight bytes, and counted up to each. */
     upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;
     return at + 8u - (uint32_t)(P_bytes_from(upto * ones, number) * ones >> 56);
 }

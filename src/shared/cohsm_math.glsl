@@ -1,16 +1,15 @@
-// cohsm_math - elementary functions with the answers of csm.h and lightsampling.h, of gl_csm.h and gl_ism.h. It needs
-// nothing.
+// cohsm_math - elementary functions with the answers of csm.h and lightsampling.h, for gl_csm.h and gl_ism.h
 //
-// The polynomials are those of both headers (src/shared: trig.h, octa.h and v3.h), since the built-in
-// acos and atan of drivers are off by up to 1e-4, which would ask another map. C twins are private: cohsm__sincos of
-// csm.h, lsamp__sincos of lightsampling.h, and so on.
+// It needs no other file. The polynomials are those of both headers (src/shared: trig.h, octa.h and v3.h),
+// since the built-in acos and atan of drivers are off by up to 1e-4, which would ask another map. The C twins
+// are private: cohsm__sincos of csm.h, lsamp__sincos of lightsampling.h, and so on.
 
 #define COHSM_PI 3.14159265
 #define COHSM_BELOW_1 0.99999994
 #define COHSM_HUGE 3.402823466e38
 
-// c ? a : b, where a and b are more than names: as arguments they are computed first, so that no compiler makes
-// two ways through the program of them (src/README.md).
+// Return c ? a : b, for operands that are more than names: as arguments they are computed first, so that no
+// compiler makes two ways through the program of them (src/README.md).
 float cohsm_if(bool c, float a, float b) { return c ? a : b; }
 vec2 cohsm_if(bool c, vec2 a, vec2 b) { return c ? a : b; }
 vec3 cohsm_if(bool c, vec3 a, vec3 b) { return c ? a : b; }
@@ -25,13 +24,13 @@ bool cohsm_finite3(vec3 v) { return cohsm_finite(v.x) && cohsm_finite(v.y) && co
 float cohsm_clamp_unit(float u) { return cohsm_if(u > 0.0, min(u, COHSM_BELOW_1), 0.0); }
 float cohsm_safe_sqrt(float x) { return cohsm_if(x > 0.0, sqrt(x), 0.0); }
 
-// |x| with the sign bit of s; s = -0 counts as negative.
+// Returns |x| with the sign bit of s; s = -0 counts as negative.
 float cohsm_copysign(float x, float s)
 {
     return uintBitsToFloat((floatBitsToUint(x) & 0x7fffffffu) | (floatBitsToUint(s) & 0x80000000u));
 }
 
-// (sine, cosine); |x| <= 8192, 1e-7 absolute.
+// Returns sine and cosine of |x| <= 8192 with an absolute error of 1e-7.
 vec2 cohsm_sincos(float x)
 {
     float t = clamp(x, -8192.0, 8192.0);
@@ -56,7 +55,7 @@ float cohsm_acos(float x)
     return cohsm_if(x < 0.0, 3.14159265 - p, p);
 }
 
-// All quadrants and zeros of either sign; atan2(0, 0) = 0.
+// Returns atan2 in all quadrants and for zeros of either sign; atan2(0, 0) is 0.
 float cohsm_atan2(float y, float x)
 {
     float ax = abs(x), ay = abs(y), hi = max(ax, ay), lo = min(ax, ay);
@@ -70,7 +69,7 @@ float cohsm_atan2(float y, float x)
     return cohsm_copysign(p, y);
 }
 
-// exp(x), x at most 88; 0 below -87. In float, with ln 2 in two parts.
+// Returns exp(x) for x up to 88, and 0 below -87. ln 2 has two parts, since there are no doubles.
 float cohsm_exp(float x)
 {
     float t = clamp(x, -88.0, 88.0);
@@ -81,7 +80,8 @@ float cohsm_exp(float x)
     return cohsm_if(t < -87.0, 0.0, p * uintBitsToFloat(uint(int(k) + 127) << 23));
 }
 
-// x > 0 and normal: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)): exact digits near 1.
+// Returns the logarithm of x > 0, which must not be denormal, from x = 2^e m with m in [sqrt(1/2), sqrt(2)),
+// by log m = 2 artanh((m - 1) / (m + 1)), which keeps its digits near 1.
 float cohsm_log(float x)
 {
     uint bits = floatBitsToUint(x);
@@ -96,7 +96,7 @@ float cohsm_log(float x)
     return float(e) * 0.693145752 + (p + float(e) * 1.42860677e-6);
 }
 
-// x below 0 counts as 0. The result is relative to 1e-7 times the size of y log x.
+// Returns x^y; x below 0 counts as 0. The relative error is 1e-7 times the size of y log x.
 float cohsm_pow(float x, float y)
 {
     if (y == 0.0) return 1.0;
@@ -105,7 +105,7 @@ float cohsm_pow(float x, float y)
     return t > 88.0 ? COHSM_HUGE : cohsm_exp(t);
 }
 
-// Unit vector, safe for tiny and huge ones; zero stays zero.
+// Returns v with length 1, for tiny and huge vectors too; the zero vector stays zero.
 vec3 cohsm_normalize(vec3 v)
 {
     float m = max(max(abs(v.x), abs(v.y)), abs(v.z));
@@ -118,7 +118,7 @@ vec3 cohsm_normalize(vec3 v)
     return v / sqrt(dot(v, v));
 }
 
-// t, b, n right-handed and orthonormal for a unit n.
+// Writes t and b, which are orthonormal and right-handed together with a unit n.
 void cohsm_basis(vec3 n, out vec3 t, out vec3 b)
 {
     float s = n.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;
@@ -126,7 +126,8 @@ void cohsm_basis(vec3 n, out vec3 t, out vec3 b)
     b = vec3(c, s + n.y * n.y * a, -n.y);
 }
 
-// Equal-area map between the unit square and the sphere, +Y in the middle (Clarberg 2008).
+// Returns the unit direction of a point of the unit square by the equal-area map with +Y in the middle
+// (Clarberg 2008).
 vec3 cohsm_octa_direction(vec2 uv)
 {
     float a = 2.0 * uv.x - 1.0, b = 2.0 * uv.y - 1.0, x = abs(a), z = abs(b);
@@ -136,6 +137,7 @@ vec3 cohsm_octa_direction(vec2 uv)
                 cohsm_if(b < 0.0, -f * sc.x, f * sc.x));
 }
 
+// Returns the point of the unit square of a unit direction.
 vec2 cohsm_octa_square(vec3 n)
 {
     float r = sqrt((n.x * n.x + n.z * n.z) / (1.0 + abs(n.y)));
@@ -149,7 +151,7 @@ vec2 cohsm_octa_square(vec3 n)
     return 0.5 * vec2(cohsm_if(n.x < 0.0, 1.0 - a, 1.0 + a), cohsm_if(n.z < 0.0, 1.0 - b, 1.0 + b));
 }
 
-// Shirley and Chiu's concentric map of the unit square to the unit disc.
+// Returns where a point of the unit square goes on the unit disc by Shirley and Chiu's concentric map.
 vec2 cohsm_concentric(vec2 uv)
 {
     float a = 2.0 * uv.x - 1.0, b = 2.0 * uv.y - 1.0, r, phi;
@@ -163,7 +165,7 @@ vec2 cohsm_concentric(vec2 uv)
     return r * cohsm_sincos(phi).yx;
 }
 
-// Its inverse.
+// Returns the point of the unit square that cohsm_concentric takes to p.
 vec2 cohsm_disc_square(vec2 p)
 {
     float r = sqrt(p.x * p.x + p.y * p.y), a, b;

@@ -1,8 +1,9 @@
 /* unit cpu: run-time detection of x86 vector units */
 
 /* P_X86 is 1 if functions with target attributes can be compiled and chosen at run time. P_NO_SIMD, which
-   the header defines from its public switch, makes it 0. tcc has no attributes, and MSVC needs none. clang
-   in MSVC's place (clang-cl) hides the vector types unless the whole program is built for them. */
+   the header defines from its public switch, makes it 0. tcc has no such attributes, so that it is 0 there;
+   MSVC needs none. For clang in MSVC's place (clang-cl) it is 0, since this compiler hides the vector types
+   unless the whole program is built for them. */
 #if defined(P_NO_SIMD) || defined(__TINYC__)
 #define P_X86 0
 #elif defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -18,7 +19,8 @@
 #define P_X86 0
 #endif
 
-/* The compilers' own run times for this weigh 4.5 KB in every program and ask the same. */
+/* These ask the processor directly: the compilers' own functions ask the same, but add 4.5 KB to every
+   program. */
 #if P_X86 && defined(_MSC_VER)
 #include <intrin.h>
 static inline void P_cpu_ask(unsigned leaf, unsigned *r) { __cpuidex((int *)r, (int)leaf, 0); }
@@ -39,7 +41,8 @@ static inline unsigned P_cpu_xcr0(void)
 
 #if P_X86
 /* Returns 1 if all of these bits are set in ebx of cpuid's leaf 7, the processor has FMA and POPCNT, and the
-   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has LZCNT. */
+   operating system saves the registers that the bits of xcr0 stand for. Every processor with BMI2 has
+   LZCNT. */
 static inline int P_cpu_leaf7(unsigned xcr0, unsigned ebx)
 {
     const unsigned wanted = 1u << 12 | 1u << 23 | 1u << 27;     /* FMA, POPCNT, OSXSAVE */
@@ -51,9 +54,9 @@ static inline int P_cpu_leaf7(unsigned xcr0, unsigned ebx)
     P_cpu_ask(7, r);
     return (r[1] & ebx) == ebx;
 }
-/* AVX2, BMI and BMI2; the registers of SSE and AVX. */
+/* Asks for AVX2, BMI and BMI2, and for the registers of SSE and AVX. */
 static inline int P_cpu_has_avx2(void) { return P_cpu_leaf7(0x06u, 0x00000128u); }
-/* F, DQ, BW and VL besides; the mask registers and the wide ones. */
+/* Asks for F, DQ, BW and VL of AVX-512 besides, and for its mask registers and wide registers. */
 static inline int P_cpu_has_avx512(void) { return P_cpu_leaf7(0xe6u, 0xc0030128u); }
 #else
 static inline int P_cpu_has_avx2(void) { return 0; }

@@ -4,7 +4,8 @@
    which keeps areas in proportion. */
 static inline void P_concentric(float s, float t, float *x, float *y)
 {
-    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
+    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi;
+    float sine, cosine;
     if (fabsf(a) > fabsf(b)) {
         r = a;
         phi = 0.785398163f * (b / a);

@@ -26,9 +26,11 @@ static inline void P_hilbert_cell(uint32_t index, uint32_t bits, uint32_t dims, 
     }
 }
 
+/* Returns the index of a cell, by the inverse of P_hilbert_cell. */
 static inline uint32_t P_hilbert_index(const uint32_t *cell, uint32_t bits, uint32_t dims)
 {
-    uint32_t x[3] = { 0, 0, 0 }, i, b, q, t, index = 0;
+    uint32_t x[3] = { 0, 0, 0 }, index = 0;
+    uint32_t i, b, q, t;
 
     for (i = 0; i < dims; i++) x[i] = cell[i];
     for (b = bits; b-- > 1u;) {

@@ -1,4 +1,4 @@
-/* unit hot, needs fp_begin: what compilers are told of hot code */
+/* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
 /* P_HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
    gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */

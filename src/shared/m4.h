@@ -28,7 +28,8 @@ static inline int P_m4_is_affine(const float *m)
    on points. */
 static inline int P_m4_affine_inverse(float *out, const float *m)
 {
-    double n[3][3], r[12], det, size, tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double n[3][3], r[12], det, size;
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
     int i, j;
 
     for (i = 0; i < 9; i++) n[i % 3][i / 3] = (double)m[4 * (i / 3) + i % 3];
@@ -60,7 +61,8 @@ static inline int P_m4_affine_inverse(float *out, const float *m)
 static inline int P_m4_is_rigid_uniform(const float *m, float *scale)
 {
     P_v3 x = P_v3_load(m), y = P_v3_load(m + 4), z = P_v3_load(m + 8);
-    float s, lx, ly, lz, tolerance;
+    float lx, ly, lz;
+    float s, tolerance;
 
     if (!P_m4_is_affine(m)) return 0;
     lx = P_v3_length(x);

@@ -56,7 +56,7 @@ static inline P_allocator P_allocator_make(void *(*alloc_fn)(size_t, void *),
     return a;
 }
 
-/* Returns NULL if the size is 0 as well, so that a caller has one thing to test. */
+/* Returns NULL if there is no memory, and also if the size is 0, so that a caller has one thing to test. */
 static inline void *P_alloc(const P_allocator *a, size_t size)
 {
     return size ? a->alloc_fn(size, a->user) : NULL;

@@ -6,7 +6,8 @@
 static inline P_v3 P_octa_direction(float u, float v)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, x = fabsf(a), z = fabsf(b);
-    float d = 1.0f - (x + z), r = 1.0f - fabsf(d), s, c, f;
+    float d = 1.0f - (x + z), r = 1.0f - fabsf(d);
+    float s, c, f;
 
     P_sincos(r > 0.0f ? ((z - x) / r + 1.0f) * 0.785398163f : 0.0f, &s, &c);
     f = r * sqrtf(2.0f - r * r);

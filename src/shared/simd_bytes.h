@@ -2,9 +2,10 @@
 
 #define P_bytes_up_to P_NAME_IN_SET(P_bytes_up_to, P_SET)
 
-/* How many of the bytes from..from + count - 1 are at most the limit, of 32 that are all read; from and count are below
-   32. */
-static inline P_IN_KERNEL uint32_t P_bytes_up_to(const uint8_t *bytes, uint32_t from, uint32_t count, uint32_t limit)
+/* Returns how many of the bytes from..from + count - 1 are at most the limit. from and count are below 32;
+   all of 32 bytes are read. */
+static inline P_IN_KERNEL uint32_t P_bytes_up_to(const uint8_t *bytes, uint32_t from, uint32_t count,
+                                                 uint32_t limit)
 {
 #if P_WIDTH > 4
     const __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)bytes);

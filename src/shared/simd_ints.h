@@ -51,7 +51,7 @@ static inline P_IN_KERNEL P_lane_mask P_ints_greater(P_lane_ints k, P_lane_ints 
     return m;
 }
 
-/* m ? k : n. */
+/* Returns m ? k : n in each lane. */
 static inline P_IN_KERNEL P_lane_ints P_ints_select(P_lane_mask m, P_lane_ints k, P_lane_ints n)
 {
 #if P_WIDTH == 16
@@ -94,7 +94,7 @@ static inline P_IN_KERNEL P_lane_ints P_ints_max(P_lane_ints k, P_lane_ints n)
 #endif
 }
 
-/* k / 2^n, rounded down. */
+/* Returns k / 2^n, rounded down. */
 static inline P_IN_KERNEL P_lane_ints P_ints_shift_right(P_lane_ints k, int n)
 {
 #if P_WIDTH == 16
@@ -123,7 +123,7 @@ static inline P_IN_KERNEL P_lane_ints P_ints_and(P_lane_ints k, P_lane_ints n)
     return k;
 }
 
-/* from[at] of each lane. */
+/* Returns from[k] for each lane's k. */
 static inline P_IN_KERNEL P_lane_ints P_ints_gather(const int32_t *from, P_lane_ints at)
 {
 #if P_WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))
@@ -174,7 +174,7 @@ static inline P_IN_KERNEL uint32_t P_bit_count(uint64_t bits)
 #endif
 }
 
-/* P_select_bit of a number below 64. */
+/* Does what P_select_bit does, for a number below 64. */
 static inline P_IN_KERNEL uint32_t P_nth_bit(uint64_t bits, uint32_t number)
 {
 #if P_WIDTH > 4 && (defined(__x86_64__) || defined(_M_X64))
@@ -185,7 +185,7 @@ static inline P_IN_KERNEL uint32_t P_nth_bit(uint64_t bits, uint32_t number)
 }
 
 #if P_WIDTH > 4
-/* P_halves_up_to of sixteen words, from which on there are count. */
+/* Does what P_halves_up_to does for the half words of sixteen words, of which the first count are there. */
 static inline P_IN_KERNEL uint32_t P_halves_of16(const uint32_t *words, uint32_t count, uint32_t limit)
 {
     const __m256i limits = _mm256_set1_epi16((short)limit);
@@ -219,7 +219,7 @@ static inline P_IN_KERNEL uint32_t P_halves_up_to(const uint32_t *words, uint32_
 }
 
 #if P_WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
-/* Numbers of the lanes of a mask; they come first. */
+/* Returns the numbers of the lanes that are in a mask, one after the other from lane 0 on. */
 static inline P_IN_KERNEL __m256i P_lanes_first(uint32_t bits)
 {
     const uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(bits, 0x0101010101010101u) * 255u);
@@ -227,7 +227,8 @@ static inline P_IN_KERNEL __m256i P_lanes_first(uint32_t bits)
 }
 #endif
 
-/* The lanes of a mask, one after the other; behind them anything, up to as many floats as there are lanes. */
+/* Writes the lanes of a mask one after the other. Behind them anything may be written, up to as many floats
+   as there are lanes. */
 static inline P_IN_KERNEL void P_lanes_append(float *to, P_lane_mask m, P_lanes a)
 {
 #if P_WIDTH == 16

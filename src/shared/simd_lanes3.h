@@ -11,7 +11,7 @@ static inline P_IN_KERNEL P_lanes3 P_lanes3_load(const float *x, const float *y,
     return a;
 }
 
-/* x, y, z of the first lane, then of the next. */
+/* Loads x, y, z of the first lane, then those of the next, and so on. */
 static inline P_IN_KERNEL P_lanes3 P_lanes3_load_packed(const float *xyz)
 {
     P_lanes3 v;
@@ -87,7 +87,7 @@ static inline P_IN_KERNEL P_lanes P_lanes3_dot(P_lanes3 a, P_lanes3 b)
     return P_lanes_add(P_lanes_add(P_lanes_mul(a.x, b.x), P_lanes_mul(a.y, b.y)), P_lanes_mul(a.z, b.z));
 }
 
-/* x, y, z of the first lane, then of the next. */
+/* Stores x, y, z of the first lane, then those of the next, and so on. */
 static inline P_IN_KERNEL void P_lanes3_store_packed(float *xyz, P_lanes3 a)
 {
 #if P_WIDTH == 16

@@ -39,7 +39,8 @@ static inline float P_either(int yes, float a, float b)
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void P_sincos(float x, float *sine, float *cosine)
 {
-    float t, r, z, s, c, a, b;
+    float t, r, z;
+    float s, c, a, b;
     int32_t k;
 
     t = x > -8192.0f ? x : -8192.0f;
@@ -169,19 +170,19 @@ static inline double P_log_core(float x)
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
 }
 
-/* Returns infinity above 88.7228394. */
+/* Returns exp(x), which is infinity above 88.7228394. */
 static inline float P_exp(float x)
 {
     return x > 88.7228394f ? P_from_bits(0x7f800000u) : (float)P_exp_core((double)x);
 }
 
-/* Returns -infinity if x is not above 0. */
+/* Returns the natural logarithm of x, or -infinity if x is not above 0. */
 static inline float P_log(float x)
 {
     return x > 0.0f ? (float)P_log_core(x) : P_from_bits(0xff800000u);
 }
 
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+/* Returns x^y. x below 0 counts as 0; 0^y is 0, 1 or infinity for y above, equal to or below 0. */
 static inline float P_pow(float x, float y)
 {
     double t;

@@ -1,6 +1,7 @@
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
 
-/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such vectors. */
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
 #define P_UNIT_LEAST2 0.9409f       /* 0.97^2 */
 #define P_UNIT_MOST2 1.0609f        /* 1.03^2 */
 

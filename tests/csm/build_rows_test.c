@@ -872,7 +872,7 @@ static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
         uint8_t used[256];
         float center[3] = { 0, 0, 0 }, d[3];
         int level;
-        cohsm__heap heap;
+        cohsm__counted_heap heap;
         cohsm__soup soup;
         cohsm__camera cam;
         cohsm__target a, b;
@@ -884,7 +884,7 @@ static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
         assert_true(cohsm__soup_make(&soup, &mesh, used, triangles, center, 2.5f, &heap));
         memset(&cam, 0, sizeof cam);
         rnd_direction(&seed, d);
-        cam.frame = cohsm__frame_of(COHSM_ORIENTATION_TWO_POLES, cohsm__v3_load(d));
+        cam.axes = cohsm__axes_of(COHSM_ORIENTATION_TWO_POLES, cohsm__v3_load(d));
         a.size = size;
         a.keep = round & 1 ? 4 : 2;
         a.row_begin = round % 4 == 3 ? size / 3 : 0;
@@ -893,9 +893,9 @@ static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
         b = a;
         b.z = (uint16_t *)calloc(n, 2);
         assert_true(a.z && b.z);
-        cohsm__raster(&a, &cam, &soup, 0);
+        cohsm__raster_view(&a, &cam, &soup, 0);
         for (level = 1; level <= cohsm__simd(); level++) {
-            cohsm__raster(&b, &cam, &soup, level);
+            cohsm__raster_view(&b, &cam, &soup, level);
             for (i = 0; i < n; i++)
                 if (a.z[i] != b.z[i])
                     fail_msg("round %d, value %u: %u portable, %u with %s", round, i, a.z[i], b.z[i],
@@ -918,7 +918,7 @@ static void the_rasteriser_agrees_with_rays(void **state)
         cohsm_desc d = desc_of(k < 2 ? all_kinds[k] : COHSM_DOMAIN_RECTANGLE, 3, 32);
         cohsm_builder *b;
         cohsm_mesh mesh = mesh_of(&m);
-        cohsm__heap heap;
+        cohsm__counted_heap heap;
         cohsm__soup soup;
         cohsm_view v;
         uint8_t used[512];
@@ -947,7 +947,7 @@ static void the_rasteriser_agrees_with_rays(void **state)
             assert_int_equal(cohsm_builder_view(b, i, &v), COHSM_OK);
             for (p = 0; p < 3; p++) zp[p] = z[p];
             cast_view(&m, &v, 32, zp);
-            cohsm__raster(&t, &cam, &soup, 0);
+            cohsm__raster_view(&t, &cam, &soup, 0);
             for (p = 0; p < 1024; p++) {
                 int layer;
                 for (layer = 0; layer < 3; layer++) {
