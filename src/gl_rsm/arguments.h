@@ -11,7 +11,7 @@ typedef struct glbk__rsm_range {    /* a field, its value and its range */
     double      value, low, high;
 } glbk__rsm_range;
 
-/* Logs the first field that is out of its range. What is not a number is out of any. */
+/* Logs the first field that is out of its range. A field that is not a number is out of any range. */
 static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function,
                                       const glbk__rsm_range *fields, size_t count)
 {
@@ -24,6 +24,21 @@ static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
+/* Logs "FUNCTION: ARRAY[INDEX]FIELD is VALUE; it must be WANTED". field: "" or ".NAME". */
+static glbk_result glbk__rsm_refuse_element(const glbk_context *ctx, glbk_result result, const char *function,
+                                            const char *array, size_t index, const char *field, double value,
+                                            const char *wanted)
+{
+    glbk_rsm__message name;
+    name.used = 0;
+    glbk_rsm__message_text(&name, array);
+    glbk_rsm__message_text(&name, "[");
+    glbk_rsm__message_count(&name, index);
+    glbk_rsm__message_text(&name, "]");
+    glbk_rsm__message_text(&name, field);
+    return glbk__refuse_value(ctx, result, function, name.text, value, wanted);
+}
+
 /* Checks that a desc has no system: on GL the context's system gives memory and gets messages. */
 static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
 {
@@ -34,10 +49,16 @@ static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *func
                         "is not zero: on GL the context's counts");
 }
 
-/* Returns whether three floats are at most so large; 0 for what is not a number. */
-static int glbk__rsm_small(const float *v, float most)
+/* Checks that three floats are at most 1e9 large. */
+static glbk_result glbk__rsm_small_check(const glbk_context *ctx, const char *function, const char *field,
+                                         const float *v)
 {
-    return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
+    size_t i;
+    for (i = 0; i < 3; i++)
+        if (!(fabsf(v[i]) <= 1e9f))
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, field, i, "", (double)v[i],
+                                            "-1e9..1e9");
+    return GLBK_OK;
 }
 
 /* Checks direction, radius and cone of a light. */
@@ -49,7 +70,8 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
     const float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] +
                      l->direction[2] * l->direction[2];
     if (l->kind != RSM_LIGHT_POINT && !(d2 > 1e-30f && d2 <= 1e30f))
-        return glbk__refuse(ctx, bad, function, "light.direction", "has no length, or too much of it");
+        return glbk__refuse_value(ctx, bad, function, "the length of light.direction", sqrt((double)d2),
+                                  "1e-15..1e15");
     if (l->kind == RSM_LIGHT_SUN && !(l->radius > 0.0f && l->radius <= 1e9f))
         return glbk__refuse_value(ctx, bad, function, "light.radius", (double)l->radius,
                                   "above 0, at most 1e9");
@@ -66,20 +88,19 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
 {
     const glbk_result bad = GLBK_ERR_DESC;
     glbk_result result;
-    int i;
+    size_t i;
     if (!light) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
     *l = *light;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
     if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
         return glbk__refuse_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
-    if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
-        return glbk__refuse(ctx, bad, function,
-                            glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
-                            "is not finite or beyond 1e9");
-    for (i = 0; i < 3; i++)
+    result = glbk__rsm_small_check(ctx, function, "light.position", l->position);
+    if (result == GLBK_OK) result = glbk__rsm_small_check(ctx, function, "light.up", l->up);
+    for (i = 0; i < 3 && result == GLBK_OK; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
-            return glbk__refuse_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
-    result = glbk__rsm_shape_check(ctx, function, l);
+            result = glbk__rsm_refuse_element(ctx, bad, function, "light.value", i, "", (double)l->value[i],
+                                              "0..1e12");
+    if (result == GLBK_OK) result = glbk__rsm_shape_check(ctx, function, l);
     if (result != GLBK_OK) return result;
     if (!(fabsf(l->near_depth) > 0.0f) && !(fabsf(l->far_depth) > 0.0f)) {
         l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
@@ -119,8 +140,12 @@ static glbk_result glbk__rsm_gbuffer_check(const glbk_context *ctx, const char *
     if (!gbuffer || !gbuffer->colors.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer",
                             gbuffer ? "was not created" : "is NULL");
-    if (gbuffer->width == r->width && gbuffer->height == r->height) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is not of the renderer's size");
+    if (gbuffer->width != r->width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", gbuffer->width,
+                                  "that of the renderer");
+    if (gbuffer->height == r->height) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", gbuffer->height,
+                              "that of the renderer");
 }
 
 /* Checks that a renderer and all maps were created, and that there is a map. */
@@ -128,13 +153,23 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
                                         const glbk_rsm_renderer *r, const glbk_rsm_map *const *maps,
                                         uint32_t count)
 {
-    glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
+    const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
     uint32_t i;
     if (result != GLBK_OK) return result;
     if (!maps) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
-    if (!count) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
-    for (i = 0; i < count && result == GLBK_OK; i++) result = glbk__rsm_map_check(ctx, function, maps[i]);
-    return result;
+    if (!count)
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "map_count", 0, "1 at least");
+    for (i = 0; i < count; i++) {
+        glbk_rsm__message name;
+        if (maps[i] && maps[i]->texels.name) continue;
+        name.used = 0;
+        glbk_rsm__message_text(&name, "maps[");
+        glbk_rsm__message_count(&name, i);
+        glbk_rsm__message_text(&name, "]");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, name.text,
+                            maps[i] ? "was not created" : "is NULL");
+    }
+    return GLBK_OK;
 }
 
 /* ---- rsm.h's descs: what they say, with their defaults ---- */
@@ -156,7 +191,8 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
     if (result != GLBK_OK) return result;
     if (out->add)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.add", (double)out->add,
+                                  "0: give all maps to one call");
     if (!out->taps) out->taps = 2;
     if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
     if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
@@ -192,7 +228,8 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (k > 8 || (k & (k - 1)))
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
     if (out->add)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.add", (double)out->add,
+                                  "0: give all maps to one call");
     if (!out->materials && out->material_count)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.materials",
                             "is NULL, and material_count is not 0");
@@ -244,7 +281,7 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
                                          gifilt_frame *out)
 {
     static const char function[] = "glbk_rsm_denoise";
-    int i;
+    size_t i;
     memset(out, 0, sizeof *out);
     if (frame) *out = *frame;
     {
@@ -261,8 +298,8 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
     }
     for (i = 0; i < 16 && out->view_projection; i++)
         if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
-            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
-                                      (double)out->view_projection[i], "finite");
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "frame.view_projection", i, "",
+                                            (double)out->view_projection[i], "finite");
     if (out->motion)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "frame.motion",
                             "is not NULL: on GL motion is a texture");
@@ -298,16 +335,18 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
                                   GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
-            return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.noise", i, "",
+                                            (double)d->noise[i], "0..1");
     for (i = 0; i < count; i++) {
         const rsm_material *m = &d->materials[i];
-        const glbk__rsm_range fields[] = { { "desc.materials.exponent", (double)m->exponent, 0, 1e4 },
-                                           { "desc.materials.specular", (double)m->specular[0], 0, 1 },
-                                           { "desc.materials.specular", (double)m->specular[1], 0, 1 },
-                                           { "desc.materials.specular", (double)m->specular[2], 0, 1 } };
-        const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
-                                                      sizeof fields / sizeof fields[0]);
-        if (result != GLBK_OK) return result;
+        int c;
+        if (!(m->exponent >= 0.0f && m->exponent <= 1e4f))
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i, ".exponent",
+                                            (double)m->exponent, "0..1e4");
+        for (c = 0; c < 3; c++)
+            if (!(m->specular[c] >= 0.0f && m->specular[c] <= 1.0f))
+                return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i,
+                                                ".specular", (double)m->specular[c], "0..1");
     }
     return GLBK_OK;
 }
@@ -317,20 +356,31 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
                                           const glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     const rsm_gather_desc *t = &r->tables;
-    const char *field = NULL;
-    if (glbk_rsm_point_count(d)) {
-        if (d->pattern != t->pattern) field = "desc.pattern";
-        else if (d->samples != t->samples) field = "desc.samples";
-        else if (d->interleave != t->interleave) field = "desc.interleave";
-        else if (d->seed != t->seed) field = "desc.seed";
-        else if (d->pattern == RSM_PATTERN_EQUATION3 && !d->paper_weights != !t->paper_weights)
-            field = "desc.paper_weights";
-        else if (d->pattern == RSM_PATTERN_LOG_RADIAL && !(d->r_min >= t->r_min && d->r_min <= t->r_min))
-            field = "desc.r_min";
-        else if (d->noise && d->noise_side != r->noise_side) field = "desc.noise";
+    const int about = glbk_rsm_point_count(d) > 0;
+    const struct {
+        int counts;                     /* whether this pattern depends on the field */
+        const char *field;
+        double value, uploaded;
+    } fields[] = {
+        { about, "desc.pattern", (double)d->pattern, (double)t->pattern },
+        { about, "desc.samples", (double)d->samples, (double)t->samples },
+        { about, "desc.interleave", (double)d->interleave, (double)t->interleave },
+        { about, "desc.seed", (double)d->seed, (double)t->seed },
+        { about && d->pattern == RSM_PATTERN_EQUATION3, "desc.paper_weights", (double)(d->paper_weights != 0),
+          (double)(t->paper_weights != 0) },
+        { about && d->pattern == RSM_PATTERN_LOG_RADIAL, "desc.r_min", (double)d->r_min, (double)t->r_min },
+        { about && d->noise, "desc.noise_side", (double)d->noise_side, (double)r->noise_side },
+        { d->materials != NULL, "desc.material_count", (double)d->material_count, (double)r->material_count }
+    };
+    size_t i;
+    for (i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+        glbk_rsm__message text;
+        if (!fields[i].counts || !(fabs(fields[i].value - fields[i].uploaded) > 0.0)) continue;
+        text.used = 0;
+        glbk_rsm__message_number(&text, fields[i].uploaded);
+        glbk_rsm__message_text(&text, ", which glbk_rsm_tables_upload was given last");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, fields[i].field, fields[i].value,
+                                  text.text);
     }
-    if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
-    if (!field) return GLBK_OK;
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, field,
-                        "is not what glbk_rsm_tables_upload was given last");
+    return GLBK_OK;
 }

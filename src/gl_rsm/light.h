@@ -475,8 +475,11 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     if (result == GLBK_OK) result = glbk__rsm_run_check(&g, __func__, desc, &d);
     if (result == GLBK_OK) result = glbk__rsm_interpolation_check(ctx, interpolation, &how);
     if (result != GLBK_OK) return result;
-    if (d.noise) return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.noise", "is not NULL");
-    if (d.interleave != 1) return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", "is above 1");
+    if (d.noise)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.noise",
+                            "is not NULL: interpolated light has no noise");
+    if (d.interleave != 1)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", d.interleave, "0 or 1");
     if (!r->grids[0].name)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was made without desc.interpolate");
     return glbk__rsm_gather(&g, &d, &how);

@@ -1204,7 +1204,7 @@ static void rsm_illumination(void **state)
     assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.seed"));
     g.material_count = 1;
     BAD_IS(GLBK_ERR_MISMATCH, g.materials, &lobe, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
-    assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.materials"));
+    assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.material_count"));
     g.material_count = 0;
     g.noise_side = 2;
     BAD_IS(GLBK_ERR_MISMATCH, g.noise, points, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
