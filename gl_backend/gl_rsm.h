@@ -2733,8 +2733,8 @@ static void glbk__rsm_set4(float *out, glbk_rsm__v3 v, float w)
     out[3] = w;
 }
 
-/* Fills the block that shaders know the light by; twin of rsm__map_set. */
-static void glbk__rsm_frame_of(glbk_rsm_map *map)
+/* Fills the block that shaders know the light by, as rsm.h computes its numbers. */
+static void glbk__rsm_set_block(glbk_rsm_map *map)
 {
     const rsm_light *l = &map->light;
     glbk_rsm__v3 axis = glbk_rsm__v3_make(0, 0, -1), up = glbk_rsm__v3_make(0, 1, 0), right;
@@ -2764,9 +2764,9 @@ static void glbk__rsm_frame_of(glbk_rsm_map *map)
     map->block.kind = (uint32_t)l->kind;
 }
 
-/* Finds right, up and axis of a face; twin of rsm__face_frame. */
-static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rsm__v3 *r, glbk_rsm__v3 *u,
-                                 glbk_rsm__v3 *a)
+/* Finds right, up and axis of a face, as rsm.h does. */
+static void glbk__rsm_face_axes(const glbk_rsm_map *map, uint32_t face, glbk_rsm__v3 *r, glbk_rsm__v3 *u,
+                                glbk_rsm__v3 *a)
 {
     glbk_rsm__v3 right = glbk_rsm__v3_load(map->block.right), up = glbk_rsm__v3_load(map->block.up);
     glbk_rsm__v3 axis = glbk_rsm__v3_load(map->block.axis);
@@ -2787,16 +2787,13 @@ static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk_rs
 static void glbk__rsm_face_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
 {
     glbk_rsm__v3 r, u, a, p;
-    float n, f, s, z0, z1;
-    int i, perspective;
-    perspective = map->light.kind != RSM_LIGHT_SUN;
-    glbk__rsm_face_frame(map, face, &r, &u, &a);
+    const int perspective = map->light.kind != RSM_LIGHT_SUN;
+    const float n = map->light.near_depth, f = map->light.far_depth, s = 1.0f / map->block.extent;
+    const float z0 = perspective ? (f + n) / (f - n) : 2.0f / (f - n);
+    const float z1 = perspective ? -2.0f * n * f / (f - n) : -2.0f * n / (f - n) - 1.0f;
+    int i;
+    glbk__rsm_face_axes(map, face, &r, &u, &a);
     p = glbk_rsm__v3_load(map->light.position);
-    n = map->light.near_depth;
-    f = map->light.far_depth;
-    s = 1.0f / map->block.extent;
-    z0 = perspective ? (f + n) / (f - n) : 2.0f / (f - n);
-    z1 = perspective ? -2.0f * n * f / (f - n) : -2.0f * n / (f - n) - 1.0f;
     for (i = 0; i < 3; i++) {
         float axis = i == 0 ? a.x : i == 1 ? a.y : a.z;
         m[4 * i] = s * (i == 0 ? r.x : i == 1 ? r.y : r.z);
@@ -2876,7 +2873,7 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
     out->light = checked;
     out->face_count = glbk__rsm_face_count(&out->light);
     out->side = side ? side : out->face_count > 1 ? 256 : 512;
-    glbk__rsm_frame_of(out);
+    glbk__rsm_set_block(out);
     result = glbk__rsm_map_images(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->block, &out->block, &out->buffer);
     if (result != GLBK_OK) glbk_rsm_map_free(ctx, out);
@@ -2897,13 +2894,13 @@ GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, co
                                   "that of the map");
     map->light = checked;
     map->summed = 0;
-    glbk__rsm_frame_of(map);
+    glbk__rsm_set_block(map);
     return glbk_buffer_update(ctx, &map->buffer, 0, sizeof map->block, &map->block);
 }
 
-/* Copies layer k of a face's three layers out of rsm_texels, which are three times 16 bytes, or into them if
-   out is not 0. */
-static void glbk__rsm_shuffle(unsigned char *texels, unsigned char *layer, size_t count, size_t k, int out)
+/* Copies layer k of three out of an array of rsm_texel, whose elements have 16 bytes of each layer; if out is
+   not 0, copies the layer into the array. */
+static void glbk__rsm_copy_layer(unsigned char *texels, unsigned char *layer, size_t count, size_t k, int out)
 {
     size_t i;
     for (i = 0; i < count; i++)
@@ -2929,7 +2926,7 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     if (!layer) return GLBK_ERR_ALLOC;
     for (i = 0; i < 3 * map->face_count && result == GLBK_OK; i++) {
         if (i % 3 == 0) memcpy(layer + 16 * count, texels + count * (i / 3), 48 * count);
-        glbk__rsm_shuffle(layer + 16 * count, layer, count, i % 3, 0);
+        glbk__rsm_copy_layer(layer + 16 * count, layer, count, i % 3, 0);
         result = glbk_texture_update(ctx, &map->texels, 0, 0, 0, i, map->side, map->side, 1, layer);
     }
     glbk_rsm__free(&memory, layer);
@@ -2958,7 +2955,7 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
     if (!layer) return GLBK_ERR_ALLOC;
     for (k = 0; k < 3 && result == GLBK_OK; k++) {
         result = glbk_target_read(ctx, &map->face_targets[face], k, 0, 0, map->side, map->side, layer);
-        if (result == GLBK_OK) glbk__rsm_shuffle((unsigned char *)(void *)texels, layer, count, k, 1);
+        if (result == GLBK_OK) glbk__rsm_copy_layer((unsigned char *)(void *)texels, layer, count, k, 1);
     }
     glbk_rsm__free(&memory, layer);
     return result;
@@ -3660,7 +3657,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
-    uint32_t step = d->step, levels = d->levels, picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
+    uint32_t step = d->step, levels = d->levels;
+    uint32_t picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
     r->values.normal_cosine = d->normal_cosine;
     r->values.plane_slope = d->plane_slope;

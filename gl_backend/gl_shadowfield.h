@@ -1765,18 +1765,26 @@ enum {
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
-/* Logs what is wrong with element `index` of an array of a call's arguments, and returns the result. */
-static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                    const char *array, size_t index, const char *text)
+/* Writes the name of an element of a call's arguments, as the log has it: "ARRAY[INDEX]FIELD". field: "" or
+   ".NAME". Returns the name's text. */
+static const char *glbk__sfield_name(glbk_sfield__message *name, const char *array, size_t index,
+                                     const char *field)
 {
-    glbk_sfield__message field;
-    field.text[0] = 0;
-    field.used = 0;
-    glbk_sfield__message_text(&field, array);
-    glbk_sfield__message_text(&field, "[");
-    glbk_sfield__message_count(&field, index);
-    glbk_sfield__message_text(&field, "]");
-    return glbk__refuse(ctx, result, function, field.text, text);
+    name->used = 0;
+    glbk_sfield__message_text(name, array);
+    glbk_sfield__message_text(name, "[");
+    glbk_sfield__message_count(name, index);
+    glbk_sfield__message_text(name, "]");
+    glbk_sfield__message_text(name, field);
+    return name->text;
+}
+
+/* Checks that a scene was created. */
+static glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
+                                            const glbk_sfield_scene *s)
+{
+    if (s && s->table.name) return GLBK_OK;
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "scene", s ? "was not created" : "is NULL");
 }
 
 /* Appends a number. */
@@ -2001,6 +2009,7 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
+    glbk_sfield__message name;
     size_t i;
     if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
@@ -2018,8 +2027,8 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
-                                    "desc.fields", i, why);
+            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+                                glbk__sfield_name(&name, "desc.fields", i, ""), why);
     }
     return GLBK_OK;
 }
@@ -2122,7 +2131,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfie
 {
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     out->bands = glbk__sfield_bands(d->algebra);
@@ -2187,21 +2197,28 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
 {
     const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
                             *source = glbk__sfield_find(s, e->source);
-    const char *why = NULL;
+    const glbk_result input = GLBK_ERR_INPUT, mismatch = GLBK_ERR_MISMATCH;
+    glbk_sfield__message name;
     float scale;
-    int k, wide = 0;
-    for (k = 0; k < 3; k++) wide = wide || !(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f);
+    int k;
     if (!glbk_sfield__m4_is_rigid_uniform(glbk__sfield_transform(e), &scale))
-        why = "has a transform that is no rotation with one scale > 0";
-    else if (wide)
-        why = "has a tint beyond -1e18..1e18";
-    else if (!glbk_sfield__finite(e->time))
-        why = "has a time that is not finite";
-    if (why) return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "entities", index, why);
+        return glbk__refuse(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".transform"),
+                            "is no rotation with one scale above 0 and a translation");
+    for (k = 0; k < 3; k++)
+        if (!(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f))
+            return glbk__refuse_value(ctx, input, function,
+                                      glbk__sfield_name(&name, "entities", index, ".tint"),
+                                      (double)e->tint[k], "-1e18..1e18");
+    if (!glbk_sfield__finite(e->time))
+        return glbk__refuse_value(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".time"),
+                                  (double)e->time, "finite");
     if (e->occlusion && (!occlusion || occlusion->source))
-        why = "has an occlusion that is none of the scene's";
-    if (e->source && (!source || !source->source)) why = "has a source that is none of the scene's";
-    return why ? glbk__sfield_bad(ctx, GLBK_ERR_MISMATCH, function, "entities", index, why) : GLBK_OK;
+        return glbk__refuse(ctx, mismatch, function,
+                            glbk__sfield_name(&name, "entities", index, ".occlusion"),
+                            "is none of the scene's occlusion fields");
+    if (!e->source || (source && source->source)) return GLBK_OK;
+    return glbk__refuse(ctx, mismatch, function, glbk__sfield_name(&name, "entities", index, ".source"),
+                        "is none of the scene's source fields");
 }
 
 /* Writes the centre and radius of a field in the world. */
@@ -2245,7 +2262,8 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
                                       glbk__sfield_stage *stage)
 {
     const float *m = glbk__sfield_transform(e), *block;
-    uint32_t l, y, x, n, *texel = NULL;
+    uint32_t l, y, x, n;
+    uint32_t *texel = NULL;
     sfield_rotation rotation;
     if (!glbk__sfield_turns(m, s->bands)) {
         for (n = glbk__sfield_rotation_texels(s->bands); n > 0; n--) (void)glbk__sfield_texel(stage);
@@ -2313,13 +2331,13 @@ static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s,
                                                 const sfield_entity *entities, size_t count)
 {
-    glbk_result result = GLBK_OK;
+    glbk_result result;
     uint32_t lights = 0;
     size_t i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result != GLBK_OK) return result;
     if (count && !entities) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
     if (count > s->entity_capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0,
@@ -2340,8 +2358,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     uint32_t words[4 * 64] = { 0 }, n, k, c;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result != GLBK_OK) return result;
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
@@ -2402,7 +2420,7 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
                                            const glbk_sfield_renderer *r)
 {
     if (!r || !r->shade.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
     if (!r->self.name)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
@@ -2413,7 +2431,7 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
     if (g->width != r->width)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
                                   "that of the renderer");
@@ -2504,8 +2522,8 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
                                   "1..4 to be drawn");
     if (g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute",
-                            "is where the position is");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", r->self_attribute,
+                                  "such that the position is in none of four attributes from it on");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
@@ -2674,12 +2692,13 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 {
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
     if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width) return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
+    if (!d->width || d->width > ctx->max_side)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", d->width, 1, ctx->max_side);
+    if (!d->height || d->height > ctx->max_side)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", d->height, 1, ctx->max_side);
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);
-    if (!d->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
     return GLBK_OK;
 }
 
@@ -2690,7 +2709,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     int unrolled;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__sfield_check_renderer(ctx, __func__, d);
     if (result != GLBK_OK) return result;
@@ -2742,10 +2762,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->shade.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
-    result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", r ? "was not created" : "is NULL");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
@@ -2782,7 +2801,7 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->target.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", r ? "was not created" : "is NULL");
     if (gloss && !r->gloss.name)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
                             "is asked of a renderer without desc.gloss");
@@ -2874,7 +2893,8 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     const sfield_mesh *m = d->mesh;
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
+    const size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3;
+    size_t t, i, n = 0;
     float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex),
           *v = vertex;
     uint32_t *index = (uint32_t *)glbk_sfield__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
@@ -2935,7 +2955,8 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
 
     if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.indices",
+                            "and mesh.indices16 are both given");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
@@ -2963,12 +2984,15 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
                                           const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
     glbk_result result = glbk__sfield_check_mesh(ctx, function, d->mesh);
+    glbk_sfield__message name;
     size_t i;
 
     if (result != GLBK_OK) return result;
     for (i = 0; d->source && i < glbk__sfield_mesh_corners(d->mesh); i++)
         if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "radiance", i, "is beyond 0..1e18");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "desc.radiance", i, ""),
+                                      (double)d->radiance[i], "0..1e18");
     if (!glbk__sfield_fit(d->mesh, b))
         return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
     result = glbk__sfield_upload_mesh(ctx, d, b);
@@ -3096,7 +3120,8 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     glbk_sfield__allocator memory;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__sfield_read_builder(ctx, __func__, d, out);
     if (result == GLBK_OK && d->mesh) result = glbk__sfield_take_mesh(ctx, __func__, d, out);
@@ -3288,24 +3313,34 @@ static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builde
     return result;
 }
 
+/* Copies a row of a face's texels to the values of an eye, channel by channel. */
+static void glbk__sfield_copy_row(const glbk_sfield_builder *b, const uint32_t *row, uint32_t face,
+                                  uint32_t y, float *values)
+{
+    const uint32_t channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
+    const size_t cells = (size_t)6 * b->side * b->side;
+    uint32_t x, c;
+    for (x = 0; x < b->side; x++)
+        for (c = 0; c < channels; c++)
+            memcpy(values + c * cells + glbk__sfield_morton(b->side, face, x, y), row + x * words + c,
+                   sizeof *values);
+}
+
 /* Reads the texels of the cubes of a batch back. */
 static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
                                             float *values)
 {
-    const uint32_t side = b->side, channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
-    const size_t cells = (size_t)6 * side * side;
-    uint32_t i, face, x, y, c;
+    const uint32_t side = b->side, words = b->source ? 4 : 1;
+    const size_t numbers = glbk__sfield_values(b) * (b->source ? 3u : 1u);
+    uint32_t i, face, y;
     const uint32_t *from = b->words;
     glbk_result result =
         glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
 
-    for (i = 0; i < count && result == GLBK_OK; i++, values += channels * cells)
+    for (i = 0; i < count && result == GLBK_OK; i++, values += numbers)
         for (y = 0; y < side; y++)
-            for (face = 0; face < 6; face++)
-                for (x = 0; x < side; x++, from += words)
-                    for (c = 0; c < channels; c++)
-                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c,
-                               sizeof *values);
+            for (face = 0; face < 6; face++, from += side * words)
+                glbk__sfield_copy_row(b, from, face, y, values);
     return result;
 }
 
@@ -3313,8 +3348,10 @@ static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_build
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
+    glbk_sfield__message name;
     size_t i;
-    if (!b || !b->words) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
+    if (!b || !b->words)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", b ? "was not created" : "is NULL");
     if (!v || !v->eyes || !v->values)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function,
                             !v         ? "views"
@@ -3327,10 +3364,14 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                                   "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "views.center", i, ""),
+                                      (double)v->center[i], "finite");
     for (i = 0; i < 3 * v->count; i++)
         if (!(fabsf(v->eyes[i]) < 1e6f))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.eyes", i, "is beyond -1e6..1e6");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "views.eyes", i, ""), (double)v->eyes[i],
+                                      "-1e6..1e6");
     return GLBK_OK;
 }
 

@@ -326,7 +326,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
-    uint32_t step = d->step, levels = d->levels, picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
+    uint32_t step = d->step, levels = d->levels;
+    uint32_t picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
     r->values.normal_cosine = d->normal_cosine;
     r->values.plane_slope = d->plane_slope;

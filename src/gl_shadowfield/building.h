@@ -78,7 +78,8 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     const sfield_mesh *m = d->mesh;
     const size_t triangles = glbk__sfield_mesh_corners(m) / 3;
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
+    const size_t vertices = d->source ? 3 * triangles : m->vertex_count, floats = d->source ? 6 : 3;
+    size_t t, i, n = 0;
     float *vertex = (float *)glbk_sfield__alloc_array(&memory, vertices, floats * sizeof *vertex),
           *v = vertex;
     uint32_t *index = (uint32_t *)glbk_sfield__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
@@ -139,7 +140,8 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
 
     if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has indices and indices16");
+        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.indices",
+                            "and mesh.indices16 are both given");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
@@ -167,12 +169,15 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const char *functio
                                           const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
     glbk_result result = glbk__sfield_check_mesh(ctx, function, d->mesh);
+    glbk_sfield__message name;
     size_t i;
 
     if (result != GLBK_OK) return result;
     for (i = 0; d->source && i < glbk__sfield_mesh_corners(d->mesh); i++)
         if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "radiance", i, "is beyond 0..1e18");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "desc.radiance", i, ""),
+                                      (double)d->radiance[i], "0..1e18");
     if (!glbk__sfield_fit(d->mesh, b))
         return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh", "has no triangle that can be used");
     result = glbk__sfield_upload_mesh(ctx, d, b);
@@ -300,7 +305,8 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     glbk_sfield__allocator memory;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__sfield_read_builder(ctx, __func__, d, out);
     if (result == GLBK_OK && d->mesh) result = glbk__sfield_take_mesh(ctx, __func__, d, out);

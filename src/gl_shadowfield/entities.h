@@ -35,21 +35,28 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
 {
     const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
                             *source = glbk__sfield_find(s, e->source);
-    const char *why = NULL;
+    const glbk_result input = GLBK_ERR_INPUT, mismatch = GLBK_ERR_MISMATCH;
+    glbk_sfield__message name;
     float scale;
-    int k, wide = 0;
-    for (k = 0; k < 3; k++) wide = wide || !(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f);
+    int k;
     if (!glbk_sfield__m4_is_rigid_uniform(glbk__sfield_transform(e), &scale))
-        why = "has a transform that is no rotation with one scale > 0";
-    else if (wide)
-        why = "has a tint beyond -1e18..1e18";
-    else if (!glbk_sfield__finite(e->time))
-        why = "has a time that is not finite";
-    if (why) return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "entities", index, why);
+        return glbk__refuse(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".transform"),
+                            "is no rotation with one scale above 0 and a translation");
+    for (k = 0; k < 3; k++)
+        if (!(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f))
+            return glbk__refuse_value(ctx, input, function,
+                                      glbk__sfield_name(&name, "entities", index, ".tint"),
+                                      (double)e->tint[k], "-1e18..1e18");
+    if (!glbk_sfield__finite(e->time))
+        return glbk__refuse_value(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".time"),
+                                  (double)e->time, "finite");
     if (e->occlusion && (!occlusion || occlusion->source))
-        why = "has an occlusion that is none of the scene's";
-    if (e->source && (!source || !source->source)) why = "has a source that is none of the scene's";
-    return why ? glbk__sfield_bad(ctx, GLBK_ERR_MISMATCH, function, "entities", index, why) : GLBK_OK;
+        return glbk__refuse(ctx, mismatch, function,
+                            glbk__sfield_name(&name, "entities", index, ".occlusion"),
+                            "is none of the scene's occlusion fields");
+    if (!e->source || (source && source->source)) return GLBK_OK;
+    return glbk__refuse(ctx, mismatch, function, glbk__sfield_name(&name, "entities", index, ".source"),
+                        "is none of the scene's source fields");
 }
 
 /* Writes the centre and radius of a field in the world. */
@@ -93,7 +100,8 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
                                       glbk__sfield_stage *stage)
 {
     const float *m = glbk__sfield_transform(e), *block;
-    uint32_t l, y, x, n, *texel = NULL;
+    uint32_t l, y, x, n;
+    uint32_t *texel = NULL;
     sfield_rotation rotation;
     if (!glbk__sfield_turns(m, s->bands)) {
         for (n = glbk__sfield_rotation_texels(s->bands); n > 0; n--) (void)glbk__sfield_texel(stage);
@@ -161,13 +169,13 @@ static glbk_result glbk__sfield_move(glbk_context *ctx, const glbk_sfield_scene 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *s,
                                                 const sfield_entity *entities, size_t count)
 {
-    glbk_result result = GLBK_OK;
+    glbk_result result;
     uint32_t lights = 0;
     size_t i;
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result != GLBK_OK) return result;
     if (count && !entities) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "entities", "is NULL");
     if (count > s->entity_capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", (double)count, 0,
@@ -188,8 +196,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     uint32_t words[4 * 64] = { 0 }, n, k, c;
     glbk_result result;
     if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result != GLBK_OK) return result;
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);

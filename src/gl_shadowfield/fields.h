@@ -8,18 +8,26 @@ enum {
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
-/* Logs what is wrong with element `index` of an array of a call's arguments, and returns the result. */
-static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result, const char *function,
-                                    const char *array, size_t index, const char *text)
+/* Writes the name of an element of a call's arguments, as the log has it: "ARRAY[INDEX]FIELD". field: "" or
+   ".NAME". Returns the name's text. */
+static const char *glbk__sfield_name(glbk_sfield__message *name, const char *array, size_t index,
+                                     const char *field)
 {
-    glbk_sfield__message field;
-    field.text[0] = 0;
-    field.used = 0;
-    glbk_sfield__message_text(&field, array);
-    glbk_sfield__message_text(&field, "[");
-    glbk_sfield__message_count(&field, index);
-    glbk_sfield__message_text(&field, "]");
-    return glbk__refuse(ctx, result, function, field.text, text);
+    name->used = 0;
+    glbk_sfield__message_text(name, array);
+    glbk_sfield__message_text(name, "[");
+    glbk_sfield__message_count(name, index);
+    glbk_sfield__message_text(name, "]");
+    glbk_sfield__message_text(name, field);
+    return name->text;
+}
+
+/* Checks that a scene was created. */
+static glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
+                                            const glbk_sfield_scene *s)
+{
+    if (s && s->table.name) return GLBK_OK;
+    return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "scene", s ? "was not created" : "is NULL");
 }
 
 /* Appends a number. */
@@ -244,6 +252,7 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
+    glbk_sfield__message name;
     size_t i;
     if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
@@ -261,8 +270,8 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
-                                    "desc.fields", i, why);
+            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+                                glbk__sfield_name(&name, "desc.fields", i, ""), why);
     }
     return GLBK_OK;
 }
@@ -365,7 +374,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfie
 {
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     out->bands = glbk__sfield_bands(d->algebra);

@@ -38,7 +38,7 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
                                            const glbk_sfield_renderer *r)
 {
     if (!r || !r->shade.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
     if (!r->self.name)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
     return GLBK_OK;
@@ -49,7 +49,7 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
                                               const glbk_sfield_renderer *r, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
     if (g->width != r->width)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
                                   "that of the renderer");
@@ -140,8 +140,8 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
                                   "1..4 to be drawn");
     if (g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute",
-                            "is where the position is");
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", r->self_attribute,
+                                  "such that the position is in none of four attributes from it on");
     result = glbk__sfield_record(ctx, r, g->attributes.position);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;

@@ -124,12 +124,13 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 {
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
     if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width) return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
+    if (!d->width || d->width > ctx->max_side)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", d->width, 1, ctx->max_side);
+    if (!d->height || d->height > ctx->max_side)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", d->height, 1, ctx->max_side);
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);
-    if (!d->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
     return GLBK_OK;
 }
 
@@ -140,7 +141,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     int unrolled;
     glbk_result result;
 
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     result = glbk__sfield_check_renderer(ctx, __func__, d);
     if (result != GLBK_OK) return result;
@@ -192,10 +194,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->shade.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
-    if (!s || !s->table.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
-    result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", r ? "was not created" : "is NULL");
+    result = glbk__sfield_check_scene(ctx, __func__, s);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
@@ -232,7 +233,7 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     glbk_result result = GLBK_OK;
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!r || !r->target.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", r ? "was not created" : "is NULL");
     if (gloss && !r->gloss.name)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gloss",
                             "is asked of a renderer without desc.gloss");

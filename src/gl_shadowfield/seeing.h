@@ -143,24 +143,34 @@ static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builde
     return result;
 }
 
+/* Copies a row of a face's texels to the values of an eye, channel by channel. */
+static void glbk__sfield_copy_row(const glbk_sfield_builder *b, const uint32_t *row, uint32_t face,
+                                  uint32_t y, float *values)
+{
+    const uint32_t channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
+    const size_t cells = (size_t)6 * b->side * b->side;
+    uint32_t x, c;
+    for (x = 0; x < b->side; x++)
+        for (c = 0; c < channels; c++)
+            memcpy(values + c * cells + glbk__sfield_morton(b->side, face, x, y), row + x * words + c,
+                   sizeof *values);
+}
+
 /* Reads the texels of the cubes of a batch back. */
 static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count,
                                             float *values)
 {
-    const uint32_t side = b->side, channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
-    const size_t cells = (size_t)6 * side * side;
-    uint32_t i, face, x, y, c;
+    const uint32_t side = b->side, words = b->source ? 4 : 1;
+    const size_t numbers = glbk__sfield_values(b) * (b->source ? 3u : 1u);
+    uint32_t i, face, y;
     const uint32_t *from = b->words;
     glbk_result result =
         glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
 
-    for (i = 0; i < count && result == GLBK_OK; i++, values += channels * cells)
+    for (i = 0; i < count && result == GLBK_OK; i++, values += numbers)
         for (y = 0; y < side; y++)
-            for (face = 0; face < 6; face++)
-                for (x = 0; x < side; x++, from += words)
-                    for (c = 0; c < channels; c++)
-                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c,
-                               sizeof *values);
+            for (face = 0; face < 6; face++, from += side * words)
+                glbk__sfield_copy_row(b, from, face, y, values);
     return result;
 }
 
@@ -168,8 +178,10 @@ static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_build
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {
+    glbk_sfield__message name;
     size_t i;
-    if (!b || !b->words) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", "was not created");
+    if (!b || !b->words)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "builder", b ? "was not created" : "is NULL");
     if (!v || !v->eyes || !v->values)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function,
                             !v         ? "views"
@@ -182,10 +194,14 @@ static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char 
                                   "> 0 and finite");
     for (i = 0; i < 3; i++)
         if (!glbk_sfield__finite(v->center[i]))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.center", i, "is not finite");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "views.center", i, ""),
+                                      (double)v->center[i], "finite");
     for (i = 0; i < 3 * v->count; i++)
         if (!(fabsf(v->eyes[i]) < 1e6f))
-            return glbk__sfield_bad(ctx, GLBK_ERR_INPUT, function, "views.eyes", i, "is beyond -1e6..1e6");
+            return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
+                                      glbk__sfield_name(&name, "views.eyes", i, ""), (double)v->eyes[i],
+                                      "-1e6..1e6");
     return GLBK_OK;
 }
 

@@ -84,7 +84,7 @@ static void scenes(void **state)
 
     set_stage();
     REFUSED(glbk_sfield_scene_create(NULL, d, &w));
-    REFUSED(glbk_sfield_scene_create(gl, d, NULL));
+    LOGGED(t, "glbk_sfield_scene_create: out is NULL", glbk_sfield_scene_create(gl, d, NULL), GLBK_ERR_ARGUMENT);
     MAKES(w, glbk_sfield_scene_create(gl, NULL, &w));
     WRONG(w, d->algebra, NULL, glbk_sfield_scene_create(gl, d, &w));
     assert_string_equal(t->log, "glbk_sfield_scene_create: desc.algebra is NULL");
@@ -176,7 +176,7 @@ static void entities(void **state)
     memcpy(e->transform, unit, sizeof unit);
     assert_glbk(t, glbk_sfield_scene_entities(gl, &w, e, 3));
     REFUSED(PLACES(NULL, &w, e));
-    REFUSED(PLACES(gl, NULL, e));
+    LOGGED(t, "glbk_sfield_scene_entities: scene is NULL", PLACES(gl, NULL, e), GLBK_ERR_ARGUMENT);
     REFUSED(glbk_sfield_scene_entities(gl, &none, NULL, 0));
     REFUSED(PLACES(gl, &w, NULL));
     LOGGED(t, "glbk_sfield_scene_entities: count is 4; it must be 0..3", glbk_sfield_scene_entities(gl, &w, e, 4),
@@ -184,19 +184,22 @@ static void entities(void **state)
     for (k = 0; k < 3; k++) {
         INPUT_BAD(e->tint[k], 2e18f, PLACES(gl, &w, e));
         INPUT_BAD(e->tint[k], -2e18f, PLACES(gl, &w, e));
+        assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0].tint is -2e18; it must be -1e18..1e18");
     }
     INPUT_BAD(e->time, INFINITY, PLACES(gl, &w, e));
-    assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0] has a time that is not finite");
+    assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0].time is infinity; it must be finite");
     BAD_IS(GLBK_ERR_MISMATCH, e->occlusion, s.field[1], PLACES(gl, &w, e));     /* one for the other */
     BAD_IS(GLBK_ERR_MISMATCH, e->source, s.field[0], PLACES(gl, &w, e));
-    assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0] has a source that is none of the scene's");
+    assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0].source is none of the scene's source fields");
     BAD_IS(GLBK_ERR_MISMATCH, e->source, stranger, PLACES(gl, &w, e));
     BAD_IS(GLBK_ERR_MISMATCH, e->occlusion, stranger, PLACES(gl, &w, e));
-    assert_string_equal(t->log, "glbk_sfield_scene_entities: entities[0] has an occlusion that is none of the scene's");
+    assert_string_equal(t->log,
+                        "glbk_sfield_scene_entities: entities[0].occlusion is none of the scene's occlusion fields");
     for (i = 0; i < wrong_transform_count; i++) {
         memcpy(e->transform, unit, sizeof unit);
         wrong_transform(i, e->transform);
-        assert_int_equal(PLACES(gl, &w, e), GLBK_ERR_INPUT);
+        LOGGED(t, "glbk_sfield_scene_entities: entities[0].transform is no rotation with one scale above 0 and a "
+                  "translation", PLACES(gl, &w, e), GLBK_ERR_INPUT);
     }
     assert_int_equal(w.entity_count, 3);        /* nothing has changed */
     assert_int_equal(w.light_count, 1);
@@ -254,10 +257,20 @@ static void renderers(void **state)
     d.algebra = s.algebra;
     assert_glbk(t, glbk_sfield_scene_create(gl, &s.desc, &w));
     REFUSED(glbk_sfield_renderer_create(NULL, &d, &r));
-    REFUSED(glbk_sfield_renderer_create(gl, &d, NULL));
+    LOGGED(t, "glbk_sfield_renderer_create: out is NULL", glbk_sfield_renderer_create(gl, &d, NULL),
+           GLBK_ERR_ARGUMENT);
     MAKES(r, glbk_sfield_renderer_create(gl, NULL, &r));
     DESC_WRONG(r, d.width, 0, glbk_sfield_renderer_create(gl, &d, &r));
     DESC_WRONG(r, d.height, 0, glbk_sfield_renderer_create(gl, &d, &r));
+    {
+        const uint32_t side = gl->max_side;
+        gl->max_side = 8;
+        DESC_WRONG(r, d.width, 9, glbk_sfield_renderer_create(gl, &d, &r));
+        assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.width is 9; it must be 1..8");
+        DESC_WRONG(r, d.height, 9, glbk_sfield_renderer_create(gl, &d, &r));
+        assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.height is 9; it must be 1..8");
+        gl->max_side = side;
+    }
     DESC_WRONG(r, d.self_attribute, 13, glbk_sfield_renderer_create(gl, &d, &r));
     assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.self_attribute is 13; it must be 0..12");
     WRONG(r, d.algebra, NULL, glbk_sfield_renderer_create(gl, &d, &r));
@@ -266,12 +279,15 @@ static void renderers(void **state)
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &dull));
     assert_glbk(t, glbk_sfield_shade(gl, &r, &g, &w, eye, 1));
     REFUSED(glbk_sfield_shade(NULL, &r, &g, &w, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, NULL, &g, &w, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, &none, &g, &w, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, &r, NULL, &w, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, &r, &no_buffer, &w, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, &r, &g, NULL, eye, 1));
-    REFUSED(glbk_sfield_shade(gl, &r, &g, &no_scene, eye, 1));
+    LOGGED(t, "glbk_sfield_shade: renderer is NULL", glbk_sfield_shade(gl, NULL, &g, &w, eye, 1), GLBK_ERR_ARGUMENT);
+    LOGGED(t, "glbk_sfield_shade: renderer was not created", glbk_sfield_shade(gl, &none, &g, &w, eye, 1),
+           GLBK_ERR_ARGUMENT);
+    LOGGED(t, "glbk_sfield_shade: gbuffer is NULL", glbk_sfield_shade(gl, &r, NULL, &w, eye, 1), GLBK_ERR_ARGUMENT);
+    LOGGED(t, "glbk_sfield_shade: gbuffer was not created", glbk_sfield_shade(gl, &r, &no_buffer, &w, eye, 1),
+           GLBK_ERR_ARGUMENT);
+    LOGGED(t, "glbk_sfield_shade: scene is NULL", glbk_sfield_shade(gl, &r, &g, NULL, eye, 1), GLBK_ERR_ARGUMENT);
+    LOGGED(t, "glbk_sfield_shade: scene was not created", glbk_sfield_shade(gl, &r, &g, &no_scene, eye, 1),
+           GLBK_ERR_ARGUMENT);
     REFUSED(glbk_sfield_shade(gl, &r, &g, &w, NULL, 1));
     assert_string_equal(t->log, "glbk_sfield_shade: eye is NULL: lobes need it, and the G-buffer has none");
     LOGGED(t, "glbk_sfield_shade: gbuffer->width is 5; it must be that of the renderer",
@@ -359,7 +375,8 @@ static void own_visibility(void **state)
     LOGGED(t, "glbk_sfield_self_begin: the number of bands is 5; it must be 1..4 to be drawn",
            glbk_sfield_self_begin(gl, &many, &g), GLBK_ERR_LIMIT);
     g.attributes.position = 7;                  /* where the last coefficients are */
-    LOGGED(t, "glbk_sfield_self_begin: desc.self_attribute is where the position is",
+    LOGGED(t, "glbk_sfield_self_begin: desc.self_attribute is 4; it must be such that the position is in none of four "
+              "attributes from it on",
            glbk_sfield_self_begin(gl, &r, &g), GLBK_ERR_MISMATCH);
     g.attributes.position = 12;
     assert_glbk(t, glbk_sfield_self_begin(gl, &r, &g));
