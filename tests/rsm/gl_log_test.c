@@ -127,7 +127,7 @@ static void a_wrong_map_is_named(void **state)
     SAYS(glbk_rsm_map_upload(gl, &s.map, NULL), no, "glbk_rsm_map_upload: texels is NULL");
     SAYS(glbk_rsm_map_upload(gl, NULL, texels), no, "glbk_rsm_map_upload: map is NULL");
     SAYS(glbk_rsm_map_read(gl, &s.map, 0, NULL), no, "glbk_rsm_map_read: texels is NULL");
-    SAYS(glbk_rsm_map_read(gl, &s.map, 1, texels), no, "glbk_rsm_map_read: face is 1; it must be 0..0");
+    SAYS(glbk_rsm_map_read(gl, &s.map, 1, texels), no, "glbk_rsm_map_read: face is 1; it must be 0");
     SAYS(glbk_rsm_map_draw(gl, NULL, &s.map, draw_nothing, NULL), no, "glbk_rsm_map_draw: renderer is NULL");
     SAYS(glbk_rsm_map_draw(gl, &s.none, &s.map, draw_nothing, NULL), no,
          "glbk_rsm_map_draw: renderer was not created");
