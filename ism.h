@@ -118,7 +118,7 @@
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
-     section 5.2          eight receivers for each triangle             ism__triangle_effect  T53
+     section 5.2          eight receivers for each triangle             ism__seen_by_view     T53
      section 5.3          an eighth of the surfels a frame              ism__points_of,
                                                                         ism_desc              T54, T57
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
@@ -154,6 +154,8 @@
      ISM_STATIC           beside it: a private copy, all functions static
      ISM_DEF              everywhere: your own linkage instead
      ISM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
+     ISM_FILE             with the implementation: this file's name, if it is not "ism.h". The file includes
+                          itself for AVX2 and AVX-512; where it cannot, it does without them
 
    Memory, errors, threads, determinism
 
@@ -712,11 +714,17 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
 /* ==== implementation ================================================================================== */
 
 #if defined(ISM_IMPLEMENTATION) && !defined(ISM_IMPLEMENTED)
-#define ISM_IMPLEMENTED
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define ISM_FILE if you renamed
+   it. */
+#ifndef ISM_FILE
+#define ISM_FILE "ism.h"
+#endif
+#define ISM__FILE ISM_FILE
 
 #ifdef ISM_NO_SIMD
 #define ISM__NO_SIMD
@@ -1371,14 +1379,6 @@ static inline void ism__batch_task(void *context, size_t index)
 
 /* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
-/* ISM__HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
-   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !ISM__FINITE_MATH
-#define ISM__HOT __attribute__((optimize("O3")))
-#else
-#define ISM__HOT
-#endif
-
 /* ISM__INLINE stands before what must be inlined into kernels of several targets. */
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define ISM__INLINE static inline __attribute__((always_inline))
@@ -1393,6 +1393,117 @@ static inline void ism__batch_task(void *context, size_t index)
 #else
 #define ISM__PREFETCH(p) (void)(p)
 #endif
+
+/* ==== src/shared/simd.h ==== */
+
+/* unit simd, needs cpu: one text of a kernel for every instruction set */
+
+/* A kernel is written once, for ism__lanes: ISM__LANE_COUNT floats, which the instruction set ISM__SET computes
+   ISM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
+   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
+   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
+   ISM__SIMD_SETS is 1, the header includes itself with ISM__SET, ISM__WIDTH and ISM__LANE_COUNT defined anew: avx2 with
+   8 lanes, avx512 with 16. ism__simd_level returns which set to call. With ISM__NO_SIMD there are no intrinsics;
+   the compiler's own vectors, which are portable, stay if ISM__COMPILER_VECTORS is defined. ISM__FILE is the
+   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+
+   What is compiled several times needs a name for each set. The list below makes ism__lanes_add the name
+   ism__lanes_add_avx2 in set avx2; the header has such a list for its kernels. ISM__KERNEL stands before a kernel,
+   ISM__IN_KERNEL before what is inlined into kernels.
+
+   Every set gives the same bits, but for ism__lanes_muladd, which rounds once in avx2 and avx512, twice
+   elsewhere. */
+#if defined(ISM__NO_SIMD) && (!defined(ISM__COMPILER_VECTORS) || defined(__i386__))
+#define ISM__SCALAR 1
+#else
+#define ISM__SCALAR 0
+#endif
+#if ISM__X86
+#include <immintrin.h>
+#define ISM__SIMD_SETS 1
+#else
+#define ISM__SIMD_SETS 0
+#endif
+#if ISM__X86 && (defined(__x86_64__) || defined(_M_X64))
+#define ISM__SIMD_X86 1
+#define ISM__SIMD_VECTORS 0
+#define ISM__SIMD_WIDTH 4
+#elif !ISM__X86 && !ISM__SCALAR && (defined(__GNUC__) || defined(__clang__)) && !defined(__TINYC__)
+#define ISM__SIMD_X86 0
+#define ISM__SIMD_VECTORS 1
+#define ISM__SIMD_WIDTH 4
+#else
+#define ISM__SIMD_X86 0
+#define ISM__SIMD_VECTORS 0
+#define ISM__SIMD_WIDTH 1
+#endif
+#ifdef __has_include
+#if !__has_include(ISM__FILE)
+#undef ISM__SIMD_SETS
+#define ISM__SIMD_SETS 0
+#endif
+#endif
+#if ISM__SIMD_VECTORS && defined(__aarch64__) && !defined(ISM__NO_SIMD)
+#include <arm_neon.h>
+#elif ISM__SIMD_VECTORS && defined(__wasm_simd128__) && !defined(ISM__NO_SIMD)
+#include <wasm_simd128.h>
+#endif
+
+#define ISM__NAME_OF_SET(name, set) name##_##set
+#define ISM__NAME_IN_SET(name, set) ISM__NAME_OF_SET(name, set)
+#define ism__lanes ISM__NAME_IN_SET(ism__lanes, ISM__SET)
+#define ism__lane_mask ISM__NAME_IN_SET(ism__lane_mask, ISM__SET)
+#define ism__lane_ints ISM__NAME_IN_SET(ism__lane_ints, ISM__SET)
+#define ism__piece ISM__NAME_IN_SET(ism__piece, ISM__SET)
+#define ism__piece_ints ISM__NAME_IN_SET(ism__piece_ints, ISM__SET)
+#define ism__piece_words ISM__NAME_IN_SET(ism__piece_words, ISM__SET)
+#define ism__lanes_load ISM__NAME_IN_SET(ism__lanes_load, ISM__SET)
+#define ism__lanes_store ISM__NAME_IN_SET(ism__lanes_store, ISM__SET)
+#define ism__lanes_all ISM__NAME_IN_SET(ism__lanes_all, ISM__SET)
+#define ism__lanes_add ISM__NAME_IN_SET(ism__lanes_add, ISM__SET)
+#define ism__lanes_sub ISM__NAME_IN_SET(ism__lanes_sub, ISM__SET)
+#define ism__lanes_mul ISM__NAME_IN_SET(ism__lanes_mul, ISM__SET)
+#define ism__lanes_div ISM__NAME_IN_SET(ism__lanes_div, ISM__SET)
+#define ism__lanes_max ISM__NAME_IN_SET(ism__lanes_max, ISM__SET)
+#define ism__lanes_min ISM__NAME_IN_SET(ism__lanes_min, ISM__SET)
+#define ism__lanes_sqrt ISM__NAME_IN_SET(ism__lanes_sqrt, ISM__SET)
+#define ism__lanes_abs ISM__NAME_IN_SET(ism__lanes_abs, ISM__SET)
+#define ism__lanes_negate ISM__NAME_IN_SET(ism__lanes_negate, ISM__SET)
+#define ism__lanes_greater ISM__NAME_IN_SET(ism__lanes_greater, ISM__SET)
+#define ism__lanes_at_least ISM__NAME_IN_SET(ism__lanes_at_least, ISM__SET)
+#define ism__lanes_select ISM__NAME_IN_SET(ism__lanes_select, ISM__SET)
+#define ism__lanes_keep ISM__NAME_IN_SET(ism__lanes_keep, ISM__SET)
+#define ism__lanes_truncate ISM__NAME_IN_SET(ism__lanes_truncate, ISM__SET)
+#define ism__lanes3 ISM__NAME_IN_SET(ism__lanes3, ISM__SET)
+#define ism__lanes3_load ISM__NAME_IN_SET(ism__lanes3_load, ISM__SET)
+#define ism__lanes3_all ISM__NAME_IN_SET(ism__lanes3_all, ISM__SET)
+#define ism__lanes3_scale ISM__NAME_IN_SET(ism__lanes3_scale, ISM__SET)
+#define ism__lanes3_sub ISM__NAME_IN_SET(ism__lanes3_sub, ISM__SET)
+#define ism__lanes3_dot ISM__NAME_IN_SET(ism__lanes3_dot, ISM__SET)
+#define ism__mask_and ISM__NAME_IN_SET(ism__mask_and, ISM__SET)
+#define ism__mask_bits ISM__NAME_IN_SET(ism__mask_bits, ISM__SET)
+#define ism__mask_of_bits ISM__NAME_IN_SET(ism__mask_of_bits, ISM__SET)
+#define ism__ints_store ISM__NAME_IN_SET(ism__ints_store, ISM__SET)
+
+/* Returns 2 if AVX-512 may be used, 1 if AVX2 may be, otherwise 0. */
+static inline int ism__simd_level(void)
+{
+    if (!ISM__SIMD_SETS || !ism__cpu_has_avx2()) return 0;
+    return ism__cpu_has_avx512() ? 2 : 1;
+}
+
+/* ==== src/shared/bits.h ==== */
+
+/* unit bits: counting and finding bits */
+
+/* Returns how many bits of x are set. */
+static inline uint32_t ism__popcount(uint64_t x)
+{
+    x -= x >> 1 & 0x5555555555555555u;
+    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+    x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (uint32_t)(x * 0x0101010101010101u >> 56);
+}
 
 /* ==== src/shared/message.h ==== */
 
@@ -1572,6 +1683,7 @@ static inline ISM__COLD void ism__log_index(const ism__logger *logger, const cha
 /* ---- state: what an ism_maps holds, how its memory grows, how its tasks run ---- */
 
 #define ISM__PI 3.14159265f
+#define ISM__MAX_FLOAT 3.402823466e38f
 /* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
@@ -1584,7 +1696,6 @@ static inline ISM__COLD void ism__log_index(const ism__logger *logger, const cha
                                         rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
-#define ISM__TEXELS 8u              /* of a disc's rows that are drawn together: no tile is smaller */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
@@ -1614,6 +1725,8 @@ typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } i
 typedef struct ism__window { ism__axis u, v; } ism__window;
 
 /* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
+enum { ISM__DISCS = 16,             /* points that are drawn together */
+       ISM__AHEAD = 16 };           /* points whose memory is fetched before it is wanted */
 enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__FIELDS };
 
 /* Receivers as a picture of width x height; a list is one row. */
@@ -2103,6 +2216,14 @@ static float ism__power_gap(float x, float y)
     return x > 0.0f ? (float)(1.0 - ism__exp_core((double)y * ism__log_core(x))) : 1.0f;
 }
 
+/* Returns by how much a LOBE map stretches the disc of directions with this z and this sine of the angle from
+   the axis. */
+static float ism__lobe_stretch(float z, float sine, float exponent)
+{
+    float r = ism__power_gap(z < 1.0f ? z : 1.0f, exponent + 1.0f);
+    return sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
+}
+
 /* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
@@ -2155,8 +2276,7 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
     } else {
         float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0f;
         if (e != 1.0f) {
-            float r = ism__power_gap(z < 1.0f ? z : 1.0f, e + 1.0f), sine = sqrtf(x * x + y * y);
-            s = sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
+            s = ism__lobe_stretch(z, sqrtf(x * x + y * y), e);
             x *= s;
             y *= s;
         }
@@ -3091,22 +3211,6 @@ static float ism__from_tile(const ism__axis *w, float x)
     return u < 0.0f ? 0.0f : u < 1.0f ? u : 1.0f;
 }
 
-/* Texels of the tile whose places in the square are within `reach` of u. */
-static void ism__span(const ism__axis *w, float u, float reach, uint32_t size, uint32_t *first,
-                      uint32_t *last)
-{
-    float most = (float)size, x0, x1;
-    if (w->on) {
-        x0 = ism__to_tile(w, u - reach / most) * most;
-        x1 = ism__to_tile(w, u + reach / most) * most;
-    } else {
-        x0 = u * most - reach;
-        x1 = u * most + reach;
-    }
-    *first = x0 > 0.0f ? (uint32_t)x0 : 0;
-    *last = x1 < most ? (uint32_t)x1 : size - 1u;
-}
-
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2])
 {
     ism__window w;
@@ -3122,6 +3226,10 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
     uv[0] = ism__from_tile(&w.u, tile[0] > 0.0f ? tile[0] < 1.0f ? tile[0] : 1.0f : 0.0f);
     uv[1] = ism__from_tile(&w.v, tile[1] > 0.0f ? tile[1] < 1.0f ? tile[1] : 1.0f : 0.0f);
 }
+
+/* ==== src/ism/windows_make.h ==== */
+
+/* ---- windows: where the picture lies in the squares of VPLs ---- */
 
 /* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
 static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__orientation *f, ism__v3 p,
@@ -3238,18 +3346,37 @@ static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part
     return 1;
 }
 
-/* ==== src/ism/triangles.h ==== */
+/* ==== src/ism/spread.h ==== */
 
-/* ---- triangles: which of them get points, by the view (paper 5.1, 5.2) and by each VPL ---- */
+/* ---- spread: what surfels are spread over, triangles and clusters of them ---- */
+
+enum { ISM__TRIANGLES = 4096,       /* a task's */
+       ISM__CLUSTERS = 32768,       /* at most */
+       ISM__VIEWS = 8 };            /* receivers, from which a triangle is looked at */
 
 /* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area,
-   and the mean of n n^T, which gives |n . direction| exactly where there is one normal. */
-typedef struct ism__cluster { ism__v3 at; float radius2, area, n[6]; } ism__cluster;
+   and the mean of n n^T, which gives |n . direction| exactly where there is one normal. Sixteen clusters in
+   arrays, so that kernels work on several at a time. */
+enum { ISM__BUNDLE = 16 };
+typedef struct ism__clusters {
+    float at[3][ISM__BUNDLE], radius2[ISM__BUNDLE], area[ISM__BUNDLE];
+    float n[6][ISM__BUNDLE];        /* xx, yy, zz, yz, zx, xy */
+} ism__clusters;
+
+struct ism__spread_work;
+
+/* Writes for each cluster which share of the VPL's map it fills, about. */
+typedef void (*ism__cluster_kernel)(const struct ism__spread_work *w, const ism_vpl *v, float *effect);
+
+/* Returns the mean solid angle of a triangle from `count` receivers, ISM__VIEWS at most, whose positions are
+   in views. normal2 is the cross product of its edges. */
+typedef float (*ism__triangle_kernel)(const ism__v3 p[3], ism__v3 normal2,
+                                      const float views[3][ISM__VIEWS], uint32_t count);
 
 typedef struct ism__spread_work {
     ism_maps        *m;
     const ism_mesh  *mesh;
-    const ism__view  *view;
+    const ism__view *view;
     const uint32_t  *valid;         /* pixels that are no background */
     uint32_t         valid_count;
     float           *area, *solid;  /* of each triangle */
@@ -3257,39 +3384,1354 @@ typedef struct ism__spread_work {
     uint32_t         frame, period;
     int              fresh;
     ism__cdf         cdf;
-    ism__cluster    *clusters;
+    ism__clusters   *clusters;
     double          *seen;          /* share of each cluster by what the view sees */
     uint32_t         cluster_count, cluster_size;   /* size: triangles of each but the last */
+    ism__cluster_kernel  weigh_clusters;
+    ism__triangle_kernel mean_solid_angle;
 } ism__spread_work;
 
-enum { ISM__AHEAD = 16,             /* points whose memory is fetched before it is wanted */
-       ISM__TRIANGLES = 4096,       /* a task's */
-       ISM__CLUSTERS = 32768 };      /* at most */
+/* ==== src/ism/tile.h ==== */
 
-/* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at
-   most. */
-static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
+/* ---- tile: one VPL's map while it is drawn, and the discs that are drawn into it ---- */
+
+/* Points of one tile, as many as are set up together. Arrays of one float each, so that kernels work on
+   several points at a time. `place` reads what comes first and writes the rest; the place in the triangle is
+   overwritten, too. */
+typedef struct ism__discs {
+    uint32_t count;                             /* points in use */
+    uint32_t triangle[ISM__DISCS];
+    float    corners[3][3][ISM__DISCS];         /* of the triangles: corner, then coordinate */
+    float    weight[ISM__DISCS];                /* area that the point stands for, over its triangle's */
+    float    b1[ISM__DISCS], b2[ISM__DISCS];    /* barycentric coordinates of the point; 0 if the disc is not
+                                                   cut off at its triangle's edges */
+    float    d1[3][ISM__DISCS], d2[3][ISM__DISCS];  /* by how much they grow along the tile's axes */
+    float    at[3][ISM__DISCS];                 /* the disc's centre, in the tile's axes */
+    float    g[3][ISM__DISCS];                  /* the disc's plane, as in ism__texel */
+    float    radius2[ISM__DISCS];
+    int32_t  box[4][ISM__DISCS];                /* first and last column, first and last row */
+} ism__discs;
+
+typedef struct ism__tile {          /* one VPL's map while it is drawn */
+    const ism_maps  *m;
+    const ism_mesh  *mesh;
+    const ism_vpl   *vpl;
+    ism__orientation frame;
+    ism_projection   projection;
+    uint32_t         size;
+    const ism__window *window;      /* NULL: the whole square */
+    const float     *x, *y, *z;     /* directions of texel centres, in the tile's axes; x, y, 1 of sky maps in
+                                       units of radius */
+    float           *depth;         /* at texel centres; ISM_FAR = empty */
+    ism__texel      *texels;
+    float            texels_per_unit;   /* of angle, of a sky of world space: the most in either direction of
+                                           the square, without a window */
+    uint64_t         splats, wide, filled;
+} ism__tile;
+
+typedef struct ism__splat {         /* kernels of one instruction set */
+    uint32_t (*place)(ism__tile *tile, ism__discs *s);
+    /* Finds where discs lie in the tile, and returns a bit for each that may cover a texel. */
+    void     (*draw)(ism__tile *tile, const ism__discs *s, uint32_t bits);
+    /* Draws the discs whose bits are set, one after the other. */
+} ism__splat;
+
+/* Returns the depth of the surfel's plane at a texel; 0 if the texel's ray does not meet the plane. */
+static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
 {
-    uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_1 ? 1u : 8u, k;
-    uint32_t key = ism__hash_combine(w->m->desc.seed, 0x7000u + (count == 1u ? 0u : (uint32_t)t));
-    float sum = 0.0f, area2 = ism__v3_length(normal2);
-    for (k = 0; k < count; k++) {
-        uint32_t i = (uint32_t)((uint64_t)ism__hash_combine(key, k) * w->valid_count >> 32);
-        ism__v3 v = ism__v3_load(
-                    ism__at(w->view->points->positions, w->view->points->position_stride, w->valid[i])),
-                a = ism__v3_sub(p[0], v);
-        float d2 = ism__v3_dot(a, a);
-        if (area2 < 0.01f * d2) {
-            sum += 0.5f * fabsf(ism__v3_dot(normal2, a)) / (d2 * sqrtf(d2));
-        } else {
-            float corners[9];
-            ism__v3_store(corners, a);
-            ism__v3_store(corners + 3, ism__v3_sub(p[1], v));
-            ism__v3_store(corners + 6, ism__v3_sub(p[2], v));
-            sum += ism__solid_angle(corners, corners + 3, corners + 6);
+    float s = g[0] * tile->x[i] + g[1] * tile->y[i] + g[2] * tile->z[i];
+    if (tile->vpl->directional) return s > 0.0f ? s : 0.0f;
+    return s > 1e-20f ? 1.0f / s : 0.0f;
+}
+
+static float ism__texels_per_unit(const ism__tile *tile)
+{
+    float size = (float)tile->size;
+    if (tile->vpl->directional) return 0.5f * size / tile->m->radius;
+    if (tile->projection == ISM_PROJECTION_PARABOLOID) return 0.5f * size;
+    if (tile->projection == ISM_PROJECTION_LOBE)
+        return 0.9f * size * sqrtf(0.5f * (tile->vpl->exponent + 1.0f));
+    return 0.9f * size;
+}
+
+/* ==== src/ism/kernels_begin.h ==== */
+
+/* ---- kernels: one text, compiled for every instruction set ---- */
+
+/* Names that every instruction set has of its own, see unit simd. */
+#define ism__lanes3_cross ISM__NAME_IN_SET(ism__lanes3_cross, ISM__SET)
+#define ism__lanes3_madd ISM__NAME_IN_SET(ism__lanes3_madd, ISM__SET)
+#define ism__lanes3_turn ISM__NAME_IN_SET(ism__lanes3_turn, ISM__SET)
+#define ism__lanes3_select ISM__NAME_IN_SET(ism__lanes3_select, ISM__SET)
+#define ism__lanes3_store ISM__NAME_IN_SET(ism__lanes3_store, ISM__SET)
+#define ism__lanes_to_tile ISM__NAME_IN_SET(ism__lanes_to_tile, ISM__SET)
+#define ism__square_of_disc ISM__NAME_IN_SET(ism__square_of_disc, ISM__SET)
+#define ism__stretch_to_lobe ISM__NAME_IN_SET(ism__stretch_to_lobe, ISM__SET)
+#define ism__sizes ISM__NAME_IN_SET(ism__sizes, ISM__SET)
+#define ism__places ISM__NAME_IN_SET(ism__places, ISM__SET)
+#define ism__project ISM__NAME_IN_SET(ism__project, ISM__SET)
+#define ism__span_axis ISM__NAME_IN_SET(ism__span_axis, ISM__SET)
+#define ism__cut_at_edges ISM__NAME_IN_SET(ism__cut_at_edges, ISM__SET)
+#define ism__before_sky ISM__NAME_IN_SET(ism__before_sky, ISM__SET)
+#define ism__before_vpl ISM__NAME_IN_SET(ism__before_vpl, ISM__SET)
+#define ism__place_some ISM__NAME_IN_SET(ism__place_some, ISM__SET)
+#define ism__place_discs ISM__NAME_IN_SET(ism__place_discs, ISM__SET)
+#define ism__texels_hit ISM__NAME_IN_SET(ism__texels_hit, ISM__SET)
+#define ism__draw_disc ISM__NAME_IN_SET(ism__draw_disc, ISM__SET)
+#define ism__draw_discs ISM__NAME_IN_SET(ism__draw_discs, ISM__SET)
+#define ism__mean_solid_angle ISM__NAME_IN_SET(ism__mean_solid_angle, ISM__SET)
+
+#define ISM__SET plain
+#define ISM__WIDTH ISM__SIMD_WIDTH
+#define ISM__LANE_COUNT 8
+
+#endif /* !ISM_IMPLEMENTED */
+
+#ifdef ISM__SET
+
+/* ==== src/shared/simd_begin.h ==== */
+
+/* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
+
+#undef ISM__KERNEL
+#undef ISM__IN_KERNEL
+#undef ISM__IN_LARGE_KERNEL
+#undef ISM__INTEL
+#undef ISM__EACH
+
+#if ISM__WIDTH == 16
+#define ISM__KERNEL ISM__TARGET_AVX512
+#elif ISM__WIDTH == 8
+#define ISM__KERNEL ISM__TARGET_AVX2
+#else
+#define ISM__KERNEL
+#endif
+
+#if ISM__WIDTH == 16
+#define ISM__INTEL(name) _mm512_##name
+#elif ISM__WIDTH == 8
+#define ISM__INTEL(name) _mm256_##name
+#else
+#define ISM__INTEL(name) _mm_##name
+#endif
+
+/* ISM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+   function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
+   functions. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__IN_KERNEL __attribute__((always_inline)) ISM__KERNEL
+#else
+#define ISM__IN_KERNEL ISM__KERNEL
+#endif
+#if defined(__GNUC__) && !defined(__TINYC__) && (!defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__))
+#define ISM__IN_LARGE_KERNEL __attribute__((noinline)) ISM__KERNEL
+#else
+#define ISM__IN_LARGE_KERNEL inline ISM__IN_KERNEL
+#endif
+
+/* ISM__EACH executes statements for every piece of ISM__WIDTH lanes. The number of the piece is a constant in
+   them, so that compilers keep pieces in registers. */
+#if ISM__WIDTH > 1 && ISM__LANE_COUNT == ISM__WIDTH
+#define ISM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
+#elif ISM__WIDTH > 1 && ISM__LANE_COUNT == 2 * ISM__WIDTH
+#define ISM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; }
+#elif ISM__WIDTH > 1 && ISM__LANE_COUNT == 4 * ISM__WIDTH
+#define ISM__EACH(...) \
+    { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
+    { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
+#else
+#define ISM__EACH(...) { int piece; for (piece = 0; piece < ISM__LANE_COUNT / ISM__WIDTH; piece++) { __VA_ARGS__; } }
+#endif
+
+/* ==== src/shared/simd_x86.h ==== */
+
+/* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
+
+#if ISM__SIMD_X86 || ISM__WIDTH > 4
+
+#if ISM__WIDTH == 16
+typedef struct ism__lanes { __m512 v[ISM__LANE_COUNT / 16]; } ism__lanes;
+typedef struct ism__lane_ints { __m512i v[ISM__LANE_COUNT / 16]; } ism__lane_ints;
+typedef struct ism__lane_mask { __mmask16 v[ISM__LANE_COUNT / 16]; } ism__lane_mask;
+#elif ISM__WIDTH == 8
+typedef struct ism__lanes { __m256 v[ISM__LANE_COUNT / 8]; } ism__lanes;
+typedef struct ism__lane_ints { __m256i v[ISM__LANE_COUNT / 8]; } ism__lane_ints;
+typedef struct ism__lane_mask { __m256 v[ISM__LANE_COUNT / 8]; } ism__lane_mask;
+#else
+typedef struct ism__lanes { __m128 v[ISM__LANE_COUNT / 4]; } ism__lanes;
+typedef struct ism__lane_ints { __m128i v[ISM__LANE_COUNT / 4]; } ism__lane_ints;
+typedef struct ism__lane_mask { __m128 v[ISM__LANE_COUNT / 4]; } ism__lane_mask;
+#endif
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_load(const float *from)
+{
+    ism__lanes a;
+    ISM__EACH(a.v[piece] = ISM__INTEL(loadu_ps)(from + piece * ISM__WIDTH))
+    return a;
+}
+
+static inline ISM__IN_KERNEL void ism__lanes_store(float *to, ism__lanes a)
+{
+    ISM__EACH(ISM__INTEL(storeu_ps)(to + piece * ISM__WIDTH, a.v[piece]))
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_all(float x)
+{
+    ism__lanes a;
+    ISM__EACH(a.v[piece] = ISM__INTEL(set1_ps)(x))
+    return a;
+}
+
+/* Comparisons with what is not a number are false, but for differ, which is true. */
+static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_greater(ism__lanes a, ism__lanes b)
+{
+    ism__lane_mask m;
+#if ISM__WIDTH == 16
+    ISM__EACH(m.v[piece] = _mm512_cmp_ps_mask(a.v[piece], b.v[piece], _CMP_GT_OQ))
+#elif ISM__WIDTH == 8
+    ISM__EACH(m.v[piece] = _mm256_cmp_ps(a.v[piece], b.v[piece], _CMP_GT_OQ))
+#else
+    ISM__EACH(m.v[piece] = _mm_cmpgt_ps(a.v[piece], b.v[piece]))
+#endif
+    return m;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_at_least(ism__lanes a, ism__lanes b)
+{
+    ism__lane_mask m;
+#if ISM__WIDTH == 16
+    ISM__EACH(m.v[piece] = _mm512_cmp_ps_mask(a.v[piece], b.v[piece], _CMP_GE_OQ))
+#elif ISM__WIDTH == 8
+    ISM__EACH(m.v[piece] = _mm256_cmp_ps(a.v[piece], b.v[piece], _CMP_GE_OQ))
+#else
+    ISM__EACH(m.v[piece] = _mm_cmpge_ps(a.v[piece], b.v[piece]))
+#endif
+    return m;
+}
+
+/* Returns m ? a : b in each lane. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a, ism__lanes b)
+{
+#if ISM__WIDTH == 16
+    ISM__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
+#elif ISM__WIDTH == 8
+    ISM__EACH(a.v[piece] = _mm256_blendv_ps(b.v[piece], a.v[piece], m.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = _mm_or_ps(_mm_and_ps(m.v[piece], a.v[piece]), _mm_andnot_ps(m.v[piece], b.v[piece])))
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_add(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(add_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_sub(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(sub_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_mul(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(mul_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_div(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(div_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_max(ism__lanes a, ism__lanes b)
+{
+#if ISM__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
+    ISM__EACH(a.v[piece] = _mm512_maskz_max_ps((__mmask16)0xffff, a.v[piece], b.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = ISM__INTEL(max_ps)(a.v[piece], b.v[piece]))
+#endif
+    return a;
+}
+
+/* Returns a < b ? a : b. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_min(ism__lanes a, ism__lanes b)
+{
+#if ISM__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
+    ISM__EACH(a.v[piece] = _mm512_maskz_min_ps((__mmask16)0xffff, a.v[piece], b.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = ISM__INTEL(min_ps)(a.v[piece], b.v[piece]))
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_sqrt(ism__lanes a)
+{
+#if ISM__WIDTH == 16
+    ISM__EACH(a.v[piece] = _mm512_maskz_sqrt_ps((__mmask16)0xffff, a.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = ISM__INTEL(sqrt_ps)(a.v[piece]))
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_abs(ism__lanes a)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(andnot_ps)(ISM__INTEL(set1_ps)(-0.0f), a.v[piece]))
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_negate(ism__lanes a)
+{
+    ISM__EACH(a.v[piece] = ISM__INTEL(xor_ps)(ISM__INTEL(set1_ps)(-0.0f), a.v[piece]))
+    return a;
+}
+
+/* Returns m ? a : 0. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_keep(ism__lane_mask m, ism__lanes a)
+{
+#if ISM__WIDTH == 16
+    ISM__EACH(a.v[piece] = _mm512_maskz_mov_ps(m.v[piece], a.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = ISM__INTEL(and_ps)(m.v[piece], a.v[piece]))
+#endif
+    return a;
+}
+
+/* Rounds towards 0. An int32_t must be able to hold each float. */
+static inline ISM__IN_KERNEL ism__lane_ints ism__lanes_truncate(ism__lanes a)
+{
+    ism__lane_ints k;
+#if ISM__WIDTH == 16
+    ISM__EACH(k.v[piece] = _mm512_maskz_cvttps_epi32((__mmask16)0xffff, a.v[piece]))
+#else
+    ISM__EACH(k.v[piece] = ISM__INTEL(cvttps_epi32)(a.v[piece]))
+#endif
+    return k;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__mask_and(ism__lane_mask m, ism__lane_mask n)
+{
+#if ISM__WIDTH == 16
+    ISM__EACH(m.v[piece] = (__mmask16)(m.v[piece] & n.v[piece]))
+#else
+    ISM__EACH(m.v[piece] = ISM__INTEL(and_ps)(m.v[piece], n.v[piece]))
+#endif
+    return m;
+}
+
+/* Returns the mask as bits: bit l is that of lane l. */
+static inline ISM__IN_KERNEL uint32_t ism__mask_bits(ism__lane_mask m)
+{
+    uint32_t bits = 0;
+#if ISM__WIDTH == 16
+    ISM__EACH(bits |= (uint32_t)m.v[piece] << piece * ISM__WIDTH)
+#else
+    ISM__EACH(bits |= (uint32_t)ISM__INTEL(movemask_ps)(m.v[piece]) << piece * ISM__WIDTH)
+#endif
+    return bits;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__mask_of_bits(uint32_t bits)
+{
+    ism__lane_mask m;
+#if ISM__WIDTH == 16
+    ISM__EACH(m.v[piece] = (__mmask16)(bits >> piece * ISM__WIDTH))
+#elif ISM__WIDTH == 8
+    const __m256i each = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    ISM__EACH(
+        __m256i k = _mm256_and_si256(_mm256_set1_epi32((int32_t)(bits >> piece * ISM__WIDTH)), each);
+        m.v[piece] = _mm256_castsi256_ps(_mm256_cmpeq_epi32(k, each)))
+#else
+    const __m128i each = _mm_setr_epi32(1, 2, 4, 8);
+    ISM__EACH(
+        __m128i k = _mm_and_si128(_mm_set1_epi32((int32_t)(bits >> piece * ISM__WIDTH)), each);
+        m.v[piece] = _mm_castsi128_ps(_mm_cmpeq_epi32(k, each)))
+#endif
+    return m;
+}
+
+static inline ISM__IN_KERNEL void ism__ints_store(int32_t *to, ism__lane_ints k)
+{
+#if ISM__WIDTH == 16
+    ISM__EACH(_mm512_storeu_si512((void *)(to + piece * ISM__WIDTH), k.v[piece]))
+#elif ISM__WIDTH == 8
+    ISM__EACH(_mm256_storeu_si256((__m256i *)(void *)(to + piece * ISM__WIDTH), k.v[piece]))
+#else
+    ISM__EACH(_mm_storeu_si128((__m128i *)(void *)(to + piece * ISM__WIDTH), k.v[piece]))
+#endif
+}
+
+#endif
+
+/* ==== src/shared/simd_plain.h ==== */
+
+/* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
+
+#if !ISM__SIMD_X86 && ISM__WIDTH <= 4
+
+#if ISM__SIMD_VECTORS
+typedef float ism__piece __attribute__((vector_size(16)));
+typedef int32_t ism__piece_ints __attribute__((vector_size(16)));
+typedef uint32_t ism__piece_words __attribute__((vector_size(16)));
+#else
+typedef float ism__piece;
+typedef int32_t ism__piece_ints;
+typedef uint32_t ism__piece_words;
+#endif
+typedef struct ism__lanes { ism__piece v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lanes;
+typedef struct ism__lane_ints { ism__piece_ints v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lane_ints;
+typedef struct ism__lane_mask { ism__piece_ints v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lane_mask;    /* lanes of 0 or -1 */
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_load(const float *from)
+{
+    ism__lanes a;
+    ISM__EACH(memcpy(&a.v[piece], from + piece * ISM__WIDTH, sizeof a.v[piece]))
+    return a;
+}
+
+static inline ISM__IN_KERNEL void ism__lanes_store(float *to, ism__lanes a)
+{
+    ISM__EACH(memcpy(to + piece * ISM__WIDTH, &a.v[piece], sizeof a.v[piece]))
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_all(float x)
+{
+    ism__lanes a;
+#if ISM__SIMD_VECTORS
+    const ism__piece all = { x, x, x, x };
+    ISM__EACH(a.v[piece] = all)
+#else
+    ISM__EACH(a.v[piece] = x)
+#endif
+    return a;
+}
+
+/* Comparisons with what is not a number are false, but for differ, which is true. */
+static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_greater(ism__lanes a, ism__lanes b)
+{
+    ism__lane_mask m;
+#if ISM__SIMD_VECTORS
+    ISM__EACH(m.v[piece] = a.v[piece] > b.v[piece])
+#else
+    ISM__EACH(m.v[piece] = -(a.v[piece] > b.v[piece]))
+#endif
+    return m;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_at_least(ism__lanes a, ism__lanes b)
+{
+    ism__lane_mask m;
+#if ISM__SIMD_VECTORS
+    ISM__EACH(m.v[piece] = a.v[piece] >= b.v[piece])
+#else
+    ISM__EACH(m.v[piece] = -(a.v[piece] >= b.v[piece]))
+#endif
+    return m;
+}
+
+/* Returns m ? a : b in each lane. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a, ism__lanes b)
+{
+#if ISM__SIMD_VECTORS
+    ISM__EACH(a.v[piece] = (ism__piece)((m.v[piece] & (ism__piece_ints)a.v[piece]) |
+                                  (~m.v[piece] & (ism__piece_ints)b.v[piece])))
+#else
+    ISM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_add(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = a.v[piece] + b.v[piece])
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_sub(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = a.v[piece] - b.v[piece])
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_mul(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = a.v[piece] * b.v[piece])
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_div(ism__lanes a, ism__lanes b)
+{
+    ISM__EACH(a.v[piece] = a.v[piece] / b.v[piece])
+    return a;
+}
+
+/* Returns a > b ? a : b, so that b is the answer if one is not a number. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_max(ism__lanes a, ism__lanes b)
+{
+    return ism__lanes_select(ism__lanes_greater(a, b), a, b);
+}
+
+/* Returns a < b ? a : b. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_min(ism__lanes a, ism__lanes b)
+{
+    return ism__lanes_select(ism__lanes_greater(b, a), a, b);
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_sqrt(ism__lanes a)
+{
+#if ISM__SIMD_VECTORS
+#if defined(__aarch64__) && !defined(ISM__NO_SIMD)
+    ISM__EACH(a.v[piece] = (ism__piece)vsqrtq_f32((float32x4_t)a.v[piece]))
+#elif defined(__wasm_simd128__) && !defined(ISM__NO_SIMD)
+    ISM__EACH(a.v[piece] = (ism__piece)wasm_f32x4_sqrt((v128_t)a.v[piece]))
+#else
+    int k;
+    ISM__EACH(for (k = 0; k < 4; k++) a.v[piece][k] = sqrtf(a.v[piece][k]))
+#endif
+#else
+    ISM__EACH(a.v[piece] = sqrtf(a.v[piece]))
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_abs(ism__lanes a)
+{
+#if ISM__SIMD_VECTORS
+    const int32_t b = 0x7fffffff;
+    const ism__piece_ints bits = { b, b, b, b };
+    ISM__EACH(a.v[piece] = (ism__piece)((ism__piece_ints)a.v[piece] & bits))
+#else
+    ISM__EACH(a.v[piece] = fabsf(a.v[piece]))
+#endif
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_negate(ism__lanes a)
+{
+    ISM__EACH(a.v[piece] = -a.v[piece])
+    return a;
+}
+
+/* Returns m ? a : 0. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_keep(ism__lane_mask m, ism__lanes a)
+{
+#if ISM__SIMD_VECTORS
+    ISM__EACH(a.v[piece] = (ism__piece)(m.v[piece] & (ism__piece_ints)a.v[piece]))
+#else
+    ISM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : 0.0f)
+#endif
+    return a;
+}
+
+/* Rounds towards 0. An int32_t must be able to hold each float. */
+static inline ISM__IN_KERNEL ism__lane_ints ism__lanes_truncate(ism__lanes a)
+{
+    ism__lane_ints k;
+#if ISM__SIMD_VECTORS
+    ISM__EACH(k.v[piece] = __builtin_convertvector(a.v[piece], ism__piece_ints))
+#else
+    ISM__EACH(k.v[piece] = (int32_t)a.v[piece])
+#endif
+    return k;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__mask_and(ism__lane_mask m, ism__lane_mask n)
+{
+    ISM__EACH(m.v[piece] = m.v[piece] & n.v[piece])
+    return m;
+}
+
+/* Returns the mask as bits: bit l is that of lane l. */
+static inline ISM__IN_KERNEL uint32_t ism__mask_bits(ism__lane_mask m)
+{
+    uint32_t bits = 0;
+#if ISM__SIMD_VECTORS
+    int k;
+    ISM__EACH(for (k = 0; k < 4; k++) bits |= ((uint32_t)m.v[piece][k] & 1u) << (piece * ISM__WIDTH + k))
+#else
+    ISM__EACH(bits |= ((uint32_t)m.v[piece] & 1u) << piece)
+#endif
+    return bits;
+}
+
+static inline ISM__IN_KERNEL ism__lane_mask ism__mask_of_bits(uint32_t bits)
+{
+    ism__lane_mask m;
+#if ISM__SIMD_VECTORS
+    const ism__piece_ints each = { 1, 2, 4, 8 };
+    ISM__EACH(
+        const int32_t own = (int32_t)(bits >> piece * ISM__WIDTH & 15u);
+        const ism__piece_ints all = { own, own, own, own };
+        m.v[piece] = (all & each) == each)
+#else
+    ISM__EACH(m.v[piece] = -(int32_t)(bits >> piece & 1u))
+#endif
+    return m;
+}
+
+static inline ISM__IN_KERNEL void ism__ints_store(int32_t *to, ism__lane_ints k)
+{
+    ISM__EACH(memcpy(to + piece * ISM__WIDTH, &k.v[piece], sizeof k.v[piece]))
+}
+
+#endif
+
+/* ==== src/shared/simd_lanes3.h ==== */
+
+/* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
+
+typedef struct ism__lanes3 { ism__lanes x, y, z; } ism__lanes3;
+
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_load(const float *x, const float *y, const float *z)
+{
+    ism__lanes3 a;
+    a.x = ism__lanes_load(x);
+    a.y = ism__lanes_load(y);
+    a.z = ism__lanes_load(z);
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_all(float x, float y, float z)
+{
+    ism__lanes3 a;
+    a.x = ism__lanes_all(x);
+    a.y = ism__lanes_all(y);
+    a.z = ism__lanes_all(z);
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_sub(ism__lanes3 a, ism__lanes3 b)
+{
+    a.x = ism__lanes_sub(a.x, b.x);
+    a.y = ism__lanes_sub(a.y, b.y);
+    a.z = ism__lanes_sub(a.z, b.z);
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_scale(ism__lanes3 a, ism__lanes s)
+{
+    a.x = ism__lanes_mul(a.x, s);
+    a.y = ism__lanes_mul(a.y, s);
+    a.z = ism__lanes_mul(a.z, s);
+    return a;
+}
+
+static inline ISM__IN_KERNEL ism__lanes ism__lanes3_dot(ism__lanes3 a, ism__lanes3 b)
+{
+    return ism__lanes_add(ism__lanes_add(ism__lanes_mul(a.x, b.x), ism__lanes_mul(a.y, b.y)), ism__lanes_mul(a.z, b.z));
+}
+
+/* ==== src/shared/simd_ints.h ==== */
+
+/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask in a row, single bits */
+#define ism__mask_count ISM__NAME_IN_SET(ism__mask_count, ISM__SET)
+#define ism__first_bit ISM__NAME_IN_SET(ism__first_bit, ISM__SET)
+
+/* Returns how many lanes are in a mask. */
+static inline ISM__IN_KERNEL uint32_t ism__mask_count(ism__lane_mask m)
+{
+#if ISM__WIDTH > 4
+    return (uint32_t)_mm_popcnt_u32(ism__mask_bits(m));
+#else
+    return ism__popcount(ism__mask_bits(m));
+#endif
+}
+
+/* Returns the number of the lowest set bit; bits is not 0. */
+static inline ISM__IN_KERNEL uint32_t ism__first_bit(uint32_t bits)
+{
+#if ISM__WIDTH > 4
+    return _tzcnt_u32(bits);
+#elif defined(__GNUC__) && !defined(__TINYC__)
+    return (uint32_t)__builtin_ctz(bits);
+#else
+    return ism__popcount(~bits & (bits - 1u));
+#endif
+}
+
+/* ==== src/ism/kernels_project.h ==== */
+
+/* ---- kernels: where directions lie in a tile, as ism_map_coordinates and ism__to_tile say ---- */
+
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_cross(ism__lanes3 a, ism__lanes3 b)
+{
+    ism__lanes3 c;
+    c.x = ism__lanes_sub(ism__lanes_mul(a.y, b.z), ism__lanes_mul(a.z, b.y));
+    c.y = ism__lanes_sub(ism__lanes_mul(a.z, b.x), ism__lanes_mul(a.x, b.z));
+    c.z = ism__lanes_sub(ism__lanes_mul(a.x, b.y), ism__lanes_mul(a.y, b.x));
+    return c;
+}
+
+/* Returns a + b s. */
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_madd(ism__lanes3 a, ism__lanes3 b, ism__lanes s)
+{
+    a.x = ism__lanes_add(a.x, ism__lanes_mul(b.x, s));
+    a.y = ism__lanes_add(a.y, ism__lanes_mul(b.y, s));
+    a.z = ism__lanes_add(a.z, ism__lanes_mul(b.z, s));
+    return a;
+}
+
+/* Returns vectors in the axes of an orientation. */
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_turn(const ism__orientation *f, ism__lanes3 v)
+{
+    ism__lanes3 out;
+    out.x = ism__lanes3_dot(ism__lanes3_all(f->x.x, f->x.y, f->x.z), v);
+    out.y = ism__lanes3_dot(ism__lanes3_all(f->y.x, f->y.y, f->y.z), v);
+    out.z = ism__lanes3_dot(ism__lanes3_all(f->z.x, f->z.y, f->z.z), v);
+    return out;
+}
+
+/* Returns m ? a : b. */
+static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_select(ism__lane_mask m, ism__lanes3 a, ism__lanes3 b)
+{
+    a.x = ism__lanes_select(m, a.x, b.x);
+    a.y = ism__lanes_select(m, a.y, b.y);
+    a.z = ism__lanes_select(m, a.z, b.z);
+    return a;
+}
+
+/* Writes three arrays, from element l on. */
+static inline ISM__IN_KERNEL void ism__lanes3_store(float (*to)[ISM__DISCS], size_t l, ism__lanes3 a)
+{
+    ism__lanes_store(to[0] + l, a.x);
+    ism__lanes_store(to[1] + l, a.y);
+    ism__lanes_store(to[2] + l, a.z);
+}
+
+/* Places in the square, or in the tile. */
+typedef struct ism__places { ism__lanes u, v; } ism__places;
+
+/* ism__to_tile of an axis that is on. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_to_tile(const ism__axis *w, ism__lanes u)
+{
+    const ism__lanes lo = ism__lanes_all(w->lo), hi = ism__lanes_all(w->hi), zero = ism__lanes_all(0.0f);
+    const ism__lanes below = ism__lanes_mul(u, ism__lanes_all(w->below));
+    const ism__lanes inside = ism__lanes_add(
+        ism__lanes_all(w->a), ism__lanes_mul(ism__lanes_sub(u, lo), ism__lanes_all(w->inside)));
+    const ism__lanes above = ism__lanes_add(
+        ism__lanes_all(w->b), ism__lanes_mul(ism__lanes_sub(u, hi), ism__lanes_all(w->above)));
+    ism__lanes x = ism__lanes_select(ism__lanes_greater(hi, u), inside, above);
+    x = ism__lanes_select(ism__lanes_greater(lo, u), below, x);
+    return ism__lanes_min(ism__lanes_max(x, zero), ism__lanes_all(1.0f));
+}
+
+/* ism__disc_to_square. The angle from the nearer axis of the disc lies within 45 degrees, so that of
+   ism__atan2 the part for 0 <= |y| <= x is enough. */
+static inline ISM__IN_KERNEL ism__places ism__square_of_disc(ism__lanes x, ism__lanes y)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), one = ism__lanes_all(1.0f);
+    const ism__lanes radius = ism__lanes_sqrt(ism__lanes_add(ism__lanes_mul(x, x), ism__lanes_mul(y, y)));
+    const ism__lane_mask wide = ism__lanes_greater(ism__lanes_abs(x), ism__lanes_abs(y));
+    const ism__lanes major = ism__lanes_select(wide, x, y), minor = ism__lanes_select(wide, y, x);
+    const ism__lane_mask back = ism__lanes_greater(zero, major);
+    const ism__lanes length = ism__lanes_abs(major);
+    const ism__lane_mask some = ism__lanes_greater(length, zero);
+    const ism__lanes a = ism__lanes_div(ism__lanes_abs(minor), ism__lanes_select(some, length, one));
+    const ism__lane_mask big = ism__lanes_greater(a, ism__lanes_all(0.414213562f));
+    const ism__lanes t = ism__lanes_select(
+        big, ism__lanes_div(ism__lanes_sub(a, one), ism__lanes_add(a, one)), a);
+    const ism__lanes z = ism__lanes_mul(t, t);
+    ism__lanes angle = ism__lanes_add(ism__lanes_all(-0.1387984996f),
+                                      ism__lanes_mul(z, ism__lanes_all(0.08060308882f)));
+    ism__places out;
+    angle = ism__lanes_add(ism__lanes_all(0.1997792608f), ism__lanes_mul(z, angle));
+    angle = ism__lanes_add(ism__lanes_all(-0.3333295525f), ism__lanes_mul(z, angle));
+    angle = ism__lanes_add(t, ism__lanes_mul(ism__lanes_mul(t, z), angle));
+    angle = ism__lanes_select(big, ism__lanes_add(angle, ism__lanes_all(0.785398163f)), angle);
+    angle = ism__lanes_select(ism__lanes_greater(zero, minor), ism__lanes_negate(angle), angle);
+    out.u = ism__lanes_select(back, ism__lanes_negate(radius), radius);
+    out.v = ism__lanes_mul(ism__lanes_mul(out.u, ism__lanes_all(1.27323954f)), angle);
+    out.v = ism__lanes_select(back, ism__lanes_negate(out.v), out.v);
+    angle = out.u;
+    out.u = ism__lanes_select(wide, angle, out.v);
+    out.v = ism__lanes_select(wide, out.v, angle);
+    return out;
+}
+
+/* Returns by how much ism_map_coordinates stretches x and y of a LOBE map. Its exponentials are of doubles,
+   which lanes do not have. */
+static inline ISM__IN_KERNEL ism__lanes ism__stretch_to_lobe(ism__lanes3 d, float exponent)
+{
+    float z[ISM__LANE_COUNT], sine[ISM__LANE_COUNT];
+    int l;
+    ism__lanes_store(z, d.z);
+    ism__lanes_store(sine, ism__lanes_sqrt(ism__lanes_add(ism__lanes_mul(d.x, d.x),
+                                                          ism__lanes_mul(d.y, d.y))));
+    for (l = 0; l < ISM__LANE_COUNT; l++) z[l] = ism__lobe_stretch(z[l], sine[l], exponent);
+    return ism__lanes_load(z);
+}
+
+/* ism_map_coordinates of directions before the horizon. */
+static inline ISM__IN_KERNEL ism__places ism__project(ism_projection projection, float exponent,
+                                                      ism__lanes3 d)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), half = ism__lanes_all(0.5f), one = ism__lanes_all(1.0f);
+    ism__lanes s;
+    ism__places out;
+    if (projection == ISM_PROJECTION_PARABOLOID) {
+        s = ism__lanes_add(one, d.z);
+        out.u = ism__lanes_div(d.x, s);
+        out.v = ism__lanes_div(d.y, s);
+    } else if (projection == ISM_PROJECTION_OCTAHEDRAL) {
+        s = ism__lanes_add(ism__lanes_add(ism__lanes_abs(d.x), ism__lanes_abs(d.y)), d.z);
+        s = ism__lanes_div(one, s);
+        out.u = ism__lanes_mul(ism__lanes_add(d.x, d.y), s);
+        out.v = ism__lanes_mul(ism__lanes_sub(d.x, d.y), s);
+    } else {
+        if (projection == ISM_PROJECTION_LOBE && exponent != 1.0f) {
+            s = ism__stretch_to_lobe(d, exponent);
+            d.x = ism__lanes_mul(d.x, s);
+            d.y = ism__lanes_mul(d.y, s);
         }
+        out = ism__square_of_disc(d.x, d.y);
+    }
+    out.u = ism__lanes_add(ism__lanes_mul(half, out.u), half);
+    out.v = ism__lanes_add(ism__lanes_mul(half, out.v), half);
+    out.u = ism__lanes_min(ism__lanes_max(out.u, zero), one);
+    out.v = ism__lanes_min(ism__lanes_max(out.v, zero), one);
+    return out;
+}
+
+/* ==== src/ism/kernels_splat.h ==== */
+
+/* ---- kernels: points become discs in a tile (paper 3.3) ---- */
+
+/* Writes the columns or rows of texels whose places in the square are within `reach` of u, as ism__to_tile
+   says. */
+static inline ISM__IN_KERNEL void ism__span_axis(const ism__axis *w, ism__lanes u, ism__lanes reach,
+                                                 float size, int32_t *first, int32_t *last)
+{
+    const ism__lanes most = ism__lanes_all(size), zero = ism__lanes_all(0.0f);
+    ism__lanes x0, x1;
+    if (w->on) {
+        const ism__lanes part = ism__lanes_div(reach, most);
+        x0 = ism__lanes_mul(ism__lanes_to_tile(w, ism__lanes_sub(u, part)), most);
+        x1 = ism__lanes_mul(ism__lanes_to_tile(w, ism__lanes_add(u, part)), most);
+    } else {
+        const ism__lanes middle = ism__lanes_mul(u, most);
+        x0 = ism__lanes_sub(middle, reach);
+        x1 = ism__lanes_add(middle, reach);
+    }
+    x1 = ism__lanes_select(ism__lanes_greater(most, x1), x1, ism__lanes_all(size - 1.0f));
+    ism__ints_store(first, ism__lanes_truncate(ism__lanes_max(x0, zero)));
+    ism__ints_store(last, ism__lanes_truncate(x1));
+}
+
+/* Prepares discs to be cut off at their triangles' edges. Points that stand for less than their triangle are
+   cut, and may be large: so a wall has neither gaps nor discs that jut out over its end. A point that stands
+   for neighbouring triangles too remains a disc. */
+static inline ISM__IN_KERNEL void ism__cut_at_edges(const ism__tile *tile, ism__lane_mask cut, ism__lanes3 e1,
+                                                    ism__lanes3 e2, ism__lanes3 n, ism__discs *s, size_t l)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f);
+    const ism__lanes3 none = ism__lanes3_all(0.0f, 0.0f, 0.0f);
+    const ism__lanes inverse = ism__lanes_div(ism__lanes_all(1.0f), ism__lanes3_dot(n, n));
+    const ism__lanes3 d1 = ism__lanes3_scale(ism__lanes3_cross(e2, n), inverse);
+    const ism__lanes3 d2 = ism__lanes3_scale(ism__lanes3_cross(n, e1), inverse);
+    ism__lanes_store(s->b1 + l, ism__lanes_select(cut, ism__lanes_load(s->b1 + l), zero));
+    ism__lanes_store(s->b2 + l, ism__lanes_select(cut, ism__lanes_load(s->b2 + l), zero));
+    ism__lanes3_store(s->d1, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d1), none));
+    ism__lanes3_store(s->d2, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d2), none));
+}
+
+/* Places points in a sky's map: p from the mesh's centre, n unit. Returns which of them lie in the map. */
+static inline ISM__IN_KERNEL ism__lane_mask ism__before_sky(const ism__tile *tile, ism__lanes3 p,
+                                                            ism__lanes3 n, ism__discs *s, size_t l,
+                                                            ism__places *uv)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), half = ism__lanes_all(0.5f), one = ism__lanes_all(1.0f);
+    const ism__lanes r = ism__lanes_all(tile->m->radius);
+    const ism__lane_mask steep = ism__lanes_greater(ism__lanes_abs(n.z), ism__lanes_all(0.05f));
+    const ism__lanes slope = ism__lanes_keep(steep, ism__lanes_div(one, n.z));
+    const ism__lanes depth = ism__lanes_add(p.z, r);    /* the tile's z is the way that light travels */
+    ism__lanes3 g;
+    ism__lane_mask inside;
+    uv->u = ism__lanes_add(ism__lanes_div(ism__lanes_mul(half, p.x), r), half);
+    uv->v = ism__lanes_add(ism__lanes_div(ism__lanes_mul(half, p.y), r), half);
+    inside = ism__mask_and(ism__lanes_at_least(uv->u, zero), ism__lanes_at_least(uv->v, zero));
+    inside = ism__mask_and(inside, ism__lanes_greater(one, uv->u));
+    inside = ism__mask_and(inside, ism__lanes_greater(one, uv->v));
+    g.x = ism__lanes_mul(ism__lanes_mul(ism__lanes_negate(n.x), slope), r);
+    g.y = ism__lanes_mul(ism__lanes_mul(ism__lanes_negate(n.y), slope), r);
+    g.z = ism__lanes_add(ism__lanes_mul(n.x, p.x), ism__lanes_mul(n.y, p.y));
+    g.z = ism__lanes_add(depth, ism__lanes_mul(g.z, slope));
+    p.z = depth;
+    ism__lanes3_store(s->at, l, p);
+    ism__lanes3_store(s->g, l, g);
+    return inside;
+}
+
+/* A disc's squared radius, its distance from the VPL, and whether it was made smaller. */
+typedef struct ism__sizes { ism__lanes radius2, depth; ism__lane_mask capped; } ism__sizes;
+
+/* Places points in a VPL's map: p from the VPL, n unit. Returns which of them the VPL sees before itself. */
+static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *tile, ism__lanes3 p,
+                                                            ism__lanes3 n, ism__lane_mask cut,
+                                                            ism__discs *s, size_t l, ism__sizes *sizes,
+                                                            ism__places *uv)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), one = ism__lanes_all(1.0f);
+    const ism__lanes d2 = ism__lanes3_dot(p, p), along = ism__lanes3_dot(n, p), depth = ism__lanes_sqrt(d2);
+    const ism__lanes least = ism__lanes_mul(ism__lanes_all(1e-3f), depth);
+    const ism__lane_mask steep = ism__lanes_greater(ism__lanes_abs(along), least);
+    ism__lane_mask seen = ism__mask_and(ism__lanes_greater(d2, ism__lanes_all(1e-30f)),
+                                        ism__lanes_greater(p.z, least));
+    ism__lanes3 g;
+    ism__lanes most, away;
+    if (tile->projection == ISM_PROJECTION_LOBE) {
+        /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
+        const ism__orientation *f = &tile->frame;
+        const float *normal = tile->vpl->normal;
+        ism__lanes3 world = ism__lanes3_scale(ism__lanes3_all(f->x.x, f->x.y, f->x.z), p.x);
+        world = ism__lanes3_madd(world, ism__lanes3_all(f->y.x, f->y.y, f->y.z), p.y);
+        world = ism__lanes3_madd(world, ism__lanes3_all(f->z.x, f->z.y, f->z.z), p.z);
+        away = ism__lanes3_dot(world, ism__lanes3_all(normal[0], normal[1], normal[2]));
+        seen = ism__mask_and(seen, ism__lanes_greater(ism__lanes_abs(away), least));
+    }
+    /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that
+       the VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
+    most = ism__lanes_select(ism__lanes_greater(along, zero), ism__lanes_all(ISM__WIDEST_BACK),
+                             ism__lanes_all(ISM__WIDEST));
+    most = ism__lanes_mul(ism__lanes_select(cut, ism__lanes_all(ISM__WIDEST), most), d2);
+    sizes->capped = ism__lanes_greater(sizes->radius2, most);
+    sizes->radius2 = ism__lanes_select(sizes->capped, most, sizes->radius2);
+    *uv = ism__project(tile->projection, tile->vpl->exponent,
+                       ism__lanes3_scale(p, ism__lanes_div(one, depth)));
+    /* A disc that is seen from its edge has a plane that faces the VPL instead. */
+    g = ism__lanes3_select(steep, ism__lanes3_scale(n, ism__lanes_div(one, along)),
+                           ism__lanes3_scale(p, ism__lanes_div(one, d2)));
+    /* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide,
+       and would hide that surface from the VPL: it is drawn a radius farther away, as large as before for the
+       VPL. */
+    away = ism__lanes_add(one, ism__lanes_div(ism__lanes_sqrt(sizes->radius2), depth));
+    away = ism__lanes_select(cut, one, away);
+    ism__lanes3_store(s->at, l, ism__lanes3_scale(p, away));
+    ism__lanes3_store(s->g, l, ism__lanes3_scale(g, ism__lanes_div(one, away)));
+    sizes->radius2 = ism__lanes_mul(sizes->radius2, ism__lanes_mul(away, away));
+    sizes->depth = ism__lanes_mul(depth, away);
+    return seen;
+}
+
+/* Finds where as many points as there are lanes lie in the tile: ism__tile's `place`, from point l on. */
+static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__discs *s, size_t l)
+{
+    const int sky = tile->vpl->directional != 0;
+    const float *from = sky ? tile->m->center : tile->vpl->position, scale = tile->m->desc.splat_scale;
+    const ism__lanes one = ism__lanes_all(1.0f), zero = ism__lanes_all(0.0f);
+    const ism__lanes weight = ism__lanes_load(s->weight + l);
+    const ism__lane_mask cut = ism__lanes_greater(one, weight);
+    ism__lanes3 p = ism__lanes3_load(s->corners[0][0] + l, s->corners[0][1] + l, s->corners[0][2] + l);
+    const ism__lanes3 e1 = ism__lanes3_sub(ism__lanes3_load(s->corners[1][0] + l, s->corners[1][1] + l,
+                                                            s->corners[1][2] + l), p);
+    const ism__lanes3 e2 = ism__lanes3_sub(ism__lanes3_load(s->corners[2][0] + l, s->corners[2][1] + l,
+                                                            s->corners[2][2] + l), p);
+    const ism__lanes3 n = ism__lanes3_cross(e1, e2);
+    const ism__lanes length = ism__lanes_sqrt(ism__lanes3_dot(n, n));
+    ism__lanes area = ism__lanes_mul(ism__lanes_mul(ism__lanes_all(scale), weight), ism__lanes_all(0.5f));
+    ism__lanes reach;
+    ism__lane_mask seen = ism__mask_and(ism__lanes_greater(length, zero),
+                                        ism__lanes_at_least(ism__lanes_all(ISM__MAX_FLOAT), length));
+    ism__lanes3 normal = ism__lanes3_scale(n, ism__lanes_div(one, length));
+    ism__sizes sizes;
+    ism__places uv;
+    p = ism__lanes3_madd(ism__lanes3_madd(p, e1, ism__lanes_load(s->b1 + l)), e2,
+                         ism__lanes_load(s->b2 + l));
+    p = ism__lanes3_turn(&tile->frame, ism__lanes3_sub(p, ism__lanes3_all(from[0], from[1], from[2])));
+    normal = ism__lanes3_turn(&tile->frame, normal);
+    area = ism__lanes_mul(area, length);
+    area = ism__lanes_select(cut, ism__lanes_mul(area, ism__lanes_all(ISM__CUT_SCALE)), area);
+    ism__cut_at_edges(tile, cut, e1, e2, n, s, l);
+    sizes.radius2 = ism__lanes_mul(area, ism__lanes_all(1.0f / ISM__PI));
+    sizes.depth = one;
+    sizes.capped = ism__lanes_greater(zero, one);
+    if (sky) seen = ism__mask_and(seen, ism__before_sky(tile, p, normal, s, l, &uv));
+    else seen = ism__mask_and(seen, ism__before_vpl(tile, p, normal, cut, s, l, &sizes, &uv));
+    ism__lanes_store(s->radius2 + l, sizes.radius2);
+    seen = ism__mask_and(seen, ism__mask_of_bits(s->count - (uint32_t)l < ISM__LANE_COUNT
+                                               ? (1u << (s->count - (uint32_t)l)) - 1u
+                                               : UINT32_MAX));
+    tile->splats += ism__mask_count(seen);
+    reach = ism__lanes_mul(ism__lanes_sqrt(sizes.radius2), ism__lanes_all(tile->texels_per_unit));
+    reach = ism__lanes_div(reach, sizes.depth);
+    seen = ism__mask_and(seen, ism__lanes_greater(reach, zero));
+    tile->wide += ism__mask_count(ism__mask_and(seen, sizes.capped));
+    /* The map is continuous but across its diagonals near the border, where a disc is cut off. */
+    reach = ism__lanes_keep(seen, ism__lanes_min(reach, ism__lanes_all((float)tile->size)));
+    uv.u = ism__lanes_keep(seen, uv.u);
+    uv.v = ism__lanes_keep(seen, uv.v);
+    ism__span_axis(&tile->window->u, uv.u, reach, (float)tile->size, s->box[0] + l, s->box[1] + l);
+    ism__span_axis(&tile->window->v, uv.v, reach, (float)tile->size, s->box[2] + l, s->box[3] + l);
+    return ism__mask_bits(seen);
+}
+
+ISM__KERNEL static uint32_t ism__place_discs(ism__tile *tile, ism__discs *s)
+{
+    uint32_t bits = 0;
+    size_t l;
+    for (l = 0; l < s->count; l += ISM__LANE_COUNT) bits |= ism__place_some(tile, s, l) << l;
+    return bits;
+}
+
+#if ISM__LANE_COUNT == 8
+/* Returns a bit for each of eight texels, from texel i on, whose rays meet the disc, and nothing nearer; and
+   writes the depths at which they meet its plane. */
+static inline ISM__IN_KERNEL uint32_t ism__texels_hit(const ism__tile *tile, const ism__discs *s, size_t d,
+                                                      size_t i, int sky, float depths[8])
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), edge = ism__lanes_all(-ISM__EDGE);
+    const ism__lanes3 w = ism__lanes3_load(tile->x + i, tile->y + i, tile->z + i);
+    const ism__lanes plane = ism__lanes3_dot(ism__lanes3_all(s->g[0][d], s->g[1][d], s->g[2][d]), w);
+    const ism__lanes depth = sky ? plane : ism__lanes_div(ism__lanes_all(1.0f), plane);
+    const ism__lanes wide = sky ? ism__lanes_all(tile->m->radius) : depth;
+    ism__lane_mask hit = ism__lanes_greater(plane, sky ? zero : ism__lanes_all(1e-20f));
+    ism__lanes b1, b2;
+    ism__lanes3 o;
+    o.x = ism__lanes_sub(ism__lanes_mul(w.x, wide), ism__lanes_all(s->at[0][d]));
+    o.y = ism__lanes_sub(ism__lanes_mul(w.y, wide), ism__lanes_all(s->at[1][d]));
+    o.z = ism__lanes_sub(sky ? depth : ism__lanes_mul(w.z, depth), ism__lanes_all(s->at[2][d]));
+    b1 = ism__lanes3_dot(o, ism__lanes3_all(s->d1[0][d], s->d1[1][d], s->d1[2][d]));
+    b2 = ism__lanes3_dot(o, ism__lanes3_all(s->d2[0][d], s->d2[1][d], s->d2[2][d]));
+    b1 = ism__lanes_add(ism__lanes_all(s->b1[d]), b1);
+    b2 = ism__lanes_add(ism__lanes_all(s->b2[d]), b2);
+    hit = ism__mask_and(hit, ism__lanes_greater(depth, zero));
+    hit = ism__mask_and(hit, ism__lanes_greater(ism__lanes_load(tile->depth + i), depth));
+    hit = ism__mask_and(hit, ism__lanes_at_least(ism__lanes_all(s->radius2[d]), ism__lanes3_dot(o, o)));
+    hit = ism__mask_and(hit, ism__mask_and(ism__lanes_at_least(b1, edge), ism__lanes_at_least(b2, edge)));
+    hit = ism__mask_and(hit, ism__lanes_at_least(ism__lanes_all(1.0f + ISM__EDGE), ism__lanes_add(b1, b2)));
+    ism__lanes_store(depths, depth);
+    return ism__mask_bits(hit);
+}
+
+/* Draws disc d into the texels of its box. No disc is widened to a whole texel: where many small ones share
+   it, the chance that one holds the centre is the share of the texel that they cover, so that over many VPLs
+   thin things throw thin shadows. Eight texels at a time; a row's last eight may begin before the box. */
+static inline ISM__IN_KERNEL void ism__draw_disc(ism__tile *tile, const ism__discs *s, size_t d, int sky)
+{
+    const int32_t size = (int32_t)tile->size, last = s->box[1][d];
+    int32_t x, y;
+    for (y = s->box[2][d]; y <= s->box[3][d]; y++)
+        for (x = s->box[0][d]; x <= last; x += 8) {
+            const int32_t column = x < size - 8 ? x : size - 8, end = last - column;
+            const size_t i = (size_t)(y * size + column);
+            float depths[8];
+            uint32_t bits = ism__texels_hit(tile, s, d, i, sky, depths);
+            bits &= (255u << (x - column)) & (end < 8 ? (2u << end) - 1u : 255u);
+            for (; bits; bits &= bits - 1u) {
+                const size_t k = ism__first_bit(bits);
+                ism__texel *to = &tile->texels[i + k];
+                to->g[0] = s->g[0][d];
+                to->g[1] = s->g[1][d];
+                to->g[2] = s->g[2][d];
+                to->triangle = s->triangle[d];
+                tile->depth[i + k] = depths[k];
+            }
+        }
+}
+
+ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, uint32_t bits)
+{
+    if (tile->vpl->directional)
+        for (; bits; bits &= bits - 1u) ism__draw_disc(tile, s, ism__first_bit(bits), 1);
+    else
+        for (; bits; bits &= bits - 1u) ism__draw_disc(tile, s, ism__first_bit(bits), 0);
+}
+#endif
+
+/* ==== src/ism/kernels_spread.h ==== */
+
+/* ---- kernels: what receivers see of a triangle (paper 5.1, 5.2) ---- */
+
+#if ISM__LANE_COUNT == 8
+/* Solid angles of what is small for its distance are area cos / d^2: off by area / d^2 at most. */
+ISM__KERNEL static float ism__mean_solid_angle(const ism__v3 p[3], ism__v3 normal2,
+                                               const float views[3][ISM__VIEWS], uint32_t count)
+{
+    const ism__lanes area2 = ism__lanes_all(ism__v3_length(normal2));
+    const ism__lanes3 n = ism__lanes3_all(normal2.x, normal2.y, normal2.z);
+    const ism__lanes3 a = ism__lanes3_sub(ism__lanes3_all(p[0].x, p[0].y, p[0].z),
+                                          ism__lanes3_load(views[0], views[1], views[2]));
+    const ism__lanes d2 = ism__lanes3_dot(a, a);
+    const ism__lane_mask small = ism__lanes_greater(ism__lanes_mul(ism__lanes_all(0.01f), d2), area2);
+    const ism__lanes solid = ism__lanes_div(
+        ism__lanes_mul(ism__lanes_all(0.5f), ism__lanes_abs(ism__lanes3_dot(n, a))),
+        ism__lanes_mul(d2, ism__lanes_sqrt(d2)));
+    const uint32_t far_bits = ism__mask_bits(small);
+    float solids[ISM__VIEWS], sum = 0.0f;
+    uint32_t k, i;
+    ism__lanes_store(solids, solid);
+    for (k = 0; k < count; k++) {
+        float corners[9];
+        for (i = 0; i < 3u && !(far_bits >> k & 1u); i++) {
+            corners[3u * i] = p[i].x - views[0][k];
+            corners[3u * i + 1u] = p[i].y - views[1][k];
+            corners[3u * i + 2u] = p[i].z - views[2][k];
+        }
+        sum += far_bits >> k & 1u ? solids[k] : ism__solid_angle(corners, corners + 3, corners + 6);
     }
     return sum / (float)count;
+}
+#endif
+
+/* ==== src/ism/kernels_pair.h ==== */
+
+/* ---- kernels: which share of a VPL's map clusters of triangles fill ---- */
+
+#define ism__lanes_facing ISM__NAME_IN_SET(ism__lanes_facing, ISM__SET)
+#define ism__cluster_effect ISM__NAME_IN_SET(ism__cluster_effect, ISM__SET)
+#define ism__box_zoom ISM__NAME_IN_SET(ism__box_zoom, ISM__SET)
+#define ism__cluster_zoom ISM__NAME_IN_SET(ism__cluster_zoom, ISM__SET)
+#define ism__weigh_clusters ISM__NAME_IN_SET(ism__weigh_clusters, ISM__SET)
+
+/* Returns the mean square of n . l over the normals n of clusters, or 0 where rounding made it negative. */
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_facing(const ism__clusters *c, size_t i, ism__lanes3 l)
+{
+    const ism__lanes xx = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[0] + i), l.x), l.x);
+    const ism__lanes yy = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[1] + i), l.y), l.y);
+    const ism__lanes zz = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[2] + i), l.z), l.z);
+    const ism__lanes yz = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[3] + i), l.y), l.z);
+    const ism__lanes zx = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[4] + i), l.z), l.x);
+    const ism__lanes xy = ism__lanes_mul(ism__lanes_mul(ism__lanes_load(c->n[5] + i), l.x), l.y);
+    const ism__lanes mixed = ism__lanes_mul(ism__lanes_all(2.0f), ism__lanes_add(ism__lanes_add(yz, zx), xy));
+    const ism__lanes sum = ism__lanes_add(ism__lanes_add(ism__lanes_add(xx, yy), zz), mixed);
+    return ism__lanes_max(sum, ism__lanes_all(0.0f));
+}
+
+/* Returns which share of the VPL's map clusters fill, about: cosine-weighted solid angle, of a sky's map
+   projected area. */
+static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters *c, size_t i,
+                                                            const ism_vpl *v)
+{
+    const ism__lanes zero = ism__lanes_all(0.0f), one = ism__lanes_all(1.0f);
+    const ism__lanes area = ism__lanes_load(c->area + i), radius2 = ism__lanes_load(c->radius2 + i);
+    const ism__lanes wide = ism__lanes_mul(ism__lanes_all(0.16f), area);
+    const ism__lanes3 n = ism__lanes3_all(v->normal[0], v->normal[1], v->normal[2]);
+    ism__lanes3 l = n;
+    ism__lanes away2, d2, along, facing2, effect;
+    if (v->directional) {
+        facing2 = ism__lanes_facing(c, i, l);
+        effect = ism__lanes_mul(area, ism__lanes_sqrt(facing2));
+        return ism__lanes_keep(ism__lanes_greater(area, zero), effect);
+    }
+    l = ism__lanes3_sub(ism__lanes3_load(c->at[0] + i, c->at[1] + i, c->at[2] + i),
+                        ism__lanes3_all(v->position[0], v->position[1], v->position[2]));
+    away2 = ism__lanes3_dot(l, l);
+    d2 = ism__lanes_add(ism__lanes_add(away2, radius2), wide);
+    along = ism__lanes_add(ism__lanes3_dot(l, n), ism__lanes_sqrt(radius2));
+    facing2 = ism__lanes_add(ism__lanes_facing(c, i, l),        /* near ones are seen from all sides */
+                             ism__lanes_add(radius2, wide));
+    effect = ism__lanes_mul(ism__lanes_mul(area, ism__lanes_sqrt(facing2)),
+                            ism__lanes_div(along, ism__lanes_mul(d2, d2)));
+    effect = ism__lanes_keep(ism__lanes_greater(along, zero), effect);
+    effect = ism__lanes_select(ism__lanes_greater(away2, zero), effect, one);
+    return ism__lanes_keep(ism__lanes_greater(area, zero), effect);
+}
+
+/* Returns how many times longer the tile shows what lies within r of u than the square does. */
+static inline ISM__IN_KERNEL ism__lanes ism__box_zoom(const ism__axis *w, ism__lanes u, ism__lanes r)
+{
+    const ism__lanes one = ism__lanes_all(1.0f), zero = ism__lanes_all(0.0f);
+    const ism__lanes low = ism__lanes_select(ism__lanes_greater(u, r), ism__lanes_sub(u, r), zero);
+    const ism__lanes high = ism__lanes_min(ism__lanes_add(u, r), one);
+    const ism__lanes from = w->on ? ism__lanes_to_tile(w, low) : low;
+    const ism__lanes to = w->on ? ism__lanes_to_tile(w, high) : high;
+    return ism__lanes_div(ism__lanes_sub(to, from), ism__lanes_sub(high, low));
+}
+
+/* Returns how many times the texels that they would have in an even map of the square clusters have, about:
+   the mean over a box of their size. Clusters behind the horizon, which may have a part before it, count as
+   on it. */
+static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, const ism__clusters *c,
+                                                          size_t i, const ism_vpl *v,
+                                                          const ism__orientation *f, const ism__window *w)
+{
+    const float *origin = v->directional ? m->center : v->position;
+    const ism__lanes zero = ism__lanes_all(0.0f), half = ism__lanes_all(0.5f), one = ism__lanes_all(1.0f);
+    const ism__lanes3 from = ism__lanes3_all(origin[0], origin[1], origin[2]);
+    const ism__lanes3 z = ism__lanes3_all(f->z.x, f->z.y, f->z.z);
+    ism__lanes3 at = ism__lanes3_sub(ism__lanes3_load(c->at[0] + i, c->at[1] + i, c->at[2] + i), from);
+    ism__lanes d = ism__lanes_all(m->radius), r = ism__lanes_sqrt(ism__lanes_load(c->radius2 + i)), zoom;
+    ism__lane_mask seen;
+    ism__places uv;
+    if (!v->directional) {
+        const ism__lanes below = ism__lanes3_dot(z, at);
+        ism__lanes least;
+        d = ism__lanes_sqrt(ism__lanes3_dot(at, at));
+        least = ism__lanes_mul(ism__lanes_all(0.05f), d);
+        at = ism__lanes3_select(ism__lanes_greater(least, below),
+                                ism__lanes3_madd(at, z, ism__lanes_sub(least, below)), at);
+    }
+    at.x = ism__lanes_sub(ism__lanes_add(from.x, at.x), from.x);
+    at.y = ism__lanes_sub(ism__lanes_add(from.y, at.y), from.y);
+    at.z = ism__lanes_sub(ism__lanes_add(from.z, at.z), from.z);
+    at = ism__lanes3_turn(f, at);
+    if (v->directional) {
+        uv.u = ism__lanes_add(ism__lanes_div(ism__lanes_mul(half, at.x), d), half);
+        uv.v = ism__lanes_add(ism__lanes_div(ism__lanes_mul(half, at.y), d), half);
+        seen = ism__mask_and(ism__lanes_at_least(uv.u, zero), ism__lanes_at_least(uv.v, zero));
+        seen = ism__mask_and(seen, ism__lanes_greater(one, uv.u));
+        seen = ism__mask_and(seen, ism__lanes_greater(one, uv.v));
+    } else {
+        const ism__lanes length = ism__lanes_sqrt(ism__lanes3_dot(at, at));
+        at = ism__lanes3_scale(at, ism__lanes_div(one, length));
+        seen = ism__mask_and(ism__lanes_greater(length, zero),
+                             ism__lanes_at_least(ism__lanes_all(ISM__MAX_FLOAT), length));
+        seen = ism__mask_and(seen, ism__lanes_greater(at.z, zero));
+        uv = ism__project(ism__projection_of(m, v), v->exponent, at);
+    }
+    r = ism__lanes_div(ism__lanes_mul(half, r), d);     /* a radian is half the square, about */
+    r = ism__lanes_max(r, ism__lanes_all(0.01f));
+    zoom = ism__lanes_mul(ism__box_zoom(&w->u, uv.u, r), ism__box_zoom(&w->v, uv.v, r));
+    return ism__lanes_select(seen, zoom, one);
+}
+
+ISM__KERNEL static void ism__weigh_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect)
+{
+    const ism_maps *m = w->m;
+    const ism__window *window = (const ism__window *)m->windows.data + (v - m->vpls);
+    const ism__orientation f = ism__vpl_frame(m, v);
+    const int windows = window->u.on || window->v.on;
+    size_t c;
+    for (c = 0; c < w->cluster_count; c += ISM__LANE_COUNT) {
+        const ism__clusters *from = &w->clusters[c / ISM__BUNDLE];
+        const size_t i = c % ISM__BUNDLE, count = w->cluster_count - c;
+        ism__lanes some = ism__cluster_effect(from, i, v);
+        float last[ISM__LANE_COUNT];
+        if (windows) some = ism__lanes_select(ism__lanes_greater(some, ism__lanes_all(0.0f)),
+                                              ism__lanes_mul(some, ism__cluster_zoom(m, from, i, v, &f,
+                                                                                     window)), some);
+        some = ism__lanes_keep(ism__lanes_at_least(ism__lanes_all(ISM__MAX_FLOAT), some), some);
+        if (count >= ISM__LANE_COUNT) {
+            ism__lanes_store(effect + c, some);
+            continue;
+        }
+        ism__lanes_store(last, some);
+        memcpy(effect + c, last, count * sizeof *last);
+    }
+}
+
+/* ==== src/ism/kernels_end.h ==== */
+
+#undef ISM__SET
+#undef ISM__WIDTH
+#undef ISM__LANE_COUNT
+#endif /* ISM__SET */
+
+#if defined(ISM_IMPLEMENTATION) && !defined(ISM_IMPLEMENTED)
+#define ISM_IMPLEMENTED
+
+/* ---- kernels: those of other instruction sets, and which to call ---- */
+
+#if ISM__SIMD_SETS
+#define ISM__SET avx2
+#define ISM__WIDTH 8
+#define ISM__LANE_COUNT 8
+#include ISM__FILE
+#define ISM__SET avx512
+#define ISM__WIDTH 16
+#define ISM__LANE_COUNT 16
+#include ISM__FILE
+#endif
+
+static ism__splat ism__choose_splat(void)
+{
+    ism__splat kernels = { ism__place_discs_plain, ism__draw_discs_plain };
+#if ISM__SIMD_SETS
+    const int level = ism__simd_level();
+    if (level) {
+        kernels.place = level == 2 ? ism__place_discs_avx512 : ism__place_discs_avx2;
+        kernels.draw = ism__draw_discs_avx2;
+    }
+#endif
+    return kernels;
+}
+
+static void ism__choose_spread(ism__spread_work *w)
+{
+#if ISM__SIMD_SETS
+    const int level = ism__simd_level();
+#endif
+    w->mean_solid_angle = ism__mean_solid_angle_plain;
+#if ISM__SIMD_SETS
+    if (level) w->mean_solid_angle = ism__mean_solid_angle_avx2;
+#endif
+#ifndef ISM_WITHOUT_PAIR
+    w->weigh_clusters = ism__weigh_clusters_plain;
+#if ISM__SIMD_SETS
+    if (level) w->weigh_clusters = level == 2 ? ism__weigh_clusters_avx512 : ism__weigh_clusters_avx2;
+#endif
+#endif
+}
+
+/* ==== src/ism/clusters.h ==== */
+
+/* ---- clusters: triangles are put together, for what a VPL sees of them ---- */
+
+/* Measures cluster c, which is triangles t to end - 1. */
+static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, size_t end)
+{
+    ism__v3 p[3], from;
+    double at[3] = { 0.0, 0.0, 0.0 }, square = 0.0, sum = 0.0, nn[6] = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
+    ism__clusters *out = &w->clusters[c / ISM__BUNDLE];
+    size_t lane = c % ISM__BUNDLE;
+    int k;
+    out->area[lane] = 0.0f;
+    for (from = ism__v3_make(0.0f, 0.0f, 0.0f); t < end; t++) {
+        ism__v3 g, n;
+        float area = w->area[t];
+        if (!(area > 0.0f)) continue;
+        ism__corners(w->mesh, t, p);
+        n = ism__v3_scale(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])), 0.5f / area);
+        if (!(sum > 0.0)) from = p[0];      /* sums of squares keep their digits far from the origin */
+        for (k = 0; k < 3; k++) p[k] = ism__v3_sub(p[k], from);
+        g = ism__v3_scale(ism__v3_add(ism__v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
+        sum += (double)area;
+        at[0] += (double)(area * g.x);
+        at[1] += (double)(area * g.y);
+        at[2] += (double)(area * g.z);
+        square += (double)(area * (9.0f * ism__v3_dot(g, g) + ism__v3_dot(p[0], p[0]) +
+                                   ism__v3_dot(p[1], p[1]) + ism__v3_dot(p[2], p[2]))) /
+                  12.0;
+        nn[0] += (double)(area * n.x * n.x);
+        nn[1] += (double)(area * n.y * n.y);
+        nn[2] += (double)(area * n.z * n.z);
+        nn[3] += (double)(area * n.y * n.z);
+        nn[4] += (double)(area * n.z * n.x);
+        nn[5] += (double)(area * n.x * n.y);
+    }
+    if (!(sum > 0.0)) return;
+    for (k = 0; k < 6; k++) out->n[k][lane] = (float)(nn[k] / sum);
+    for (k = 0; k < 3; k++) at[k] /= sum;
+    square = square / sum - at[0] * at[0] - at[1] * at[1] - at[2] * at[2];
+    out->at[0][lane] = from.x + (float)at[0];
+    out->at[1][lane] = from.y + (float)at[1];
+    out->at[2][lane] = from.z + (float)at[2];
+    out->radius2[lane] = square > 0.0 ? (float)square : 0.0f;
+    out->area[lane] = (float)sum;
+}
+
+/* ==== src/ism/triangles.h ==== */
+
+/* ---- triangles: which of them get points, by the view (paper 5.1, 5.2) and by each VPL ---- */
+
+/* Mean solid angle from the view samples of this triangle. */
+static float ism__seen_by_view(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
+{
+    const ism_points *points = w->view->points;
+    uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_1 ? 1u : (uint32_t)ISM__VIEWS, k;
+    uint32_t key = ism__hash_combine(w->m->desc.seed, 0x7000u + (count == 1u ? 0u : (uint32_t)t));
+    float views[3][ISM__VIEWS] = { { 0.0f } };
+    for (k = 0; k < count; k++) {
+        uint32_t i = (uint32_t)((uint64_t)ism__hash_combine(key, k) * w->valid_count >> 32);
+        const float *v = ism__at(points->positions, points->position_stride, w->valid[i]);
+        views[0][k] = v[0];
+        views[1][k] = v[1];
+        views[2][k] = v[2];
+    }
+    return w->mean_solid_angle(p, normal2, (const float (*)[ISM__VIEWS])views, count);
 }
 
 static void ism__spread_task(void *context, size_t index)
@@ -3311,7 +4753,7 @@ static void ism__spread_task(void *context, size_t index)
         n = ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0]));
         area = 0.5f * ism__v3_length(n);
         if (!(area > 0.0f) || !ism__finite(area)) area = 0.0f;
-        else if (adaptive) solid = ism__triangle_effect(w, t, p, n);
+        else if (adaptive) solid = ism__seen_by_view(w, t, p, n);
         w->area[t] = area;
         w->solid[t] = ism__finite(solid) ? solid : 0.0f;
     }
@@ -3347,88 +4789,16 @@ static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum
     w->cdf.count = (uint32_t)w->triangles;
 }
 
+/* Finds which share of the points a cluster gets by what the view sees, and measures it for VPLs. */
 static void ism__cluster_task(void *context, size_t c)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
-    size_t t = c * w->cluster_size,
-           end = t + w->cluster_size < w->triangles ? t + w->cluster_size : w->triangles;
-    ism__v3 p[3], from;
-    double at[3] = { 0.0, 0.0, 0.0 }, square = 0.0, sum = 0.0, nn[6] = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
-    ism__cluster *out = &w->clusters[c];
-    int k;
+    size_t t = c * w->cluster_size;
+    size_t end = t + w->cluster_size < w->triangles ? t + w->cluster_size : w->triangles;
     w->seen[c] = (w->cdf.sums[end] - w->cdf.sums[t]) / ism__cdf_total(&w->cdf);
-    memset(out, 0, sizeof *out);
-    for (from = ism__v3_make(0.0f, 0.0f, 0.0f); t < end; t++) {
-        ism__v3 g, n;
-        float area = w->area[t];
-        if (!(area > 0.0f)) continue;
-        ism__corners(w->mesh, t, p);
-        n = ism__v3_scale(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])), 0.5f / area);
-        if (!(sum > 0.0)) from = p[0];      /* sums of squares keep their digits far from the origin */
-        for (k = 0; k < 3; k++) p[k] = ism__v3_sub(p[k], from);
-        g = ism__v3_scale(ism__v3_add(ism__v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
-        sum += (double)area;
-        at[0] += (double)(area * g.x);
-        at[1] += (double)(area * g.y);
-        at[2] += (double)(area * g.z);
-        square += (double)(area * (9.0f * ism__v3_dot(g, g) + ism__v3_dot(p[0], p[0]) +
-                                   ism__v3_dot(p[1], p[1]) + ism__v3_dot(p[2], p[2]))) /
-                  12.0;
-        nn[0] += (double)(area * n.x * n.x);
-        nn[1] += (double)(area * n.y * n.y);
-        nn[2] += (double)(area * n.z * n.z);
-        nn[3] += (double)(area * n.y * n.z);
-        nn[4] += (double)(area * n.z * n.x);
-        nn[5] += (double)(area * n.x * n.y);
-    }
-    if (!(sum > 0.0)) return;
-    for (k = 0; k < 6; k++) out->n[k] = (float)(nn[k] / sum);
-    for (k = 0; k < 3; k++) at[k] /= sum;
-    square = square / sum - at[0] * at[0] - at[1] * at[1] - at[2] * at[2];
-    out->at = ism__v3_add(from, ism__v3_make((float)at[0], (float)at[1], (float)at[2]));
-    out->radius2 = square > 0.0 ? (float)square : 0.0f;
-    out->area = (float)sum;
-}
-
-/* Share of the VPL's map that a cluster fills, about: cosine-weighted solid angle, of a sky's map projected
-   area. */
-static float ism__cluster_effect(const ism__cluster *c, const ism_vpl *v)
-{
-    ism__v3 n = ism__v3_load(v->normal),
-            l = v->directional ? n : ism__v3_sub(c->at, ism__v3_load(v->position));
-    float away2 = ism__v3_dot(l, l), d2 = away2 + c->radius2 + 0.16f * c->area, along = ism__v3_dot(l, n),
-          facing2;
-    if (!(away2 > 0.0f) || !(c->area > 0.0f)) return c->area > 0.0f ? 1.0f : 0.0f;
-    facing2 = c->n[0] * l.x * l.x + c->n[1] * l.y * l.y + c->n[2] * l.z * l.z +
-              2.0f * (c->n[3] * l.y * l.z + c->n[4] * l.z * l.x + c->n[5] * l.x * l.y);
-    facing2 = facing2 > 0.0f ? facing2 : 0.0f;
-    if (v->directional) return c->area * sqrtf(facing2);
-    facing2 += c->radius2 + 0.16f * c->area;     /* near ones are seen from all sides */
-    along += sqrtf(c->radius2);
-    return along > 0.0f ? c->area * sqrtf(facing2) * (along / (d2 * d2)) : 0.0f;
-}
-
-/* How many times the texels that it would have in an even map of the square a cluster has, about: the mean
-   over a box of its size. Behind the horizon, where it may have a part in front, as on it. */
-static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const ism_vpl *v,
-                               const ism__orientation *f)
-{
-    const ism__window *w = (const ism__window *)m->windows.data + (v - m->vpls);
-    ism__v3 from = ism__v3_load(v->directional ? m->center : v->position), at = ism__v3_sub(c->at, from);
-    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d;
-    float u0, u1, v0, v1;
-    if (!w->u.on && !w->v.on) return 1.0f;
-    d = v->directional ? m->radius : ism__v3_length(at);
-    if (!v->directional && below < 0.05f * d) at = ism__v3_madd(at, f->z, 0.05f * d - below);
-    if (!ism__square_of(m, v, f, ism__v3_add(from, at), uv)) return 1.0f;
-    r = 0.5f * r / d;               /* a radian is half the square, about */
-    r = r > 0.01f ? r : 0.01f;
-    u0 = uv[0] > r ? uv[0] - r : 0.0f;
-    v0 = uv[1] > r ? uv[1] - r : 0.0f;
-    u1 = uv[0] + r < 1.0f ? uv[0] + r : 1.0f;
-    v1 = uv[1] + r < 1.0f ? uv[1] + r : 1.0f;
-    return (ism__to_tile(&w->u, u1) - ism__to_tile(&w->u, u0)) / (u1 - u0) *
-           ((ism__to_tile(&w->v, v1) - ism__to_tile(&w->v, v0)) / (v1 - v0));
+#ifndef ISM_WITHOUT_PAIR
+    ism__measure_cluster(w, c, t, end);
+#endif
 }
 
 /* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of
@@ -3436,16 +4806,11 @@ static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const i
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
     double seen = 0.0, sum = 0.0;
-    ism__orientation f;
     uint32_t c;
-    memset(&f, 0, sizeof f);
-    if (v) f = ism__vpl_frame(w->m, v);
-    for (c = 0; c < w->cluster_count; c++) {
-        effect[c] = v ? ism__cluster_effect(&w->clusters[c], v) : 0.0f;
-        if (effect[c] > 0.0f) effect[c] *= ism__cluster_zoom(w->m, &w->clusters[c], v, &f);
-        effect[c] = ism__finite(effect[c]) ? effect[c] : 0.0f;
-        seen += (double)effect[c];
-    }
+#ifndef ISM_WITHOUT_PAIR
+    if (v) w->weigh_clusters(w, v, effect);
+#endif
+    for (c = 0; v && c < w->cluster_count; c++) seen += (double)effect[c];
     for (c = 0; c < w->cluster_count; c++) {
         double p = w->seen[c];
         double q = seen > 0.0 ? (double)effect[c] / seen : p;
@@ -3557,7 +4922,7 @@ static void ism__points_task(void *context, size_t lane)
     ism_maps *m = w->m;
     double *shares = (double *)m->shares.data + lane * ism__lane_shares(w);
     float *effect = (float *)(void *)(shares + w->cluster_count + 1u);
-    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
+    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;    /* never where that is left out */
     size_t v;
     for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
         if (v == lane || pair)
@@ -3601,9 +4966,9 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
 /* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
 static int ism__hold_points(ism_maps *m, ism__spread_work *w)
 {
-    const size_t vpls = m->desc.vpl_count;
+    const size_t vpls = m->desc.vpl_count, bundles = w->cluster_count / ISM__BUNDLE + 1u;
     if (!ism__grow(m, &m->weights, w->triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->clusters, w->cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
+        !ism__grow(m, &m->clusters, bundles, sizeof(ism__clusters) + ISM__BUNDLE * sizeof(double)) ||
         !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(w), sizeof(double)) ||
         !ism__grow(m, &m->sums, w->triangles + 1u, sizeof(double)) ||
         !ism__grow(m, &m->surfels, vpls * m->desc.surfel_count, sizeof(ism__surfel)) ||
@@ -3613,7 +4978,8 @@ static int ism__hold_points(ism_maps *m, ism__spread_work *w)
     w->area = (float *)m->weights.data;
     w->solid = w->area + w->triangles;
     w->seen = (double *)m->clusters.data;
-    w->clusters = (ism__cluster *)(void *)(w->seen + w->cluster_count);
+    w->clusters = (ism__clusters *)(void *)(w->seen + bundles * ISM__BUNDLE);
+    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read whole bundles */
     return 1;
 }
 
@@ -3647,6 +5013,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     w.frame = f->index;
     w.period = m->desc.unstable ? 1u : m->desc.lazy_frames;
     w.fresh = w.triangles != m->triangles;
+    ism__choose_spread(&w);
     if (w.triangles >= 1u << 31) {
         ism__log_value(&job->log, "the mesh's count of triangles", (double)w.triangles, "below 2^31");
         return ISM_ERR_LIMIT;
@@ -3695,7 +5062,12 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t)))
         return ism__no_memory(&job->log);
     ism__bounding_sphere(m, f->mesh);
-    return ism__make_windows(m, &job->view, &job->part) ? ism__renew_points(m, job) : ISM_ERR_CANCELLED;
+#ifndef ISM_WITHOUT_WINDOWS
+    if (!ism__make_windows(m, &job->view, &job->part)) return ISM_ERR_CANCELLED;
+#else
+    memset(m->windows.data, 0, m->desc.vpl_count * sizeof(ism__window));
+#endif
+    return ism__renew_points(m, job);
 }
 
 /* VPLs must have been chosen. */
@@ -3775,211 +5147,7 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *m, uint32_t phase, ism_surf
 
 /* ==== src/ism/splat.h ==== */
 
-/* ---- splat: discs into one tile (paper 3.3) ---- */
-
-struct ism__disc;
-
-typedef struct ism__tile {          /* one VPL's map while it is drawn */
-    const ism_maps *m;
-    const ism_mesh *mesh;
-    const ism_vpl  *vpl;
-    ism__orientation   frame;
-    ism_projection  projection;
-    uint32_t        size;
-    const ism__window *window;      /* NULL: the whole square */
-    const float    *x, *y, *z;      /* directions of texel centres, in the tile's frame; x, y, 1 of sky maps
-                                       in units of radius */
-    float          *depth;          /* at texel centres; ISM_FAR = empty */
-    ism__texel     *texels;
-    void          (*draw)(struct ism__tile *tile, const struct ism__disc *s, const uint32_t box[4]);
-    uint64_t        splats, wide, filled;
-} ism__tile;
-
-typedef struct ism__disc {
-    ism__v3  at, g;
-    float    radius2, depth, u, v;
-    uint32_t triangle;
-    int      capped, cut;           /* cut: off at the triangle's edges */
-    float    b1, b2;                /* barycentric at `at`; in the disc's plane they grow by d1, d2 */
-    ism__v3  d1, d2;
-} ism__disc;
-
-/* Returns the depth of the surfel's plane at a texel; 0 if the texel's ray does not meet the plane. */
-static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
-{
-    float s = g[0] * tile->x[i] + g[1] * tile->y[i] + g[2] * tile->z[i];
-    if (tile->vpl->directional) return s > 0.0f ? s : 0.0f;
-    return s > 1e-20f ? 1.0f / s : 0.0f;
-}
-
-/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and
-   would hide that surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
-static void ism__move_away(ism__disc *s)
-{
-    float away = 1.0f + sqrtf(s->radius2) / s->depth;
-    s->at = ism__v3_scale(s->at, away);
-    s->g = ism__v3_scale(s->g, 1.0f / away);
-    s->radius2 *= away * away;
-    s->depth *= away;
-}
-
-/* Finds where a surfel's disc lies in the tile. Returns 0 if the VPL does not see it before itself. */
-static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__disc *s)
-{
-    const ism_maps *m = tile->m;
-    s->radius2 = area * (1.0f / ISM__PI);
-    if (tile->vpl->directional) {
-        ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(m->center)));
-        ism__v3 n = ism__to_local(&tile->frame, normal);
-        float r = m->radius, slope = fabsf(n.z) > 0.05f ? 1.0f / n.z : 0.0f;
-        s->depth = l.z + r;         /* the frame's z is the way that light travels */
-        s->u = 0.5f * l.x / r + 0.5f;
-        s->v = 0.5f * l.y / r + 0.5f;
-        s->at = ism__v3_make(l.x, l.y, s->depth);
-        s->g = ism__v3_make(-n.x * slope * r, -n.y * slope * r, s->depth + (n.x * l.x + n.y * l.y) * slope);
-        return s->u >= 0.0f && s->v >= 0.0f && s->u < 1.0f && s->v < 1.0f;
-    } else {
-        ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(tile->vpl->position)));
-        ism__v3 n = ism__to_local(&tile->frame, normal);
-        float d2 = ism__v3_dot(l, l), along = ism__v3_dot(n, l), direction[3], uv[2];
-        s->depth = sqrtf(d2);
-        if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
-        /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
-        if (tile->projection == ISM_PROJECTION_LOBE &&
-            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) >
-              1e-3f * s->depth))
-            return 0;
-        /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface
-           that the VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
-        if (s->radius2 > (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
-            s->radius2 = (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2;
-            s->capped = 1;
-        }
-        ism__v3_store(direction, ism__v3_scale(l, 1.0f / s->depth));
-        if (!ism_map_coordinates(tile->projection, tile->vpl->exponent, direction, uv)) return 0;
-        s->at = l;
-        s->u = uv[0];
-        s->v = uv[1];
-        /* edge-on: a plane facing the VPL instead */
-        s->g = fabsf(along) > 1e-3f * s->depth ? ism__v3_scale(n, 1.0f / along) : ism__v3_scale(l, 1.0f / d2);
-        if (!s->cut) ism__move_away(s);
-        return 1;
-    }
-}
-
-/* Writes the texels of columns box[0] to box[1] and rows box[2] to box[3] whose rays meet the disc, and
-   nothing nearer. No disc is widened to a whole texel: where many small ones share it, the chance that one
-   holds the centre is the share of the texel that they cover, so that over many VPLs thin things throw thin
-   shadows. Eight texels at a time, for the compiler to vectorise; a row's last eight may begin before column
-   box[0]. */
-ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint32_t box[4], int sky)
-{
-    uint32_t x, y, size = tile->size, k;
-    float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z,
-          radius2 = s->radius2;
-    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y;
-    float b1z = s->d1.z, r = tile->m->radius;
-    float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut:
-                                                                           passes */
-    for (y = box[2]; y <= box[3]; y++)
-        for (x = box[0]; x <= box[1]; x += ISM__TEXELS) {
-            uint32_t column = x < size - ISM__TEXELS ? x : size - ISM__TEXELS, any = 0, hit[ISM__TEXELS];
-            size_t i = (size_t)y * size + column;
-            const float *wx = tile->x + i, *wy = tile->y + i, *wz = tile->z + i, *nearest = tile->depth + i;
-            int32_t first = (int32_t)(x - column), last = (int32_t)(box[1] - column);
-            float t[ISM__TEXELS];
-            for (k = 0; k < ISM__TEXELS; k++) {
-                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy;
-                float dz, at1, at2;
-                int meets = plane > (sky ? 0.0f : 1e-20f);
-                float depth = sky ? plane : 1.0f / plane;
-                wide = sky ? r : depth;
-                dx = wx[k] * wide - ax;
-                dy = wy[k] * wide - ay;
-                dz = (sky ? depth : wz[k] * depth) - az;
-                at1 = b1 + (dx * b1x + dy * b1y + dz * b1z);
-                at2 = b2 + (dx * b2x + dy * b2y + dz * b2z);
-                t[k] = depth;
-                hit[k] = (uint32_t)(meets & (depth > 0.0f) & (depth < nearest[k]) &
-                                    (dx * dx + dy * dy + dz * dz <= radius2) & (at1 >= -ISM__EDGE) &
-                                    (at2 >= -ISM__EDGE) & (at1 + at2 <= 1.0f + ISM__EDGE) &
-                                    ((int32_t)k >= first) & ((int32_t)k <= last));
-            }
-            for (k = 0; k < ISM__TEXELS; k++) any |= hit[k];
-            for (k = 0; any && k < ISM__TEXELS; k++)
-                if (hit[k]) {
-                    ism__texel *to = &tile->texels[i + k];
-                    ism__v3_store(to->g, s->g);
-                    to->triangle = s->triangle;
-                    tile->depth[i + k] = t[k];
-                }
-        }
-}
-
-#define ISM__DRAWS(name, target)                                                                             \
-    target ISM__HOT static void name(ism__tile *tile, const ism__disc *s, const uint32_t box[4])           \
-    {                                                                                                        \
-        ism__draw_disc(tile, s, box, 0);                                                                     \
-    }                                                                                                        \
-    target ISM__HOT static void name##_sky(ism__tile *tile, const ism__disc *s, const uint32_t box[4])     \
-    {                                                                                                        \
-        ism__draw_disc(tile, s, box, 1);                                                                     \
-    }
-
-#define ISM__ANY_TARGET
-ISM__DRAWS(ism__draw_plain, ISM__ANY_TARGET)
-#if ISM__X86
-ISM__DRAWS(ism__draw_avx2, ISM__TARGET_AVX2)
-#endif
-
-static void ism__choose_draw(ism__tile *tile)
-{
-    tile->draw = tile->vpl->directional ? ism__draw_plain_sky : ism__draw_plain;
-#if ISM__X86
-    if (ism__cpu_has_avx2()) tile->draw = tile->vpl->directional ? ism__draw_avx2_sky : ism__draw_avx2;
-#endif
-}
-
-/* Returns how many texels a unit of angle (of a sky: of world space) spans at most, in either direction of
-   the square, without a window. */
-static float ism__texels_per_unit(const ism__tile *tile)
-{
-    float size = (float)tile->size;
-    if (tile->vpl->directional) return 0.5f * size / tile->m->radius;
-    if (tile->projection == ISM_PROJECTION_PARABOLOID) return 0.5f * size;
-    if (tile->projection == ISM_PROJECTION_LOBE)
-        return 0.9f * size * sqrtf(0.5f * (tile->vpl->exponent + 1.0f));
-    return 0.9f * size;
-}
-
-static void ism__splat(ism__tile *tile, const ism__disc *s)
-{
-    float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
-    float most = (float)tile->size;
-    uint32_t box[4];
-    tile->splats++;
-    if (!(reach > 0.0f)) return;
-    if (!(reach < most)) reach = most;
-    tile->wide += (uint64_t)s->capped;
-    /* the map is continuous but across its diagonals near the border, where a disc is cut off */
-    ism__span(&tile->window->u, s->u, reach, tile->size, &box[0], &box[1]);
-    ism__span(&tile->window->v, s->v, reach, tile->size, &box[2], &box[3]);
-    tile->draw(tile, s, box);
-}
-
-/* Prepares a disc to be cut off at its triangle's edges. Points that stand for less than their triangle are
-   cut, and may be large: so a wall has neither gaps nor discs that jut out over its end. A point that stands
-   for neighbouring triangles too remains a disc. */
-static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2,
-                     ism__disc *s)
-{
-    float inverse = 1.0f / ism__v3_dot(n, n);
-    s->cut = 1;
-    s->b1 = b1;
-    s->b2 = b2;
-    s->d1 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(e2, n), inverse));
-    s->d2 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(n, e1), inverse));
-}
+/* ---- splat: points are fetched, and drawn as discs into one tile (paper 3.3) ---- */
 
 /* Asks for the memory from which the points one block and two blocks ahead are read. Points lie in the mesh's
    order, but far apart. */
@@ -4002,36 +5170,39 @@ ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points
     }
 }
 
-static void ism__draw_points(ism__tile *tile, const ism__surfel *points, uint32_t count, uint32_t number)
+/* Adds a point to those that wait to be drawn. */
+static void ism__add_point(const ism_mesh *mesh, const ism__surfel *point, ism__discs *s)
+{
+    uint32_t i = s->count++, k;
+    s->triangle[i] = point->triangle;
+    s->weight[i] = point->weight;
+    s->b1[i] = (float)point->b1 * (1.0f / 65535.0f);
+    s->b2[i] = (float)point->b2 * (1.0f / 65535.0f);
+    for (k = 0; k < 3u; k++) {
+        const float *p = ism__at(mesh->positions, mesh->vertex_stride,
+                                 ism__index(mesh, 3u * (size_t)point->triangle + k));
+        s->corners[k][0][i] = p[0];
+        s->corners[k][1][i] = p[1];
+        s->corners[k][2][i] = p[2];
+    }
+}
+
+static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const ism__surfel *points,
+                             uint32_t count, uint32_t number)
 {
     const ism_mesh *mesh = tile->mesh;
-    float scale = tile->m->desc.splat_scale;
     uint32_t j, column = number % tile->m->tiles, row = number / tile->m->tiles;
+    ism__discs discs;
+    memset(&discs, 0, sizeof discs);
     for (j = 0; j < count; j++) {
-        uint32_t t = points[j].triangle;
-        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f),
-              length, area;
-        ism__v3 p[3], e1, e2, n;
-        ism__disc s;
         ism__read_ahead(mesh, points, count, j);
-        /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
-        if (mesh->opacities && !ism__dither(column, row, mesh->opacities[t])) continue;
-        ism__corners(mesh, t, p);
-        e1 = ism__v3_sub(p[1], p[0]);
-        e2 = ism__v3_sub(p[2], p[0]);
-        n = ism__v3_cross(e1, e2);
-        length = ism__v3_length(n);
-        if (!(length > 0.0f) || !ism__finite(length)) continue;
-        p[0] = ism__v3_madd(ism__v3_madd(p[0], e1, b1), e2, b2);
-        memset(&s, 0, sizeof s);
-        s.triangle = t;
-        area = scale * points[j].weight * 0.5f * length;
-        if (points[j].weight < 1.0f) {
-            ism__cut(tile, e1, e2, n, b1, b2, &s);
-            area *= ISM__CUT_SCALE;
-        }
-        if (ism__place_surfel(tile, p[0], ism__v3_scale(n, 1.0f / length), area, &s))
-            ism__splat(tile, &s);
+        /* Opacity is dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering
+           leaves. */
+        if (!mesh->opacities || ism__dither(column, row, mesh->opacities[points[j].triangle]))
+            ism__add_point(mesh, &points[j], &discs);
+        if (discs.count < ISM__DISCS && j + 1u < count) continue;
+        kernels->draw(tile, &discs, kernels->place(tile, &discs));
+        discs.count = 0;
     }
 }
 
@@ -4228,7 +5399,12 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 
 /* ---- atlas: the tiles of all VPLs ---- */
 
-typedef struct ism__atlas_work { ism_maps *m; const ism_mesh *mesh; uint32_t lanes; } ism__atlas_work;
+typedef struct ism__atlas_work {
+    ism_maps       *m;
+    const ism_mesh *mesh;
+    uint32_t        lanes;
+    ism__splat      kernels;
+} ism__atlas_work;
 
 static size_t ism__lane_bytes(uint32_t size)
 {
@@ -4290,7 +5466,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
         tile->depth[i] = ISM_FAR;
         tile->texels[i].triangle = 0;
     }
-    ism__choose_draw(tile);
+    tile->texels_per_unit = ism__texels_per_unit(tile);
 }
 
 static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
@@ -4321,11 +5497,18 @@ static void ism__blank_tiles(ism_maps *m)
     m->blank_from = m->vpl_count;
 }
 
+#ifndef ISM_WITHOUT_FILL
+/* Returns where pull and push have their levels: behind depths and directions. */
+static uint32_t *ism__pyramid_of(const ism__tile *tile)
+{
+    return (uint32_t *)(void *)(tile->depth + (size_t)tile->size * tile->size * 4u);
+}
+#endif
+
 static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;
     ism_maps *m = w->m;
-    size_t texels = (size_t)m->desc.tile_side * m->desc.tile_side;
     char *scratch = (char *)m->scratch.data + lane * ism__lane_bytes(m->desc.tile_side);
     uint64_t *stats = (uint64_t *)(void *)(scratch + ism__lane_bytes(m->desc.tile_side) - 64u);
     size_t v;
@@ -4334,11 +5517,12 @@ static void ism__lane_task(void *context, size_t lane)
         ism__tile tile;
         ism__begin_tile(&tile, w, (uint32_t)v, scratch);
         if (m->triangles)
-            ism__draw_points(&tile, (const ism__surfel *)m->surfels.data + v * m->desc.surfel_count,
+            ism__draw_points(&tile, &w->kernels,
+                             (const ism__surfel *)m->surfels.data + v * m->desc.surfel_count,
                              ((const uint32_t *)m->counts.data)[2u * v], (uint32_t)v);
-        if (!m->desc.no_fill)
-            ism__fill(&tile,
-                      (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 4u * sizeof(float))));
+#ifndef ISM_WITHOUT_FILL
+        if (!m->desc.no_fill) ism__fill(&tile, ism__pyramid_of(&tile));
+#endif
         ism__end_tile(&tile, m, (uint32_t)v);
         stats[0] += tile.splats;
         stats[1] += tile.wide;
@@ -4354,6 +5538,7 @@ static ism_result ism__build(ism_maps *m, const ism__job *job)
     ism_result result;
     w.m = m;
     w.mesh = job->frame->mesh;
+    w.kernels = ism__choose_splat();
     w.lanes = m->vpl_count < ISM__LANES ? m->vpl_count : ISM__LANES;
     texels = (size_t)m->side * m->side;
     if (!ism__grow(m, &m->atlas, texels, sizeof(float)) ||
@@ -4764,9 +5949,92 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
         visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px, &looks[i]);
 }
 
+/* ==== src/ism/cull.h ==== */
+
+/* ---- cull: VPLs that no receiver of a block can see ---- */
+
+/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
+   The flags lie in front of the pixels: one for each place in `order`. */
+static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
+{
+    const ism_maps *m = w->m;
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
+    uint32_t x, y, i, k;
+    for (y = by; y < by + ISM__BLOCK && y < w->view->height; y++)
+        for (x = bx; x < bx + ISM__BLOCK && x < w->view->width; x++)
+            if (ism__receiver(w->view, (size_t)y * w->view->width + x, &p, &n)) {
+                lo = ism__v3_min(lo, p);
+                hi = ism__v3_max(hi, p);
+            }
+    for (i = 0; i < m->vpl_count; i++) {
+        const ism_vpl *v = &m->vpls[w->order[i]];
+        ism__v3 at = ism__v3_load(v->position),
+                normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
+        float most = -1e30f,
+              size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
+        for (k = 0; k < 8u; k++) {
+            ism__v3 c = ism__v3_make(k & 1u ? hi.x : lo.x, k & 2u ? hi.y : lo.y, k & 4u ? hi.z : lo.z);
+            float d = ism__v3_dot(normal, ism__v3_sub(c, at));
+            most = d > most ? d : most;
+        }
+        /* a hair of room for rounding: culling must not change a bit of the picture */
+        skip[i] = !v->directional && most < -1e-5f * size;
+        counts[0] += skip[i];
+    }
+    counts[1] += (double)m->vpl_count;
+}
+
+/* ==== src/ism/smooth.h ==== */
+
+/* ---- smooth: the blur of interleaved pictures (paper 6.2) ---- */
+
+/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
+   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
+   stay. */
+static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
+{
+    const ism__view *view = w->view;
+    int r = (int)w->pattern / 2, i, j;
+    int k, width = (int)view->width, height = (int)view->height;
+    float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
+    ism__v3 p, n, q, nq;
+    if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
+        out[0] = out[1] = out[2] = 0.0f;
+        return;
+    }
+    for (j = -r; j <= r; j++)
+        for (i = -r; i <= r; i++) {
+            size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
+            float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
+            ism__v3 d;
+            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height ||
+                !ism__receiver(view, at, &q, &nq))
+                continue;
+            d = ism__v3_sub(q, p);
+            facing = ism__v3_dot(n, nq);
+            off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
+            weight *= facing > 0.0f ? facing * facing : 0.0f;
+            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
+                off = 1.0f - off / ism__v3_length(d);
+                weight *= off > 0.0f ? off : 0.0f;
+            }
+            for (k = 0; k < 3; k++) sum[k] += weight * w->light[3u * at + (size_t)k];
+            weights += weight;
+        }
+    for (k = 0; k < 3; k++) out[k] = weights > 0.0f ? sum[k] / weights : 0.0f;
+}
+
+static void ism__smooth_task(void *context, size_t row)
+{
+    const ism__shade_work *w = (const ism__shade_work *)context;
+    size_t x;
+    for (x = 0; x < w->view->width; x++)
+        ism__smooth_pixel(w, (int)x, (int)row, w->blurred + 3u * (row * w->view->width + x));
+}
+
 /* ==== src/ism/shade.h ==== */
 
-/* ---- shade: all lights at all receivers, and the blur (paper 6.2) ---- */
+/* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
 /* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times
    pi. */
@@ -4845,47 +6113,24 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
-/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
-   The flags lie in front of the pixels: one for each place in `order`. */
-static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
-{
-    const ism_maps *m = w->m;
-    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
-    uint32_t x, y, i, k;
-    for (y = by; y < by + ISM__BLOCK && y < w->view->height; y++)
-        for (x = bx; x < bx + ISM__BLOCK && x < w->view->width; x++)
-            if (ism__receiver(w->view, (size_t)y * w->view->width + x, &p, &n)) {
-                lo = ism__v3_min(lo, p);
-                hi = ism__v3_max(hi, p);
-            }
-    for (i = 0; i < m->vpl_count; i++) {
-        const ism_vpl *v = &m->vpls[w->order[i]];
-        ism__v3 at = ism__v3_load(v->position),
-                normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
-        float most = -1e30f,
-              size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
-        for (k = 0; k < 8u; k++) {
-            ism__v3 c = ism__v3_make(k & 1u ? hi.x : lo.x, k & 2u ? hi.y : lo.y, k & 4u ? hi.z : lo.z);
-            float d = ism__v3_dot(normal, ism__v3_sub(c, at));
-            most = d > most ? d : most;
-        }
-        /* a hair of room for rounding: culling must not change a bit of the picture */
-        skip[i] = !v->directional && most < -1e-5f * size;
-        counts[0] += skip[i];
-    }
-    counts[1] += (double)m->vpl_count;
-}
-
 static void ism__shade_task(void *context, size_t index)
 {
     const ism__shade_work *w = (const ism__shade_work *)context;
     const ism__view *view = w->view;
     uint32_t bx = (uint32_t)(index % w->blocks_x) * ISM__BLOCK,
              by = (uint32_t)(index / w->blocks_x) * ISM__BLOCK, x, y;
-    uint8_t skip[16384];
+    const uint8_t *skip = NULL;
     double *lost = w->lost + 4u * index;
+#ifndef ISM_WITHOUT_CULLING
+    uint8_t flags[16384];
+#endif
     lost[0] = lost[1] = lost[2] = lost[3] = 0.0;
-    if (w->s.cull) ism__cull(w, bx, by, skip, lost + 2);
+#ifndef ISM_WITHOUT_CULLING
+    if (w->s.cull) {
+        ism__cull(w, bx, by, flags, lost + 2);
+        skip = flags;
+    }
+#endif
     for (y = by; y < by + ISM__BLOCK && y < view->height; y++)
         for (x = bx; x < bx + ISM__BLOCK && x < view->width; x++) {
             size_t i = (size_t)y * view->width + x;
@@ -4894,53 +6139,8 @@ static void ism__shade_task(void *context, size_t index)
             out[0] = out[1] = out[2] = 0.0f;
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
             px.ng = ism__geometric_normal(view, i, px.n);
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL,
-                             out, lost);
+            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, skip, out, lost);
         }
-}
-
-/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
-   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
-   stay. */
-static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
-{
-    const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j;
-    int k, width = (int)view->width, height = (int)view->height;
-    float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
-    ism__v3 p, n, q, nq;
-    if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
-        out[0] = out[1] = out[2] = 0.0f;
-        return;
-    }
-    for (j = -r; j <= r; j++)
-        for (i = -r; i <= r; i++) {
-            size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
-            float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
-            ism__v3 d;
-            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height ||
-                !ism__receiver(view, at, &q, &nq))
-                continue;
-            d = ism__v3_sub(q, p);
-            facing = ism__v3_dot(n, nq);
-            off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
-            weight *= facing > 0.0f ? facing * facing : 0.0f;
-            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
-                off = 1.0f - off / ism__v3_length(d);
-                weight *= off > 0.0f ? off : 0.0f;
-            }
-            for (k = 0; k < 3; k++) sum[k] += weight * w->light[3u * at + (size_t)k];
-            weights += weight;
-        }
-    for (k = 0; k < 3; k++) out[k] = weights > 0.0f ? sum[k] / weights : 0.0f;
-}
-
-static void ism__smooth_task(void *context, size_t row)
-{
-    const ism__shade_work *w = (const ism__shade_work *)context;
-    size_t x;
-    for (x = 0; x < w->view->width; x++)
-        ism__smooth_pixel(w, (int)x, (int)row, w->blurred + 3u * (row * w->view->width + x));
 }
 
 /* Classes are sets of VPLs that are spread evenly: every pattern^2-th of the sequence. */
@@ -4964,6 +6164,11 @@ static ism_result ism__bad_field(const ism__logger *log, const char *name, doubl
 static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, const ism_shading *s)
 {
     const ism__logger *log = &job->log;
+#ifdef ISM_WITHOUT_INTERLEAVED
+    if (s->pattern > 1u)
+        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+                              "0 or 1 in a header that was joined without interleaved shading");
+#endif
     if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u))
         return ism__bad_field(log, "shading.pattern", (double)s->pattern, "0, 1, 2, 4 or 8");
     if (s->pattern > 1u && job->view.height == 1u)
@@ -5064,6 +6269,7 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     size_t pixels = view->points->count, blocks, n = m->vpl_count;
     size_t floats, size;
     char *memory;
+    int whole;
     ism_result result = ism__check_shading(m, job, shading);
     if (result != ISM_OK) return result;
     memset(&w, 0, sizeof w);
@@ -5083,8 +6289,12 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     memory = (char *)ism__alloc(&m->memory, size);
     if (!memory) return ism__no_memory(&job->log);
     ism__lay_out_shading(&w, memory, pixels, blocks);
-    if (!ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w) ||
-        (w.pattern > 1u && !ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w))) {
+    whole = ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
+#ifndef ISM_WITHOUT_INTERLEAVED
+    if (whole && w.pattern > 1u)
+        whole = ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w);
+#endif
+    if (!whole) {
         ism__free(&m->memory, memory);
         return ISM_ERR_CANCELLED;
     }
@@ -5396,7 +6606,12 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
           "0 or a power of two, 8..256" },
         { "desc.importance", (double)d->importance, 0, ISM_IMPORTANCE_COUNT - 1,
           "a value of ism_importance" },
+#ifdef ISM_WITHOUT_PAIR
+        { "desc.spread", (double)d->spread, 0, ISM_SPREAD_VIEW_8,
+          "below ISM_SPREAD_PAIR in a header that was joined without pair" },
+#else
         { "desc.spread", (double)d->spread, 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
+#endif
         { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
           "a value of ism_projection" },
         { "desc.view_grid_side", (double)d->view_grid_side, 1, 16, "0 or 1..16" },
@@ -5411,8 +6626,13 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
 #else
         { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
 #endif
+#ifdef ISM_WITHOUT_WINDOWS
+        { "desc.window_rim", (double)d->window_rim, -2147483648.0, 0,
+          "0 or less in a header that was joined without windows" }
+#else
         { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2, 0.5 * side,
           "negative, 0 or 2..tile_side / 2" }
+#endif
     };
     size_t i;
     for (i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
@@ -5433,14 +6653,20 @@ static void ism__resolve(ism_desc *d)
     if (!d->surfel_count) d->surfel_count = 8192u;
     if (!d->tile_side) d->tile_side = 64u;
     if (d->importance == ISM_IMPORTANCE_DEFAULT) d->importance = ISM_IMPORTANCE_GUIDED;
+#ifdef ISM_WITHOUT_PAIR
+    if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_VIEW_8;
+#else
     if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_PAIR;
+#endif
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid_side) d->view_grid_side = 4u;
     if (!d->lazy_frames) d->lazy_frames = 8u;
 #ifndef ISM_WITHOUT_NEAR_POINTS
     if (!d->near_point_count) d->near_point_count = 16;
 #endif
+#ifndef ISM_WITHOUT_WINDOWS
     if (!d->window_rim) d->window_rim = d->tile_side >= 16u ? (int32_t)(d->tile_side / 8u) : 2;
+#endif
     if (d->near_point_count < 0) d->near_point_count = 0;
     if (d->window_rim < 0) d->window_rim = 0;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;

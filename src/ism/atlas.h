@@ -1,6 +1,11 @@
 /* ---- atlas: the tiles of all VPLs ---- */
 
-typedef struct ism__atlas_work { ism_maps *m; const ism_mesh *mesh; uint32_t lanes; } ism__atlas_work;
+typedef struct ism__atlas_work {
+    ism_maps       *m;
+    const ism_mesh *mesh;
+    uint32_t        lanes;
+    ism__splat      kernels;
+} ism__atlas_work;
 
 static size_t ism__lane_bytes(uint32_t size)
 {
@@ -62,7 +67,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
         tile->depth[i] = ISM_FAR;
         tile->texels[i].triangle = 0;
     }
-    ism__choose_draw(tile);
+    tile->texels_per_unit = ism__texels_per_unit(tile);
 }
 
 static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
@@ -93,11 +98,18 @@ static void ism__blank_tiles(ism_maps *m)
     m->blank_from = m->vpl_count;
 }
 
+#ifndef ISM_WITHOUT_FILL
+/* Returns where pull and push have their levels: behind depths and directions. */
+static uint32_t *ism__pyramid_of(const ism__tile *tile)
+{
+    return (uint32_t *)(void *)(tile->depth + (size_t)tile->size * tile->size * 4u);
+}
+#endif
+
 static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;
     ism_maps *m = w->m;
-    size_t texels = (size_t)m->desc.tile_side * m->desc.tile_side;
     char *scratch = (char *)m->scratch.data + lane * ism__lane_bytes(m->desc.tile_side);
     uint64_t *stats = (uint64_t *)(void *)(scratch + ism__lane_bytes(m->desc.tile_side) - 64u);
     size_t v;
@@ -106,11 +118,12 @@ static void ism__lane_task(void *context, size_t lane)
         ism__tile tile;
         ism__begin_tile(&tile, w, (uint32_t)v, scratch);
         if (m->triangles)
-            ism__draw_points(&tile, (const ism__surfel *)m->surfels.data + v * m->desc.surfel_count,
+            ism__draw_points(&tile, &w->kernels,
+                             (const ism__surfel *)m->surfels.data + v * m->desc.surfel_count,
                              ((const uint32_t *)m->counts.data)[2u * v], (uint32_t)v);
-        if (!m->desc.no_fill)
-            ism__fill(&tile,
-                      (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 4u * sizeof(float))));
+#ifndef ISM_WITHOUT_FILL
+        if (!m->desc.no_fill) ism__fill(&tile, ism__pyramid_of(&tile));
+#endif
         ism__end_tile(&tile, m, (uint32_t)v);
         stats[0] += tile.splats;
         stats[1] += tile.wide;
@@ -126,6 +139,7 @@ static ism_result ism__build(ism_maps *m, const ism__job *job)
     ism_result result;
     w.m = m;
     w.mesh = job->frame->mesh;
+    w.kernels = ism__choose_splat();
     w.lanes = m->vpl_count < ISM__LANES ? m->vpl_count : ISM__LANES;
     texels = (size_t)m->side * m->side;
     if (!ism__grow(m, &m->atlas, texels, sizeof(float)) ||

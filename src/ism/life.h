@@ -25,7 +25,12 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
           "0 or a power of two, 8..256" },
         { "desc.importance", (double)d->importance, 0, ISM_IMPORTANCE_COUNT - 1,
           "a value of ism_importance" },
+#ifdef ISM_WITHOUT_PAIR
+        { "desc.spread", (double)d->spread, 0, ISM_SPREAD_VIEW_8,
+          "below ISM_SPREAD_PAIR in a header that was joined without pair" },
+#else
         { "desc.spread", (double)d->spread, 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
+#endif
         { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
           "a value of ism_projection" },
         { "desc.view_grid_side", (double)d->view_grid_side, 1, 16, "0 or 1..16" },
@@ -40,8 +45,13 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
 #else
         { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
 #endif
+#ifdef ISM_WITHOUT_WINDOWS
+        { "desc.window_rim", (double)d->window_rim, -2147483648.0, 0,
+          "0 or less in a header that was joined without windows" }
+#else
         { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2, 0.5 * side,
           "negative, 0 or 2..tile_side / 2" }
+#endif
     };
     size_t i;
     for (i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
@@ -62,14 +72,20 @@ static void ism__resolve(ism_desc *d)
     if (!d->surfel_count) d->surfel_count = 8192u;
     if (!d->tile_side) d->tile_side = 64u;
     if (d->importance == ISM_IMPORTANCE_DEFAULT) d->importance = ISM_IMPORTANCE_GUIDED;
+#ifdef ISM_WITHOUT_PAIR
+    if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_VIEW_8;
+#else
     if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_PAIR;
+#endif
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid_side) d->view_grid_side = 4u;
     if (!d->lazy_frames) d->lazy_frames = 8u;
 #ifndef ISM_WITHOUT_NEAR_POINTS
     if (!d->near_point_count) d->near_point_count = 16;
 #endif
+#ifndef ISM_WITHOUT_WINDOWS
     if (!d->window_rim) d->window_rim = d->tile_side >= 16u ? (int32_t)(d->tile_side / 8u) : 2;
+#endif
     if (d->near_point_count < 0) d->near_point_count = 0;
     if (d->window_rim < 0) d->window_rim = 0;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;

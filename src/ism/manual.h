@@ -118,7 +118,7 @@
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
-     section 5.2          eight receivers for each triangle             ism__triangle_effect  T53
+     section 5.2          eight receivers for each triangle             ism__seen_by_view     T53
      section 5.3          an eighth of the surfels a frame              ism__points_of,
                                                                         ism_desc              T54, T57
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
@@ -154,6 +154,8 @@
      ISM_STATIC           beside it: a private copy, all functions static
      ISM_DEF              everywhere: your own linkage instead
      ISM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
+     ISM_FILE             with the implementation: this file's name, if it is not "ism.h". The file includes
+                          itself for AVX2 and AVX-512; where it cannot, it does without them
 
    Memory, errors, threads, determinism
 

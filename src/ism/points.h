@@ -98,7 +98,7 @@ static void ism__points_task(void *context, size_t lane)
     ism_maps *m = w->m;
     double *shares = (double *)m->shares.data + lane * ism__lane_shares(w);
     float *effect = (float *)(void *)(shares + w->cluster_count + 1u);
-    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
+    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;    /* never where that is left out */
     size_t v;
     for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
         if (v == lane || pair)
@@ -142,9 +142,9 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
 /* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
 static int ism__hold_points(ism_maps *m, ism__spread_work *w)
 {
-    const size_t vpls = m->desc.vpl_count;
+    const size_t vpls = m->desc.vpl_count, bundles = w->cluster_count / ISM__BUNDLE + 1u;
     if (!ism__grow(m, &m->weights, w->triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->clusters, w->cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
+        !ism__grow(m, &m->clusters, bundles, sizeof(ism__clusters) + ISM__BUNDLE * sizeof(double)) ||
         !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(w), sizeof(double)) ||
         !ism__grow(m, &m->sums, w->triangles + 1u, sizeof(double)) ||
         !ism__grow(m, &m->surfels, vpls * m->desc.surfel_count, sizeof(ism__surfel)) ||
@@ -154,7 +154,8 @@ static int ism__hold_points(ism_maps *m, ism__spread_work *w)
     w->area = (float *)m->weights.data;
     w->solid = w->area + w->triangles;
     w->seen = (double *)m->clusters.data;
-    w->clusters = (ism__cluster *)(void *)(w->seen + w->cluster_count);
+    w->clusters = (ism__clusters *)(void *)(w->seen + bundles * ISM__BUNDLE);
+    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read whole bundles */
     return 1;
 }
 
@@ -188,6 +189,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     w.frame = f->index;
     w.period = m->desc.unstable ? 1u : m->desc.lazy_frames;
     w.fresh = w.triangles != m->triangles;
+    ism__choose_spread(&w);
     if (w.triangles >= 1u << 31) {
         ism__log_value(&job->log, "the mesh's count of triangles", (double)w.triangles, "below 2^31");
         return ISM_ERR_LIMIT;
@@ -236,7 +238,12 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t)))
         return ism__no_memory(&job->log);
     ism__bounding_sphere(m, f->mesh);
-    return ism__make_windows(m, &job->view, &job->part) ? ism__renew_points(m, job) : ISM_ERR_CANCELLED;
+#ifndef ISM_WITHOUT_WINDOWS
+    if (!ism__make_windows(m, &job->view, &job->part)) return ISM_ERR_CANCELLED;
+#else
+    memset(m->windows.data, 0, m->desc.vpl_count * sizeof(ism__window));
+#endif
+    return ism__renew_points(m, job);
 }
 
 /* VPLs must have been chosen. */

@@ -36,6 +36,14 @@ static float ism__power_gap(float x, float y)
     return x > 0.0f ? (float)(1.0 - ism__exp_core((double)y * ism__log_core(x))) : 1.0f;
 }
 
+/* Returns by how much a LOBE map stretches the disc of directions with this z and this sine of the angle from
+   the axis. */
+static float ism__lobe_stretch(float z, float sine, float exponent)
+{
+    float r = ism__power_gap(z < 1.0f ? z : 1.0f, exponent + 1.0f);
+    return sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
+}
+
 /* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
@@ -88,8 +96,7 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
     } else {
         float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0f;
         if (e != 1.0f) {
-            float r = ism__power_gap(z < 1.0f ? z : 1.0f, e + 1.0f), sine = sqrtf(x * x + y * y);
-            s = sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
+            s = ism__lobe_stretch(z, sqrtf(x * x + y * y), e);
             x *= s;
             y *= s;
         }

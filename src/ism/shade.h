@@ -1,4 +1,4 @@
-/* ---- shade: all lights at all receivers, and the blur (paper 6.2) ---- */
+/* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
 /* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times
    pi. */
@@ -77,47 +77,24 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
-/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
-   The flags lie in front of the pixels: one for each place in `order`. */
-static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
-{
-    const ism_maps *m = w->m;
-    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
-    uint32_t x, y, i, k;
-    for (y = by; y < by + ISM__BLOCK && y < w->view->height; y++)
-        for (x = bx; x < bx + ISM__BLOCK && x < w->view->width; x++)
-            if (ism__receiver(w->view, (size_t)y * w->view->width + x, &p, &n)) {
-                lo = ism__v3_min(lo, p);
-                hi = ism__v3_max(hi, p);
-            }
-    for (i = 0; i < m->vpl_count; i++) {
-        const ism_vpl *v = &m->vpls[w->order[i]];
-        ism__v3 at = ism__v3_load(v->position),
-                normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
-        float most = -1e30f,
-              size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
-        for (k = 0; k < 8u; k++) {
-            ism__v3 c = ism__v3_make(k & 1u ? hi.x : lo.x, k & 2u ? hi.y : lo.y, k & 4u ? hi.z : lo.z);
-            float d = ism__v3_dot(normal, ism__v3_sub(c, at));
-            most = d > most ? d : most;
-        }
-        /* a hair of room for rounding: culling must not change a bit of the picture */
-        skip[i] = !v->directional && most < -1e-5f * size;
-        counts[0] += skip[i];
-    }
-    counts[1] += (double)m->vpl_count;
-}
-
 static void ism__shade_task(void *context, size_t index)
 {
     const ism__shade_work *w = (const ism__shade_work *)context;
     const ism__view *view = w->view;
     uint32_t bx = (uint32_t)(index % w->blocks_x) * ISM__BLOCK,
              by = (uint32_t)(index / w->blocks_x) * ISM__BLOCK, x, y;
-    uint8_t skip[16384];
+    const uint8_t *skip = NULL;
     double *lost = w->lost + 4u * index;
+#ifndef ISM_WITHOUT_CULLING
+    uint8_t flags[16384];
+#endif
     lost[0] = lost[1] = lost[2] = lost[3] = 0.0;
-    if (w->s.cull) ism__cull(w, bx, by, skip, lost + 2);
+#ifndef ISM_WITHOUT_CULLING
+    if (w->s.cull) {
+        ism__cull(w, bx, by, flags, lost + 2);
+        skip = flags;
+    }
+#endif
     for (y = by; y < by + ISM__BLOCK && y < view->height; y++)
         for (x = bx; x < bx + ISM__BLOCK && x < view->width; x++) {
             size_t i = (size_t)y * view->width + x;
@@ -126,53 +103,8 @@ static void ism__shade_task(void *context, size_t index)
             out[0] = out[1] = out[2] = 0.0f;
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
             px.ng = ism__geometric_normal(view, i, px.n);
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL,
-                             out, lost);
+            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, skip, out, lost);
         }
-}
-
-/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
-   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
-   stay. */
-static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
-{
-    const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j;
-    int k, width = (int)view->width, height = (int)view->height;
-    float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
-    ism__v3 p, n, q, nq;
-    if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
-        out[0] = out[1] = out[2] = 0.0f;
-        return;
-    }
-    for (j = -r; j <= r; j++)
-        for (i = -r; i <= r; i++) {
-            size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
-            float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
-            ism__v3 d;
-            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height ||
-                !ism__receiver(view, at, &q, &nq))
-                continue;
-            d = ism__v3_sub(q, p);
-            facing = ism__v3_dot(n, nq);
-            off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
-            weight *= facing > 0.0f ? facing * facing : 0.0f;
-            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
-                off = 1.0f - off / ism__v3_length(d);
-                weight *= off > 0.0f ? off : 0.0f;
-            }
-            for (k = 0; k < 3; k++) sum[k] += weight * w->light[3u * at + (size_t)k];
-            weights += weight;
-        }
-    for (k = 0; k < 3; k++) out[k] = weights > 0.0f ? sum[k] / weights : 0.0f;
-}
-
-static void ism__smooth_task(void *context, size_t row)
-{
-    const ism__shade_work *w = (const ism__shade_work *)context;
-    size_t x;
-    for (x = 0; x < w->view->width; x++)
-        ism__smooth_pixel(w, (int)x, (int)row, w->blurred + 3u * (row * w->view->width + x));
 }
 
 /* Classes are sets of VPLs that are spread evenly: every pattern^2-th of the sequence. */
@@ -196,6 +128,11 @@ static ism_result ism__bad_field(const ism__logger *log, const char *name, doubl
 static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, const ism_shading *s)
 {
     const ism__logger *log = &job->log;
+#ifdef ISM_WITHOUT_INTERLEAVED
+    if (s->pattern > 1u)
+        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+                              "0 or 1 in a header that was joined without interleaved shading");
+#endif
     if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u))
         return ism__bad_field(log, "shading.pattern", (double)s->pattern, "0, 1, 2, 4 or 8");
     if (s->pattern > 1u && job->view.height == 1u)
@@ -296,6 +233,7 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     size_t pixels = view->points->count, blocks, n = m->vpl_count;
     size_t floats, size;
     char *memory;
+    int whole;
     ism_result result = ism__check_shading(m, job, shading);
     if (result != ISM_OK) return result;
     memset(&w, 0, sizeof w);
@@ -315,8 +253,12 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     memory = (char *)ism__alloc(&m->memory, size);
     if (!memory) return ism__no_memory(&job->log);
     ism__lay_out_shading(&w, memory, pixels, blocks);
-    if (!ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w) ||
-        (w.pattern > 1u && !ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w))) {
+    whole = ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
+#ifndef ISM_WITHOUT_INTERLEAVED
+    if (whole && w.pattern > 1u)
+        whole = ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w);
+#endif
+    if (!whole) {
         ism__free(&m->memory, memory);
         return ISM_ERR_CANCELLED;
     }

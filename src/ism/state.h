@@ -1,6 +1,7 @@
 /* ---- state: what an ism_maps holds, how its memory grows, how its tasks run ---- */
 
 #define ISM__PI 3.14159265f
+#define ISM__MAX_FLOAT 3.402823466e38f
 /* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
@@ -13,7 +14,6 @@
                                         rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
-#define ISM__TEXELS 8u              /* of a disc's rows that are drawn together: no tile is smaller */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
@@ -43,6 +43,8 @@ typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } i
 typedef struct ism__window { ism__axis u, v; } ism__window;
 
 /* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
+enum { ISM__DISCS = 16,             /* points that are drawn together */
+       ISM__AHEAD = 16 };           /* points whose memory is fetched before it is wanted */
 enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__FIELDS };
 
 /* Receivers as a picture of width x height; a list is one row. */

@@ -6,9 +6,9 @@
 
 #include <stdio.h>
 
-/* As in ism_desc: 0 is the default. core.c has none. */
-#ifndef BYTES_NEAR_POINTS
-#define BYTES_NEAR_POINTS 0
+/* 1: without what is optional, as core.c has it. */
+#ifndef BYTES_CORE
+#define BYTES_CORE 0
 #endif
 
 static uint32_t next(uint32_t *state)
@@ -84,12 +84,14 @@ static int bytes_lines(FILE *lines)
         frame.points = &view;
         frame.index = 0;
         d.vpl_count = 64;
-        d.near_point_count = BYTES_NEAR_POINTS;
+        d.near_point_count = BYTES_CORE ? -1 : 0;
+        d.spread = BYTES_CORE ? ISM_SPREAD_VIEW_8 : ISM_SPREAD_DEFAULT;
+        d.no_fill = BYTES_CORE;
         d.surfel_count = 256;
         d.tile_side = 32;
         d.projection = (ism_projection)(1 + projection % 4);
-        d.window_rim = projection < 4 ? -1 : 0;
-        s.pattern = 2;
+        d.window_rim = projection < 4 || BYTES_CORE ? -1 : 0;
+        s.pattern = BYTES_CORE ? 1 : 2;
         s.near_mode = (ism_near)(1 + projection % 4);
         if (ism_create(&d, &m) != ISM_OK || ism_render(m, &frame, &s, out, NULL) != ISM_OK) return 1;
         {

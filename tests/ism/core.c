@@ -1,5 +1,5 @@
-/* core.c - the lines of bytes.c without near points, which the core of ism.h has none of: the whole header prints the
-   same. tests/scripts/core.sh */
+/* core.c - the lines of bytes.c without what the core of ism.h has none of: near points, points by what a VPL sees,
+   windows, interleaved shading, filled holes. The whole header prints the same. tests/scripts/core.sh */
 
-#define BYTES_NEAR_POINTS (-1)
+#define BYTES_CORE 1
 #include "bytes.c"

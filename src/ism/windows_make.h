@@ -1,0 +1,116 @@
+/* ---- windows: where the picture lies in the squares of VPLs ---- */
+
+/* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
+static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__orientation *f, ism__v3 p,
+                          float uv[2])
+{
+    ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->directional ? m->center : v->position)));
+    float d, direction[3];
+    if (v->directional) {
+        uv[0] = 0.5f * l.x / m->radius + 0.5f;
+        uv[1] = 0.5f * l.y / m->radius + 0.5f;
+        return uv[0] >= 0.0f && uv[1] >= 0.0f && uv[0] < 1.0f && uv[1] < 1.0f;
+    }
+    d = ism__v3_length(l);
+    if (!(d > 0.0f) || !ism__finite(d)) return 0;
+    ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
+    return ism_map_coordinates(ism__projection_of(m, v), v->exponent, direction, uv);
+}
+
+typedef struct ism__window_work {
+    ism_maps       *m;
+    const ism__view *view;
+    uint32_t        rows, columns, count, seen[8u * ISM__SIGHTS];
+} ism__window_work;
+
+/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them
+   encloses the others, nearly. UINT32_MAX for each that there already is. */
+static void ism__sight_task(void *context, size_t index)
+{
+    ism__window_work *w = (ism__window_work *)context;
+    const ism__view *view = w->view;
+    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns,
+             *best = w->seen + 8u * index;
+    uint32_t k, j;
+    size_t x, y, x1 = (size_t)view->width * (column + 1u) / w->columns,
+                 y1 = (size_t)view->height * (row + 1u) / w->rows;
+    float most[8];
+    memset(best, 255, 8u * sizeof *best);
+    for (y = (size_t)view->height * row / w->rows; y < y1; y++)
+        for (x = (size_t)view->width * column / w->columns; x < x1; x++) {
+            ism__v3 p, n;
+            size_t i = y * view->width + x;
+            if (!ism__receiver(view, i, &p, &n)) continue;
+            for (k = 0; k < 8u; k++) {      /* no two as long, so that none of a grid's points are as far */
+                float at =
+                    (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
+                if (best[k] != UINT32_MAX && !(at > most[k])) continue;
+                most[k] = at;
+                best[k] = (uint32_t)i;
+            }
+        }
+    for (k = 1; k < 8u; k++)
+        for (j = 0; j < k; j++)
+            if (best[j] == best[k]) best[k] = UINT32_MAX;
+}
+
+/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that
+   little of what moves makes a window jump. */
+static uint32_t ism__cut_at(uint32_t need, uint32_t was, int known)
+{
+    return known && was <= need && was + ISM__SLACK >= need ? was : need;
+}
+
+static void ism__window_task(void *context, size_t index)
+{
+    const ism__window_work *w = (const ism__window_work *)context;
+    ism_maps *m = w->m;
+    ism_vpl *v = &m->vpls[index];
+    uint32_t *was = (uint32_t *)(void *)((ism__window *)m->windows.data + m->desc.vpl_count) + index;
+    float lo[2] = { 1.0f, 1.0f }, hi[2] = { 0.0f, 0.0f };
+    uint32_t i, k;
+    int known = index < m->window_count && !v->jumped && !m->desc.unstable;
+    ism__window *out = (ism__window *)m->windows.data + index;
+    ism__orientation f = ism__vpl_frame(m, v);
+    v->window = 0;
+    for (i = 0; i < w->count; i++) {
+        ism__v3 p, n;
+        float uv[2];
+        if (w->seen[i] == UINT32_MAX || !ism__receiver(w->view, w->seen[i], &p, &n)) continue;
+        n = ism__geometric_normal(w->view, w->seen[i], n);
+        if (!(ism__v3_dot(n, v->directional ? f.z : ism__v3_sub(p, ism__v3_load(v->position))) < 0.0f) ||
+            !ism__square_of(m, v, &f, p, uv))
+            continue;
+        for (k = 0; k < 2u; k++) {
+            lo[k] = uv[k] < lo[k] ? uv[k] : lo[k];
+            hi[k] = uv[k] > hi[k] ? uv[k] : hi[k];
+        }
+    }
+    if (lo[0] <= hi[0])             /* else nothing looks at this map */
+        for (k = 0; k < 2u; k++) {
+            float pad = (hi[k] - lo[k]) * ISM__PAD;
+            uint32_t low = ism__texel_of(lo[k] > pad ? lo[k] - pad : 0.0f, ISM__STEPS);
+            uint32_t high = ISM__STEPS - 1u - ism__texel_of(hi[k] + pad, ISM__STEPS);
+            v->window |= ism__cut_at(low, *was >> 6u * k & 63u, known) << 6u * k;
+            v->window |= ism__cut_at(high, *was >> (6u * k + 12u) & 63u, known) << (6u * k + 12u);
+        }
+    *was = v->window;
+    ism__set_window(v->window, m->desc.tile_side, (uint32_t)m->desc.window_rim, out);
+    if (!out->u.on && !out->v.on) v->window = 0;
+}
+
+/* All that bounces on counts, seen or not: maps that ism_bounce needs are even. */
+static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part *part)
+{
+    ism__window_work w;
+    w.m = m;
+    w.view = view;
+    w.rows = view->height < 8u ? 1u : 8u;
+    w.columns = ISM__SIGHTS / w.rows;
+    w.count = !m->desc.window_rim || m->desc.keep_hits ? 0 : 8u * ISM__SIGHTS;
+    if ((w.count && !ism__run(m, part, 0.0f, 0.05f, ISM__SIGHTS, ism__sight_task, &w)) ||
+        !ism__run(m, part, 0.05f, 0.1f, m->vpl_count, ism__window_task, &w))
+        return 0;
+    m->window_count = m->vpl_count;
+    return 1;
+}
