@@ -374,7 +374,7 @@ typedef enum cohsm_domain_kind {    /* where the maps look from: a mapping D of 
                                        centres in `locations` */
     COHSM_DOMAIN_LIST,              /* d = 0: any set of locations, such as virtual lights, which queries name
                                        by index; PCF takes no mean over locations */
-    COHSM_DOMAIN_KIND_COUNT
+    COHSM_DOMAIN_COUNT
 } cohsm_domain_kind;
 
 typedef enum cohsm_layers {         /* how far behind the first hit a stored depth may lie, which makes blocks
@@ -510,7 +510,7 @@ typedef struct cohsm_info {
     uint32_t pixel_begin, pixel_end;
     float    center[3], radius;
     float    depth_far;             /* positions: the distance that a depth of 1 stands for */
-    uint64_t segments;
+    uint64_t segment_count;
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
@@ -3831,7 +3831,7 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         cohsm__log_text(log, "desc.system.allocator", "has one function of the two");
         return COHSM_ERR_DESC;
     }
-    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT)
+    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_COUNT)
         return cohsm__refuse_value(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
         return cohsm__refuse_value(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
@@ -5144,7 +5144,7 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     memcpy(out->center, h->center, sizeof out->center);
     out->radius = h->radius;
     out->depth_far = h->depth_far;
-    out->segments = (uint64_t)h->segments_high << 32 | h->segments_low;
+    out->segment_count = (uint64_t)h->segments_high << 32 | h->segments_low;
     out->bytes = 4 * (size_t)h->words;
     out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     out->fast_bytes = m->trays.bytes;
@@ -8767,7 +8767,7 @@ static int cohsm__header_sound(const cohsm__header *h)
     uint32_t order;
     size_t i;
 
-    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_KIND_COUNT || h->layers == 0 ||
+    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_COUNT || h->layers == 0 ||
         h->layers >= COHSM_LAYERS_COUNT || h->order == 0 || h->order >= COHSM_ORDER_COUNT ||
         h->orientation == 0 || h->orientation >= COHSM_ORIENTATION_COUNT)
         return 0;

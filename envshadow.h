@@ -331,8 +331,9 @@ struct envsh_maps_desc {            /* zero it, then set what you care about */
     int      rgba;                  /* not 0: four tiles share texels, each in a channel of its own */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
     envsh_rows       rows;          /* which row comes first in the textures that your GPU renders by
-                                       envsh_view.clip */
-    envsh_clip_depth clip_depth;    /* the depth that envsh_view.clip makes, and that envsh_maps_set takes */
+                                       envsh_view.world_to_clip */
+    envsh_clip_depth clip_depth;    /* the depth that envsh_view.world_to_clip makes, and that
+                                       envsh_maps_set takes */
 };
 
 typedef enum envsh_filter {         /* which texels of a map answer for a point */
@@ -349,7 +350,7 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
 
 struct envsh_query {                /* zero it, then set what you care about */
     envsh_filter filter;
-    uint32_t     taps;              /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
+    uint32_t     tap_count;         /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
     float        radius;            /* texels. SMOOTH: 0.5..8, 0 = 2; PCF: up to 32, 0 = 2, negative = none;
                                        PENUMBRA: the largest half axis, up to 64, 0 = 12, negative = none */
     float        bias;              /* texels, up to 1e6, by which a point is moved along its geometric normal
@@ -394,7 +395,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
 /* ---- maps for and from your own renderer ---- */
 
 typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
-    float    clip[16];              /* world to clip space of the tile's viewport */
+    float    world_to_clip[16];     /* world to clip space of the tile's viewport */
     float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
                                        tile's corner, and to depth */
     float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
@@ -409,11 +410,11 @@ typedef struct envsh_view {         /* one light's shadow map, for a renderer or
 
 typedef struct envsh_info {         /* the atlas */
     uint32_t width, height;         /* texels of a page */
-    uint32_t pages;
-    uint32_t channels;              /* 1, or 4 with rgba */
+    uint32_t page_count;
+    uint32_t channel_count;         /* 1, or 4 with rgba */
     uint32_t map_side, guard, capacity;
-    float   *depth;                 /* channels floats a texel, row by row, page by page: 0 near .. 1 far.
-                                       NULL with no_depth */
+    float   *depth;                 /* channel_count floats a texel, row by row, page by page: 0 near .. 1
+                                       far. NULL with no_depth */
     size_t   bytes;                 /* of memory that the maps keep */
 } envsh_info;
 
@@ -1176,8 +1177,8 @@ ENVSH_DEF void envsh_get_info(const envsh_maps *m, envsh_info *out)
     if (!m || !out) return;
     out->width = m->across * m->map_side;
     out->height = m->down * m->map_side;
-    out->pages = m->pages;
-    out->channels = m->channels;
+    out->page_count = m->pages;
+    out->channel_count = m->channels;
     out->map_side = m->map_side;
     out->guard = m->guard;
     out->capacity = m->capacity;
@@ -1244,10 +1245,10 @@ static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
     if (m->clip_depth == ENVSH_CLIP_DEPTH_ZERO_TO_ONE) z = 1.0f, less = 0.0f;
     if (m->clip_depth == ENVSH_CLIP_DEPTH_REVERSED) z = -1.0f, less = -1.0f;
     for (c = 0; c < 4; c++) {
-        v->clip[4 * c] = v->lookup[c] * s - (c == 3 ? 1.0f : 0.0f);
-        v->clip[4 * c + 1] = flip * (v->lookup[4 + c] * s - (c == 3 ? 1.0f : 0.0f));
-        v->clip[4 * c + 2] = v->lookup[8 + c] * z - (c == 3 ? less : 0.0f);
-        v->clip[4 * c + 3] = c == 3 ? 1.0f : 0.0f;
+        v->world_to_clip[4 * c] = v->lookup[c] * s - (c == 3 ? 1.0f : 0.0f);
+        v->world_to_clip[4 * c + 1] = flip * (v->lookup[4 + c] * s - (c == 3 ? 1.0f : 0.0f));
+        v->world_to_clip[4 * c + 2] = v->lookup[8 + c] * z - (c == 3 ? less : 0.0f);
+        v->world_to_clip[4 * c + 3] = c == 3 ? 1.0f : 0.0f;
     }
 }
 
@@ -1886,7 +1887,7 @@ static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver 
 static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r, const float *a,
                                 const float *b, float c, float s)
 {
-    uint32_t i, n = l->query->taps, lit = 0;
+    uint32_t i, n = l->query->tap_count, lit = 0;
     for (i = 0; i < n; i++) {
         float u = l->disc[2 * i] * c - l->disc[2 * i + 1] * s;
         float v = l->disc[2 * i] * s + l->disc[2 * i + 1] * c;
@@ -1950,7 +1951,7 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
     envsh__make_kernel(l, r->z, a, b);
     known = envsh__decide_by_cells(l, r, fabsf(a[0]) + fabsf(b[0]), fabsf(a[1]) + fabsf(b[1]));
     if (known >= 0) return (float)known;
-    for (i = 0; i < q->taps; i++) {
+    for (i = 0; i < q->tap_count; i++) {
         float u = l->disc[2 * i] * c - l->disc[2 * i + 1] * s;
         float v = l->disc[2 * i] * s + l->disc[2 * i + 1] * c;
         x = envsh__texel_index(r->x + u * a[0] + v * b[0]);
@@ -2049,7 +2050,7 @@ static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q,
     if (!(q->bias <= 1e6f))
         return envsh__refuse(log, "query.bias", (double)q->bias, "at most 1e6 texels", bad);
     q->bias = envsh__or_default(q->bias, 1.0f);
-    if (!q->taps) q->taps = 16;
+    if (!q->tap_count) q->tap_count = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) return ENVSH_OK;
     envsh__radius_range(q->filter, &least, &most);
     if (!(q->radius <= most) || (q->radius < least && q->filter == ENVSH_FILTER_SMOOTH && q->radius != 0.0f))
@@ -2058,7 +2059,8 @@ static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q,
                                     : 0], bad);
     q->radius = envsh__or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
     if (q->filter == ENVSH_FILTER_SMOOTH) return ENVSH_OK;
-    if (q->taps > ENVSH_MAX_TAPS) return envsh__refuse(log, "query.taps", q->taps, "0 (= 16) or 1..64", bad);
+    if (q->tap_count > ENVSH_MAX_TAPS)
+        return envsh__refuse(log, "query.tap_count", q->tap_count, "0 (= 16) or 1..64", bad);
     if (!(q->extent_scale <= 1e6f))
         return envsh__refuse(log, "query.extent_scale", (double)q->extent_scale, "at most 1e6", bad);
     q->extent_scale = envsh__or_default(q->extent_scale, 1.0f);
@@ -2188,7 +2190,7 @@ static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q
     s.points = points;
     s.out = out;
     s.only = only;
-    envsh__fill_disc(s.disc, q->taps <= ENVSH_MAX_TAPS ? q->taps : 1);
+    envsh__fill_disc(s.disc, q->tap_count <= ENVSH_MAX_TAPS ? q->tap_count : 1);
     return envsh__run_steps(m, batches, envsh__shade_task, &s);
 }
 
@@ -2244,7 +2246,7 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query 
     n = envsh__v3_load(geometric_normal);
     if (!envsh__is_unit(n)) return 0.0f;
     memset(&l, 0, sizeof l);
-    envsh__fill_disc(disc, q.taps <= ENVSH_MAX_TAPS ? q.taps : 1);
+    envsh__fill_disc(disc, q.tap_count <= ENVSH_MAX_TAPS ? q.tap_count : 1);
     l.view = tile->view;
     l.tile = tile->depth;
     l.row = tile->row_stride / 4;

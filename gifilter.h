@@ -46,7 +46,7 @@
            points.count = W * H;
            points.positions = positions;
            points.normals = normals;
-           settings.view_projection = world_to_clip;
+           settings.world_to_clip = world_to_clip;
            size.width = W;
            size.height = H;
            if (gifilt_create(&size, &filter) != GIFILT_OK) return 1;
@@ -221,13 +221,13 @@ typedef enum gifilt_rows {          /* which row of a picture in memory comes fi
 } gifilt_rows;
 
 typedef struct gifilt_frame {       /* the camera and the settings of one frame */
-    const float *view_projection;   /* the camera's matrix of this frame, world to clip, 16 floats,
+    const float *world_to_clip;     /* the camera's matrix of this frame, world to clip, 16 floats,
                                        column-major. The next frame finds its surfaces in this one by the
                                        matrix. NULL: the camera is unknown, so that neither this frame nor the
                                        next one has a history */
     const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
                                        that frame's pixels, centres at 0.5, rows counted as they lie in
-                                       memory. NULL: view_projection alone says so */
+                                       memory. NULL: world_to_clip alone says so */
     gifilt_rows  rows;              /* of the pictures */
     uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
                                        variance of the noise falls to 1 / history; if it moves, the picture
@@ -2251,7 +2251,7 @@ static inline int gifilt__filter_recall(gifilt__filter_run *r)
     const gifilt_frame *d = r->frame;
     size_t y;
     r->history = d->history ? d->history : 8;
-    r->recalls = r->history > 1 && (d->motion || (d->view_projection && f->has_matrix));
+    r->recalls = r->history > 1 && (d->motion || (d->world_to_clip && f->has_matrix));
     r->limits[0] = d->normal_cosine > 0.0f ? d->normal_cosine : 0.9f;
     r->limits[1] = 1.0f / (1.0f - r->limits[0]);
     r->limits[2] = d->plane_slope > 0.0f ? d->plane_slope * d->plane_slope : 0.1f * 0.1f;
@@ -2272,8 +2272,8 @@ static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
     swap = f->history;
     f->history = f->next;
     f->next = swap;
-    f->has_matrix = d->view_projection != NULL;
-    if (d->view_projection) memcpy(f->matrix, d->view_projection, sizeof f->matrix);
+    f->has_matrix = d->world_to_clip != NULL;
+    if (d->world_to_clip) memcpy(f->matrix, d->world_to_clip, sizeof f->matrix);
     return 1;
 }
 
@@ -2287,9 +2287,9 @@ static inline int gifilt__frame_valid(const gifilt__logger *log, const gifilt_fr
     if (!gifilt__within(log, "normal_cosine", (double)d->normal_cosine, 0, 0.99999994, "0 or more, below 1"))
         return 0;
     if (!gifilt__within(log, "plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
-    for (i = 0; i < 16 && d->view_projection; i++)
-        if (!gifilt__finite(d->view_projection[i])) {
-            gifilt__log_element(log, "view_projection", (uint64_t)i, "is", (double)d->view_projection[i],
+    for (i = 0; i < 16 && d->world_to_clip; i++)
+        if (!gifilt__finite(d->world_to_clip[i])) {
+            gifilt__log_element(log, "world_to_clip", (uint64_t)i, "is", (double)d->world_to_clip[i],
                                 "finite");
             return 0;
         }

@@ -143,8 +143,8 @@
      spread        PAIR spends most surfels on what both the picture and the VPL see; others are the papers'
      tile_side     smaller: light leaks round corners, contact shadows vanish
      window_rim    less: coarser maps of what the picture does not show; more: of what it shows
-     pattern       larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over
-                   pattern pixels
+     interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
+                   over as many pixels
      bias          less: acne; more: light leaks in corners
      lazy_frames   renewing all surfels every frame (1) adapts at once, and flickers
 
@@ -317,11 +317,11 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *geometric_normals; /* unit, of the triangle without its shading normals, for the bias; NULL =
                                        normals */
-    size_t       geometric_stride;  /* as normal_stride */
+    size_t       geometric_normal_stride;   /* as normal_stride */
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
     uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
-    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. It tells
+    float        world_to_clip[16]; /* the camera's, world to clip, column-major; all 0 = unknown. It tells
                                        which pixels lie near a texel of a source. Clip z plays no part */
     ism_rows     rows;              /* of the picture */
 } ism_points;
@@ -456,7 +456,7 @@ typedef void (*ism_visible_fn)(void *user, const float position[3], const float 
    visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
-    uint32_t       pattern;         /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and a blur
+    uint32_t       interleave;      /* 1, 2, 4, 8: every pixel takes 1 / interleave^2 of the VPLs, and a blur
                                        along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
                                        neighbours: 1 */
     ism_near       near_mode;
@@ -1699,7 +1699,7 @@ static inline ISM__COLD void ism__log_index(const ism__logger *logger, const cha
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
-#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's
+#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each interleave's
                                        classes */
 #define ISM__STEPS 64u               /* of a tile's side, at which windows begin and end */
 #define ISM__SLACK 2u                /* of these: so much farther out than need be a window may stay */
@@ -1972,12 +1972,14 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     }
     if ((result = ism__check_stride(log, "points.position_stride", p->position_stride, 12)) != ISM_OK ||
         (result = ism__check_stride(log, "points.normal_stride", p->normal_stride, 12)) != ISM_OK ||
-        (result = ism__check_stride(log, "points.geometric_stride", p->geometric_stride, 12)) != ISM_OK ||
+        (result = ism__check_stride(log, "points.geometric_normal_stride", p->geometric_normal_stride, 12)) !=
+            ISM_OK ||
         (result = ism__check_stride(log, "points.albedo_stride", p->albedo_stride, 12)) != ISM_OK)
         return result;
     for (k = 0; k < 16; k++)
-        if (!ism__finite(p->matrix[k])) {
-            ism__log_element(log, "points.matrix", (uint64_t)k, "is", (double)p->matrix[k], "finite");
+        if (!ism__finite(p->world_to_clip[k])) {
+            ism__log_element(log, "points.world_to_clip", (uint64_t)k, "is", (double)p->world_to_clip[k],
+                             "finite");
             return ISM_ERR_INPUT;
         }
     if (p->rows < ISM_ROWS_DEFAULT || p->rows >= ISM_ROWS_COUNT) {
@@ -1989,7 +1991,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     out->height = (uint32_t)(p->count / out->width);
     result = ism__check_units(log, "points.normals", p->normals, p->normal_stride, p->count);
     if (result != ISM_OK || !p->geometric_normals) return result;
-    return ism__check_units(log, "points.geometric_normals", p->geometric_normals, p->geometric_stride,
+    return ism__check_units(log, "points.geometric_normals", p->geometric_normals, p->geometric_normal_stride,
                             p->count);
 }
 
@@ -2007,7 +2009,7 @@ static ism__v3 ism__geometric_normal(const ism__view *view, size_t i, ism__v3 n)
     const ism_points *p = view->points;
     ism__v3 own;
     if (!p->geometric_normals) return n;
-    own = ism__v3_load(ism__at(p->geometric_normals, p->geometric_stride, i));
+    own = ism__v3_load(ism__at(p->geometric_normals, p->geometric_normal_stride, i));
     return ism__v3_finite(own) && ism__v3_dot(own, own) > 0.25f ? own : n;
 }
 
@@ -2362,7 +2364,7 @@ static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, i
    behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
-    const float *m = view->points->matrix;
+    const float *m = view->points->world_to_clip;
     float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
           cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
     float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
@@ -5588,9 +5590,9 @@ typedef struct ism__shade_work {
     const ism_maps    *m;
     const ism__view    *view;
     ism_shading        s;
-    uint32_t           pattern, blocks_x;
+    uint32_t           interleave, blocks_x;
     const uint32_t    *order;       /* VPLs, those of a class together */
-    const uint32_t    *class_first; /* pattern^2 + 1 */
+    const uint32_t    *class_first; /* interleave^2 + 1 */
     const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
     const ism__orientation *frames;    /* in `order` */
     float             *light;       /* irradiance, 3 a pixel */
@@ -5898,7 +5900,7 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
 
 static const ism__orientation *ism__near_frame(const ism__shade_work *w, uint32_t v)
 {
-    uint32_t classes = w->pattern * w->pattern;
+    uint32_t classes = w->interleave * w->interleave;
     return &w->frames[w->class_first[v % classes] + v / classes];
 }
 
@@ -5994,7 +5996,7 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j;
+    int r = (int)w->interleave / 2, i, j;
     int k, width = (int)view->width, height = (int)view->height;
     float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
     ism__v3 p, n, q, nq;
@@ -6036,14 +6038,14 @@ static void ism__smooth_task(void *context, size_t row)
 
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times
+/* Light of the near points of the pixel's class: every interleave^2-th of them, scaled up as VPLs are; times
    pi. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                             float out[3], double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
-    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first;
+    uint32_t n = w->m->near_count, step = w->interleave * w->interleave, first;
     uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
@@ -6106,7 +6108,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    for (k = 0; k < 3u; k++) sum[k] *= (float)(w->pattern * w->pattern);
+    for (k = 0; k < 3u; k++) sum[k] *= (float)(w->interleave * w->interleave);
 #ifndef ISM_WITHOUT_NEAR_POINTS
     if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
 #endif
@@ -6139,11 +6141,12 @@ static void ism__shade_task(void *context, size_t index)
             out[0] = out[1] = out[2] = 0.0f;
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
             px.ng = ism__geometric_normal(view, i, px.n);
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, skip, out, lost);
+            ism__shade_pixel(w, &px, (y % w->interleave) * w->interleave + x % w->interleave, skip, out,
+                             lost);
         }
 }
 
-/* Classes are sets of VPLs that are spread evenly: every pattern^2-th of the sequence. */
+/* Classes are sets of VPLs that are spread evenly: every interleave^2-th of the sequence. */
 static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *order, uint32_t *class_first)
 {
     uint32_t c, v, k = 0;
@@ -6165,14 +6168,14 @@ static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, con
 {
     const ism__logger *log = &job->log;
 #ifdef ISM_WITHOUT_INTERLEAVED
-    if (s->pattern > 1u)
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+    if (s->interleave > 1u)
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave,
                               "0 or 1 in a header that was joined without interleaved shading");
 #endif
-    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u))
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern, "0, 1, 2, 4 or 8");
-    if (s->pattern > 1u && job->view.height == 1u)
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+    if (s->interleave > 8u || s->interleave == 3u || (s->interleave > 4u && s->interleave < 8u))
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave, "0, 1, 2, 4 or 8");
+    if (s->interleave > 1u && job->view.height == 1u)
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave,
                               "0 or 1 where receivers are a list");
     if (s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT)
         return ism__bad_field(log, "shading.near_mode", (double)s->near_mode, "a value of ism_near");
@@ -6191,7 +6194,7 @@ static ism_shading ism__resolve_shading(const ism_shading *s)
     ism_shading out = *s;
     if (out.near_mode == ISM_NEAR_DEFAULT) out.near_mode = ISM_NEAR_GATHER;
     if (!(out.clamp > 0.0f)) out.clamp = 1.0f;
-    if (!out.pattern) out.pattern = 1u;
+    if (!out.interleave) out.interleave = 1u;
     out.bias = ism__bias_of(out.bias);
     return out;
 }
@@ -6249,8 +6252,8 @@ static void ism__lay_out_shading(ism__shade_work *w, char *memory, size_t pixels
     double *lost = (double *)(void *)memory;
     ism__orientation *frames = (ism__orientation *)(void *)(lost + 4u * blocks);
     float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
-    uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->pattern > 1u ? 2u : 1u));
-    ism__sort_classes(m, w->pattern * w->pattern, order, order + n);
+    uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->interleave > 1u ? 2u : 1u));
+    ism__sort_classes(m, w->interleave * w->interleave, order, order + n);
     ism__fill_fields(m, order, fields, frames);
     w->lost = lost;
     w->frames = frames;
@@ -6276,10 +6279,10 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     w.m = m;
     w.view = view;
     w.s = ism__resolve_shading(shading);
-    w.pattern = w.s.pattern;
+    w.interleave = w.s.interleave;
     w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
     blocks = (size_t)w.blocks_x * ((view->height + ISM__BLOCK - 1u) / ISM__BLOCK);
-    floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * ISM__FIELDS;
+    floats = pixels * 3u * (w.interleave > 1u ? 2u : 1u) + n * ISM__FIELDS;
     size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
     if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) {
         ism__log_value(&job->log, "points.count", (double)pixels, "less: its memory does not fit a size_t");
@@ -6289,16 +6292,16 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     memory = (char *)ism__alloc(&m->memory, size);
     if (!memory) return ism__no_memory(&job->log);
     ism__lay_out_shading(&w, memory, pixels, blocks);
-    whole = ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
+    whole = ism__run(m, &job->part, 0.0f, w.interleave > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
 #ifndef ISM_WITHOUT_INTERLEAVED
-    if (whole && w.pattern > 1u)
+    if (whole && w.interleave > 1u)
         whole = ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w);
 #endif
     if (!whole) {
         ism__free(&m->memory, memory);
         return ISM_ERR_CANCELLED;
     }
-    ism__reflect(view, w.pattern > 1u ? w.blurred : w.light, out);
+    ism__reflect(view, w.interleave > 1u ? w.blurred : w.light, out);
     if (stats) {
         *stats = m->stats;
         ism__sum_lost(&w, blocks, stats);

@@ -46,7 +46,7 @@
            lamp.u[0] = lamp.v[2] = 2;
            lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
            white.diffuse[0] = white.diffuse[1] = white.diffuse[2] = 1;
-           desc.samples = SAMPLES;
+           desc.sample_count = SAMPLES;
            points.count = 1;
            points.positions = at;
            points.normals = up;
@@ -203,16 +203,16 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
    point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
    points  A point whose position is not finite, or one of whose vectors is 0 0 0 or not finite, is no
            receiver: its samples have weights of 0
-   out     receives points->count x desc->samples samples
+   out     receives points->count x desc->sample_count samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
    Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector of another length
            than 1, a material out of range)
    Cost    time grows with points x samples */
 
-LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
+LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
                                         const float *visibility, float *radiance, size_t radiance_stride);
 /* Adds weight x visibility of each point's samples to its radiance.
-   count       of points; samples is the number of samples of each
+   count       of points; sample_count is the number of samples of each
    weights     those of lsamp_sample
    visibility  one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
                COHSM_REFUSED of csm.h, count as 0
@@ -311,7 +311,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
                                        everywhere. Not for sun, point, spot and mesh */
     uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
-    uint32_t          frames;            /* 0 = 1 */
+    uint32_t          frame_count;       /* 0 = 1 */
     float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
     int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
     float             time;              /* seconds, -1e9..1e9: the moment that the light shows */
@@ -320,7 +320,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     void             *user;              /* given to shape_fn and emission_fn */
     const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH, in world space; lsamp_light_init copies it.
                                             Triangles that are not finite or have no area do not emit */
-    uint32_t          places;            /* how many places for maps lsamp_light_domain gives for a mesh,
+    uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
 } lsamp_light_desc;
@@ -365,8 +365,8 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     const float          *normals;          /* unit shading normals; 0 0 0, or not finite: no receiver, its
                                                weights are 0 */
     size_t                normal_stride;
-    const float          *views;            /* unit directions to the eye; NULL = normals */
-    size_t                view_stride;
+    const float          *to_eye;           /* unit directions to the eye; NULL = normals */
+    size_t                to_eye_stride;
     const float          *tangents;         /* unit; NULL = any */
     size_t                tangent_stride;
     const lsamp_material *materials;        /* one for each, or one for all */
@@ -391,7 +391,7 @@ typedef enum lsamp_sampling {       /* from which density directions are drawn. 
 
 typedef struct lsamp_sample_desc {
     lsamp_system   system;          /* its log says what was refused */
-    uint32_t       samples;         /* S, the samples of each point, 1..65536 */
+    uint32_t       sample_count;    /* S, the samples of each point, 1..65536 */
     lsamp_sampling sampling;
     uint32_t       seed;            /* another seed makes other noise: give each light a seed of its own */
     uint32_t       frame;           /* the number of the frame in progressive rendering: frame i takes the
@@ -419,7 +419,7 @@ typedef struct lsamp_progressive {  /* sums of frames, from which their mean is 
                                        and count, then call lsamp_progressive_reset */
     double  *sums;                  /* count doubles in your memory; precise enough for 1e6 frames */
     size_t   count;                 /* 3 x pixels */
-    uint32_t frames;                /* how many frames the sums hold */
+    uint32_t frame_count;           /* how many frames the sums hold */
 } lsamp_progressive;
 
 LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p);
@@ -446,7 +446,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    pattern, jittered; if length is a power of 4, so does each cell of the square grid of length cells.
    lsamp_sample chooses a pattern by pixel and takes another one each frame; after 256 frames all have been
    used, and they come again, shifted.
-   length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.samples
+   length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.sample_count
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
    Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */
@@ -490,7 +490,7 @@ LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners)
    corners  receives 9 floats a piece, x, y, z of each corner; NULL: the pieces are only counted */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
-    LSAMP_DOMAIN_DEFAULT,           /* never written */
+    LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */
     LSAMP_DOMAIN_LATLONG = 1,       /* directions: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi */
     LSAMP_DOMAIN_LINE = 3,          /* positions: origin + s u */
     LSAMP_DOMAIN_RECTANGLE = 4,     /* positions: origin + s u + t v */
@@ -499,7 +499,7 @@ typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kin
                                        t runs with equal areas from +Y to -Y */
     LSAMP_DOMAIN_TABLE = 8,         /* positions: locations, asked by a parameter 0..1 */
     LSAMP_DOMAIN_LIST = 9,          /* positions: locations, asked by index */
-    LSAMP_DOMAIN_KIND_COUNT
+    LSAMP_DOMAIN_COUNT
 } lsamp_domain_kind;
 
 typedef struct lsamp_domain {       /* has the fields of cohsm_domain (csm.h): copy them one by one into
@@ -1726,7 +1726,10 @@ typedef struct lsamp__curve {       /* an emissive mesh */
     uint32_t      count, places;    /* of pieces; of locations */
 } lsamp__curve;
 
-static uint32_t lsamp__place_count(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
+static uint32_t lsamp__place_count(const lsamp_light_desc *d)
+{
+    return d->place_count ? d->place_count : 1024u;
+}
 
 /* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
    area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */
@@ -2525,10 +2528,10 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
         return lsamp__count_valid(log, "desc.width", d->width, 1, 65536, "1..65536 with texels") &&
                lsamp__count_valid(log, "desc.height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                                   d->kind == LSAMP_LIGHT_LINE ? "1 for a line" : "1..65536 with texels") &&
-               lsamp__count_valid(log, "desc.frames", d->frames, 0, 1u << 24, "0 or 1..2^24");
+               lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1u << 24, "0 or 1..2^24");
     return lsamp__count_valid(log, "desc.width", d->width, 0, 0, "0 without texels") &&
            lsamp__count_valid(log, "desc.height", d->height, 0, 0, "0 without texels") &&
-           lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
+           lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1, "0 or 1 without texels");
 }
 
 /* Checks the fields of a sun, point or spot. */
@@ -2569,7 +2572,7 @@ static int lsamp__mesh_light_valid(const lsamp__logger *log, const lsamp_light_d
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
     return lsamp__mesh_valid(d->mesh, log) &&
-           lsamp__count_valid(log, "desc.places", d->places, 0, 1u << 24, "0 or 1..2^24") &&
+           lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
            lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18");
 }
 
@@ -2659,7 +2662,7 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
    0. Returns the number of bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
-    uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
+    uint32_t frames = d->frame_count ? d->frame_count : 1u, f0, f1;
     size_t count = (size_t)d->width * d->height, i;
     double t = (double)d->time * (d->frames_per_second > 0.0f ? (double)d->frames_per_second : 30.0);
     float blend;
@@ -2933,10 +2936,10 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    then they come again with a toroidal shift. */
 static void lsamp__random_numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
-    uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
+    uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->sample_count + k;
 
     if (d->patterns) {
-        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->samples + k) * 2u;
+        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->sample_count + k) * 2u;
         u[0] = at[0];
         u[1] = at[1];
         if (d->frame > 255u) {
@@ -2987,7 +2990,8 @@ static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *
     else {
         q = e->aim.solid * e->surface.peak;
         e->light_share = 8.0f / (8.0f + q * q * q);
-        e->light_share = floorf(e->light_share * (float)desc->samples + 0.5f) / (float)desc->samples;
+        e->light_share =
+            floorf(e->light_share * (float)desc->sample_count + 0.5f) / (float)desc->sample_count;
     }
 }
 
@@ -3078,7 +3082,7 @@ static int lsamp__is_receiver(const lsamp_points *p, size_t i)
 {
     return lsamp__v3_finite(lsamp__v3_load(lsamp__vector_at(p->positions, p->position_stride, i))) &&
            !lsamp__is_none(lsamp__vector_at(p->normals, p->normal_stride, i)) &&
-           !(p->views && lsamp__is_none(lsamp__vector_at(p->views, p->view_stride, i))) &&
+           !(p->to_eye && lsamp__is_none(lsamp__vector_at(p->to_eye, p->to_eye_stride, i))) &&
            !(p->tangents && lsamp__is_none(lsamp__vector_at(p->tangents, p->tangent_stride, i)));
 }
 
@@ -3110,7 +3114,7 @@ static lsamp_result lsamp__arrays_check(const lsamp_points *p, const lsamp__logg
     if (!p->materials) return lsamp__refuse(log, LSAMP_ERR_ARGUMENT, "points.materials", "is NULL");
     if (result == LSAMP_OK) result = lsamp__stride_check("points.position_stride", p->position_stride, log);
     if (result == LSAMP_OK) result = lsamp__stride_check("points.normal_stride", p->normal_stride, log);
-    if (result == LSAMP_OK) result = lsamp__stride_check("points.view_stride", p->view_stride, log);
+    if (result == LSAMP_OK) result = lsamp__stride_check("points.to_eye_stride", p->to_eye_stride, log);
     if (result == LSAMP_OK) result = lsamp__stride_check("points.tangent_stride", p->tangent_stride, log);
     if (result == LSAMP_OK && (p->material_stride % sizeof(void *) ||
                                (p->material_stride && p->material_stride < sizeof(lsamp_material)))) {
@@ -3136,8 +3140,8 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
         }
         if (!lsamp__is_receiver(p, i)) continue;
         result = lsamp__unit_check("points.normals", p->normals, p->normal_stride, i, log);
-        if (result == LSAMP_OK && p->views)
-            result = lsamp__unit_check("points.views", p->views, p->view_stride, i, log);
+        if (result == LSAMP_OK && p->to_eye)
+            result = lsamp__unit_check("points.to_eye", p->to_eye, p->to_eye_stride, i, log);
         if (result == LSAMP_OK && p->tangents)
             result = lsamp__unit_check("points.tangents", p->tangents, p->tangent_stride, i, log);
     }
@@ -3148,7 +3152,7 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
 static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, const lsamp_samples *out,
                                   size_t at)
 {
-    uint32_t count = e->desc->samples, k, b, block;
+    uint32_t count = e->desc->sample_count, k, b, block;
     int third = e->aim.light->desc.kind == LSAMP_LIGHT_CALLBACK;
     float u[LSAMP__SAMPLE_BLOCK][3], scale = 1.0f / (float)count;
     size_t useful = 0;
@@ -3194,15 +3198,15 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     if (!out->directions) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.directions", "is NULL");
     if (!out->distances) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.distances", "is NULL");
     if (!out->weights) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.weights", "is NULL");
-    if (desc->samples == 0 || desc->samples > 65536u) {
-        lsamp__log_value(&log, "desc.samples", (double)desc->samples, "1..65536");
+    if (desc->sample_count == 0 || desc->sample_count > 65536u) {
+        lsamp__log_value(&log, "desc.sample_count", (double)desc->sample_count, "1..65536");
         return LSAMP_ERR_DESC;
     }
     if ((unsigned)desc->sampling >= (unsigned)LSAMP_SAMPLING_COUNT) {
         lsamp__log_value(&log, "desc.sampling", (double)desc->sampling, "a LSAMP_SAMPLING_...");
         return LSAMP_ERR_DESC;
     }
-    if (!lsamp__mul_size(points->count, (size_t)desc->samples * 12u, &total)) {
+    if (!lsamp__mul_size(points->count, (size_t)desc->sample_count * 12u, &total)) {
         lsamp__log_value(&log, "points.count", (double)points->count, "less: out does not fit a size_t");
         return LSAMP_ERR_ARGUMENT;
     }
@@ -3211,7 +3215,8 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     for (i = 0; i < points->count; i++) {
         lsamp__estimator e;
         const float *normal = lsamp__vector_at(points->normals, points->normal_stride, i);
-        const float *view = points->views ? lsamp__vector_at(points->views, points->view_stride, i) : normal;
+        const float *view =
+            points->to_eye ? lsamp__vector_at(points->to_eye, points->to_eye_stride, i) : normal;
         const float *tangent =
             points->tangents ? lsamp__vector_at(points->tangents, points->tangent_stride, i) : NULL;
         const float *p = lsamp__vector_at(points->positions, points->position_stride, i);
@@ -3226,7 +3231,8 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
         }
         lsamp__estimator_init(&e, desc, light);
         n +=
-            lsamp__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out, i * desc->samples);
+            lsamp__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out,
+                                i * desc->sample_count);
     }
     if (useful) *useful = n;
     return LSAMP_OK;
@@ -3236,19 +3242,19 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
 
 /* ---- accumulate: sums over samples and frames ---- */
 
-LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
+LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
                                         const float *visibility, float *radiance, size_t radiance_stride)
 {
     size_t i, c, at = 0;
     uint32_t k;
 
-    if (samples == 0 || (count && (!weights || !radiance)) || !lsamp__stride_valid(radiance_stride, 12))
+    if (sample_count == 0 || (count && (!weights || !radiance)) || !lsamp__stride_valid(radiance_stride, 12))
         return LSAMP_ERR_ARGUMENT;
     for (i = 0; i < count; i++) {
         float *out = (float *)(void *)((char *)radiance + (radiance_stride ? radiance_stride : 12u) * i);
         double sum[3] = { 0.0, 0.0, 0.0 };
 
-        for (k = 0; k < samples; k++, at++) {
+        for (k = 0; k < sample_count; k++, at++) {
             const float *w = weights + at * 3u;
             double v;
             if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
@@ -3266,7 +3272,7 @@ LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p)
     size_t i;
     if (!p || (p->count && !p->sums)) return LSAMP_ERR_ARGUMENT;
     for (i = 0; i < p->count; i++) p->sums[i] = 0.0;
-    p->frames = 0;
+    p->frame_count = 0;
     return LSAMP_OK;
 }
 
@@ -3274,9 +3280,9 @@ LSAMP_DEF lsamp_result lsamp_progressive_add(lsamp_progressive *p, const float *
 {
     size_t i;
     if (!p || (p->count && (!p->sums || !frame))) return LSAMP_ERR_ARGUMENT;
-    if (p->frames == UINT32_MAX) return LSAMP_ERR_LIMIT;
+    if (p->frame_count == UINT32_MAX) return LSAMP_ERR_LIMIT;
     for (i = 0; i < p->count; i++) p->sums[i] += (double)frame[i];
-    p->frames++;
+    p->frame_count++;
     return LSAMP_OK;
 }
 
@@ -3284,8 +3290,8 @@ LSAMP_DEF lsamp_result lsamp_progressive_mean(const lsamp_progressive *p, float 
 {
     size_t i;
     if (!p || (p->count && (!p->sums || !mean))) return LSAMP_ERR_ARGUMENT;
-    if (p->frames == 0) return LSAMP_ERR_ORDER;
-    for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frames);
+    if (p->frame_count == 0) return LSAMP_ERR_ORDER;
+    for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frame_count);
     return LSAMP_OK;
 }
 

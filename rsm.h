@@ -78,7 +78,8 @@
    A map takes 56 bytes a texel (48 of them are rsm_texel), a list 48 bytes a light, a gather 60 bytes a light
    in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
 
-     samples    fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
+     sample_count
+                fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
                 interleave), and bright dots where surfaces meet. 0, the default, takes every texel
      pattern    FLUX is fastest; MIXED has the least error where light near a corner matters
      offset     more: corners have fewer bright dots, and are darker than they should be
@@ -101,7 +102,7 @@
      figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
      section 4    direct light by the same map             rsm_direct                           T29
-     section 6    textures are averaged over a texel       rsm_mesh (taps)
+     section 6    textures are averaged over a texel       rsm_mesh (tap_side)
      figure 6     ambient occlusion as a factor            rsm_points (occlusion)
      section 7    light gathered at vertices               rsm_gather
      section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43
@@ -260,7 +261,7 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_POINT,                /* even intensity all round; the map is a cube */
     RSM_LIGHT_PATCH,                /* a small piece of a diffuse emitter, whose intensity falls with the
                                        cosine; the map is half a cube. Several patches make an area light */
-    RSM_LIGHT_KIND_COUNT
+    RSM_LIGHT_COUNT
 } rsm_light_kind;
 
 typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
@@ -333,9 +334,9 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
        corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
     void           *user;           /* given to surface_fn */
-    uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel, so that
-                                       textures finer than texels neither flicker nor lose energy. 1..16,
-                                       0 = 1 */
+    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, so
+                                       that textures finer than texels neither flicker nor lose energy.
+                                       1..16, 0 = 1 */
 } rsm_mesh;
 
 typedef struct rsm_points {         /* receivers: pixels of a picture, row by row, or any list */
@@ -362,8 +363,8 @@ typedef struct rsm_info {           /* what a map is like */
     int      finished;              /* not 0: rsm_finish has been called */
 } rsm_info;
 
-RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out);
-/* Writes what a map is like. Errors: RSM_ERR_ARGUMENT (NULL). */
+RSM_DEF void rsm_get_info(const rsm_map *map, rsm_info *out);
+/* Writes what a map is like. If map or out is NULL, nothing is written. */
 
 #define RSM_FAR 3.0e38f             /* depth of a texel in which the light sees nothing */
 
@@ -450,7 +451,7 @@ typedef struct rsm_stats {          /* of rsm_finish */
 
 typedef struct rsm_direct_desc {
     rsm_system system;
-    uint32_t   taps;                /* percentage-closer filter of taps x taps texels, 1..15; 0 = 2,
+    uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
     float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps;
@@ -495,7 +496,7 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;
     rsm_pattern pattern;
-    uint32_t    samples;            /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
+    uint32_t    sample_count;       /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */
     int         paper_weights;      /* of EQUATION3; not 0: samples have the paper's weights, xi^2 normalised,
                                        which are biased; 0: each has the area that it stands for */
@@ -515,9 +516,9 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
                                        to the receiver than near_field times its side (the root of its area)
                                        lights it as the parallelogram of surface that the texel is, by the
                                        exact form factor. 3 leaves no bright spots in corners. Works with
-                                       samples 0 and with patterns about the receiver; lights chosen by flux
-                                       and lists stay points. offset moves these texels, near_limit and clamp
-                                       bound them like points; their Phong lobes are evaluated at their
+                                       sample_count 0 and with patterns about the receiver; lights chosen by
+                                       flux and lists stay points. offset moves these texels, near_limit and
+                                       clamp bound them like points; their Phong lobes are evaluated at their
                                        centre */
     uint32_t    seed;               /* chooses between equally good sets of samples. If gifilter.h takes the
                                        mean of several frames, count the seed up with each frame */
@@ -531,7 +532,7 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
                                        Pictures alone have pixels (points->width) */
     const rsm_material *materials;  /* Phong lobes: texels with material m have materials[m - 1]. NULL: all
                                        texels are diffuse. FLUX chooses by diffuse flux, so that the lobes of
-                                       black texels need samples 0 or a pattern about the receiver */
+                                       black texels need sample_count 0 or a pattern about the receiver */
     uint32_t    material_count;     /* of materials */
     int         add;                /* not 0: results are added to those that are there, of other lists or of
                                        light maps; 0: results are written */
@@ -553,7 +554,7 @@ typedef struct rsm_gather_stats {   /* what a gather counted */
 typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64;
                                        0 = 8 */
-    uint32_t levels;                /* grids that are tried, each of half the step, before the pixels left are
+    uint32_t level_count;           /* grids that are tried, each of half the step, before the pixels left are
                                        evaluated one by one: 1 (as in the paper) to 6; 0 = 6 */
     float    normal_cosine;         /* the least cosine between a sample's normal and the pixel's, -1..1;
                                        0 = 0.95 */
@@ -564,7 +565,7 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
                                        this share of their mean. 0 = 0.25; negative = never, as in the
                                        paper */
-    float    reach;                 /* a sample counts up to this share of its distance from the nearest pixel
+    float    light_share;           /* a sample counts up to this share of its distance from the nearest pixel
                                        light, so that no bright spot between samples is missed. 0 = 0.25;
                                        negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
@@ -593,19 +594,19 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
    The lights may come from rsm_pixel_lights, from rsm_cluster or from anywhere else.
    lights   position, normal (unit), flux and, for near_limit, area are read. Lights that are not finite,
             beyond 1e9, of negative flux or above 1e18 W are left out
-   desc     NULL = all defaults. pattern, samples, r_max, r_min, seed, noise, near_field and materials are not
-            used
+   desc     NULL = all defaults. pattern, sample_count, r_max, r_min, seed, noise, near_field and materials
+            are not used
    Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
 
-RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
 /* Writes a list of pixel lights that stands for whole maps.
-   samples   texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area are
-             scaled, so that the sum stays. 0 = every lit texel
-   seed      chooses between equally good samples
-   lights    room for capacity lights; may be NULL if capacity is 0
-   count     how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
+   sample_count  texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area
+                 are scaled, so that the sum stays. 0 = every lit texel
+   seed          chooses between equally good samples
+   lights        room for capacity lights; may be NULL if capacity is 0
+   count         how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
+   Errors        RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
@@ -622,15 +623,15 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
 
 /* ---- patterns ---- */
 
-RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
-                                     uint32_t seed, float *points);
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count, float r_min,
+                                     int paper_weights, uint32_t seed, float *points);
 /* Writes one of the patterns about the receiver, for a renderer of your own: a list of samples in the unit
    disc. The mean of a function f over the disc is sum(weight f) / pi.
-   pattern   neither FLUX nor MIXED, which are no discs
-   samples   1..2^20, of POISSON 1..4096
+   pattern        neither FLUX nor MIXED, which are no discs
+   sample_count   1..2^20, of POISSON 1..4096
    r_min, paper_weights, seed   as in rsm_gather_desc
-   points    3 floats for each sample: x, y and weight
-   Errors    RSM_ERR_ARGUMENT */
+   points         3 floats for each sample: x, y and weight
+   Errors         RSM_ERR_ARGUMENT */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
 /* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster
@@ -1740,7 +1741,7 @@ static inline rsm_result rsm__light_check(const rsm__logger *log, rsm_light *l)
 {
     const rsm_result bad = RSM_ERR_DESC;
     int i;
-    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_KIND_COUNT - 1,
+    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
                      "one of rsm_light_kind"))
         return bad;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
@@ -2049,14 +2050,13 @@ RSM_DEF void rsm_map_free(rsm_map *map)
     rsm__free(&a, map);
 }
 
-RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out)
+RSM_DEF void rsm_get_info(const rsm_map *map, rsm_info *out)
 {
-    if (!map || !out) return RSM_ERR_ARGUMENT;
+    if (!map || !out) return;
     out->side = map->side;
     out->face_count = map->faces;
     out->texel_count = rsm__texel_count(map);
     out->finished = map->finished;
-    return RSM_OK;
 }
 
 RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map) { return map ? map->texels : NULL; }
@@ -2517,7 +2517,7 @@ static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, s
 static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rsm__edges *e, double x,
                                     double y, double h, float out[3])
 {
-    uint32_t taps = m->taps ? m->taps : 1, i, j, found = 0;
+    uint32_t taps = m->tap_side ? m->tap_side : 1, i, j, found = 0;
     float sum[3] = { 0, 0, 0 };
     int k;
     for (k = 0; k < 3; k++) out[k] = m->albedo[k];
@@ -2608,7 +2608,7 @@ static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh 
     if (!m->positions && m->vertex_count)
         return rsm__refuse(log, RSM_ERR_ARGUMENT, "mesh.positions", "is NULL");
     if (!rsm__stride_checked(log, "mesh.vertex_stride", m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(log, "mesh.taps", m->taps, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
+    if (!rsm__within(log, "mesh.tap_side", m->tap_side, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
     for (k = 0; k < 3; k++)
         if (!rsm__within(log, "mesh.albedo", (double)m->albedo[k], 0, 1e6, "0..1e6")) return RSM_ERR_INPUT;
     for (k = 0; m->transform && k < 16; k++)
@@ -2786,14 +2786,15 @@ static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float 
             (float)(3.14159265358979 / sum) * (out[3 * i] * out[3 * i] + out[3 * i + 1] * out[3 * i + 1]);
 }
 
-RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
-                                     uint32_t seed, float *points)
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count, float r_min,
+                                     int paper_weights, uint32_t seed, float *points)
 {
-    if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f))
+    if (!points || sample_count == 0 || sample_count > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f))
         return RSM_ERR_ARGUMENT;
     if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_MIXED) return RSM_ERR_ARGUMENT;
-    if (pattern == RSM_PATTERN_POISSON && samples > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
-    rsm__pattern_make(pattern, samples, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed, points);
+    if (pattern == RSM_PATTERN_POISSON && sample_count > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
+    rsm__pattern_make(pattern, sample_count, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed,
+                      points);
     return RSM_OK;
 }
 
@@ -4302,10 +4303,11 @@ static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
 static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     const rsm_map *map = s->map;
-    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : rsm__count_texels(g, map);
+    size_t texels = rsm__texel_count(map);
+    size_t count = g->desc.sample_count ? g->shared : rsm__count_texels(g, map);
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0;
     size_t placed = 0, lanes;
-    int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
+    int nearby = g->desc.near_field > 0.0f && g->desc.sample_count == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->side + 31u) / 32u) * ((map->side + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lights = per_set;
@@ -4317,10 +4319,10 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     if (!s->blocks || (g->desc.materials && !s->gloss)) return RSM_ERR_ALLOC;
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     if (s->gloss) memset(s->gloss, 0, lanes * sizeof *s->gloss);
-    for (i = 0; i < (g->desc.samples ? count : texels); i++) {
+    for (i = 0; i < (g->desc.sample_count ? count : texels); i++) {
         size_t set, lane;
         float weight = 1.0f;
-        if (g->desc.samples) {
+        if (g->desc.sample_count) {
             if (!rsm__pick_texel(map, (uint32_t)i, (uint32_t)count, g->desc.seed, &at, &weight)) continue;
         } else {
             at = tiled ? rsm__tiled_texel(map, i) : i;
@@ -4586,7 +4588,7 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
     const int poisson = d->pattern == RSM_PATTERN_POISSON;
     if (!rsm__within(log, "pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1, "one of rsm_pattern"))
         return bad;
-    if (!rsm__within(log, "samples", d->samples, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
+    if (!rsm__within(log, "sample_count", d->sample_count, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
                      poisson ? "0..4096 with POISSON" : "0..2^20"))
         return bad;
     if (!rsm__within(log, "r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
@@ -4644,17 +4646,17 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
                                           const rsm__allocator *a)
 {
     size_t i;
-    int list = maps == NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
+    int list = maps == NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.sample_count > 1;
     rsm_result result = RSM_OK;
     g->source_count = list ? 1 : map_count;
     g->sets = g->desc.interleave * g->desc.interleave;
     g->scale = 1.0f / RSM__PI;
     g->shared = g->centred = g->set_samples = 0;
-    if (!list && g->desc.samples) {
-        g->centred = mixed ? 3u * g->desc.samples / 5u : g->desc.samples;
+    if (!list && g->desc.sample_count) {
+        g->centred = mixed ? 3u * g->desc.sample_count / 5u : g->desc.sample_count;
         if (g->desc.pattern == RSM_PATTERN_FLUX || (g->desc.pattern == RSM_PATTERN_MIXED && !mixed))
             g->centred = 0;
-        g->shared = g->desc.samples - g->centred;
+        g->shared = g->desc.sample_count - g->centred;
     }
     g->sources = (rsm__source *)rsm__alloc_array(a, g->source_count, sizeof *g->sources);
     if (!g->sources) return RSM_ERR_ALLOC;
@@ -4683,7 +4685,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     for (i = 0; i < g->source_count && result == RSM_OK; i++) {
         if (!list) g->sources[i].map = maps[i];
         if (list) result = rsm__pack_list(g, g->sources, lights, light_count, a);
-        else if (g->shared || !g->desc.samples) result = rsm__pack_map(g, g->sources + i, a);
+        else if (g->shared || !g->desc.sample_count) result = rsm__pack_map(g, g->sources + i, a);
     }
     return result;
 }
@@ -4825,7 +4827,7 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
 
 /* ---- lists of pixel lights, and clusters of them ---- */
 
-RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count)
 {
     rsm__logger log =
@@ -4835,21 +4837,22 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     if (result != RSM_OK) return result;
     if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
     if (!lights && capacity) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "lights", "is NULL");
-    if (!rsm__within(&log, "samples", samples, 0, RSM__MAX_SAMPLES, "0..2^20")) return RSM_ERR_ARGUMENT;
+    if (!rsm__within(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
+        return RSM_ERR_ARGUMENT;
     for (m = 0; m < map_count; m++) {
         float weight;
-        if (!samples) needed += (size_t)maps[m]->stats.lit_texels;
-        for (i = 0; i < samples; i++)
-            needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight);
+        if (!sample_count) needed += (size_t)maps[m]->stats.lit_texels;
+        for (i = 0; i < sample_count; i++)
+            needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight);
     }
     *count = needed;
     if (capacity < needed) return rsm__refuse(&log, RSM_ERR_MEMORY, "capacity", "is below *count");
     for (m = 0, needed = 0; m < map_count; m++)
-        for (i = 0; i < (samples ? samples : rsm__texel_count(maps[m])); i++) {
+        for (i = 0; i < (sample_count ? sample_count : rsm__texel_count(maps[m])); i++) {
             float weight = 1.0f;
             int c;
             at = i;
-            if (samples ? !rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight)
+            if (sample_count ? !rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight)
                         : !(rsm__mean3(maps[m]->texels[at].flux) > 0.0f))
                 continue;
             lights[needed] = maps[m]->texels[at];
@@ -5093,8 +5096,9 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
         memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
         memcpy(cell->rgb[k], g->out + 3 * at[k], 12);
         memcpy(cell->limits[k], g->limits, sizeof g->limits);
-        if (g->desc->reach > 0.0f && g->reach2[at[k]] * g->desc->reach * g->desc->reach < cell->limits[k][2])
-            cell->limits[k][2] = g->reach2[at[k]] * g->desc->reach * g->desc->reach;
+        if (g->desc->light_share > 0.0f &&
+            g->reach2[at[k]] * g->desc->light_share * g->desc->light_share < cell->limits[k][2])
+            cell->limits[k][2] = g->reach2[at[k]] * g->desc->light_share * g->desc->light_share;
     }
     return any;
 }
@@ -5279,7 +5283,7 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
         rsm__log_value(log, "interpolation.step", out->step, "0 or a power of two, 2..64");
         return bad;
     }
-    if (!rsm__within(log, "interpolation.levels", out->levels, 0, 6, "0..6")) return bad;
+    if (!rsm__within(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
     if (!rsm__within(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
         return bad;
     if (!rsm__within(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
@@ -5287,12 +5291,13 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
     if (!rsm__within(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
     if (!rsm__within(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.reach", (double)out->reach, -1e6, 1e6, "-1e6..1e6")) return bad;
-    if (out->levels == 0) out->levels = 6;
+    if (!rsm__within(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
+        return bad;
+    if (out->level_count == 0) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
     if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
-    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
+    if (!(fabsf(out->light_share) > 0.0f)) out->light_share = 0.25f;
     return RSM_OK;
 }
 
@@ -5309,7 +5314,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     points.occlusion = NULL; /* applied at full resolution, after interpolation */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
-    gather->reach2 = g->step > 1 && g->desc->reach > 0.0f ? g->reach2 : NULL;
+    gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
     gather->kernel = rsm__choose_kernel(g->lossy, gather->reach2 != NULL);
     result = rsm__gather_points(gather, &stats, begin, end);
     gather->points = g->points;
@@ -5407,7 +5412,7 @@ static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather,
     result = g->list && g->state && g->reach2 ? rsm__gather_open(gather, maps, map_count, NULL, 0, &a)
                                               : RSM_ERR_ALLOC;
     if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* none is left to fail once levels write */
-    if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->levels, &total);
+    if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->level_count, &total);
     rsm__gather_close(gather, &a);
     if (result == RSM_OK) {
         total.bad_points = rsm__grid_finish(g, g->desc->mask);
@@ -5490,7 +5495,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     uint32_t face = rsm__face_of(map, p);
     rsm__v3 q = rsm__to_face(map, face, p);
     float side = (float)map->side, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f,
-          radius = 0.5f * (float)(desc->taps - 1);
+          radius = 0.5f * (float)(desc->tap_side - 1);
     float fx, fy;
     uint32_t i, j;
     if (face >= map->faces) return 0.0f;
@@ -5500,21 +5505,21 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     slope = cosine < 1.0f ? sqrtf(1.0f - cosine * cosine) / (cosine > 0.1f ? cosine : 0.1f) : 0.0f;
     slope = slope < 10.0f ? slope : 10.0f;
     bias = texel * (desc->bias +
-                    desc->slope_bias * slope * 0.7072f * (float)desc->taps); /* the farthest tap's centre */
+                    desc->slope_bias * slope * 0.7072f * (float)desc->tap_side); /* the farthest tap */
     x = (q.x * 0.5f + 0.5f) * side - radius; /* the first tap's texel is floor(x) */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);
     fy = y - floorf(y);
-    for (j = 0; j < desc->taps; j++)
-        for (i = 0; i < desc->taps; i++) {
+    for (j = 0; j < desc->tap_side; j++)
+        for (i = 0; i < desc->tap_side; i++) {
             int32_t s = (int32_t)floorf(x) + (int32_t)i, t = (int32_t)floorf(y) + (int32_t)j;
             float weight = (i == 0                ? 1.0f - fx
-                            : i == desc->taps - 1 ? fx
+                            : i == desc->tap_side - 1 ? fx
                                                   : 1.0f) *
                            (j == 0                ? 1.0f - fy
-                            : j == desc->taps - 1 ? fy
+                            : j == desc->tap_side - 1 ? fy
                                                   : 1.0f);
-            if (desc->taps == 1) weight = 1.0f;
+            if (desc->tap_side == 1) weight = 1.0f;
             total += weight;
             s = s < 0 ? 0 : s >= (int32_t)map->side ? (int32_t)map->side - 1 : s;
             t = t < 0 ? 0 : t >= (int32_t)map->side ? (int32_t)map->side - 1 : t;
@@ -5552,11 +5557,11 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
-    if (!rsm__within(log, "taps", out->taps, 0, 15, "0..15")) return RSM_ERR_DESC;
+    if (!rsm__within(log, "tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
     if (!rsm__within(log, "bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
     if (!rsm__within(log, "slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
     if (!rsm__system_valid(log, &out->system)) return RSM_ERR_DESC;
-    if (out->taps == 0) out->taps = 2;
+    if (out->tap_side == 0) out->tap_side = 2;
     if (out->bias == 0.0f) out->bias = 0.5f;
     if (out->slope_bias == 0.0f) out->slope_bias = 1.0f;
     out->bias = out->bias > 0.0f ? out->bias : 0.0f;

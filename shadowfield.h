@@ -128,7 +128,7 @@
      section 4.2  points that the viewer does not see            sfield_points (visible)
      section 4.2  culling, with a count for each of its rules    sfield_scene_stats
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
-     section 5    lights that are videos, by key frames          sfield_desc (frames), sfield_entity
+     section 5    lights that are videos, by key frames          sfield_desc (frame_count), sfield_entity
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread
 
    Configuration
@@ -269,8 +269,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    of the paper), and writes it to the arrays that the sets name. stats may be NULL.
    Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
-   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without views),
-            SFIELD_ERR_INPUT (a normal or view that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without to_eye),
+            SFIELD_ERR_INPUT (a normal or to_eye that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
             cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
             self-visibility on a rotated entity), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
@@ -326,9 +326,9 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        NULL = nothing is kept */
     const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
-    const float        *views;      /* for gloss, the direction from each point to the eye: unit, three
+    const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
                                        floats, in the world. 0 0 0: all results of the point are 0 */
-    size_t              view_stride;        /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    size_t              to_eye_stride;      /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; NULL: gloss is 0 */
     size_t              exponent_stride;    /* bytes, a multiple of 4; 0 = one exponent for all */
 } sfield_points;
@@ -384,7 +384,7 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
     uint32_t       bands;           /* of harmonics, 1..8; 0 = 4 */
     uint32_t       cube_side;       /* texels a side of a cube's face, a power of two, 4..64; 0 = 16 (wavelets
                                        32) */
-    uint32_t       shells;          /* 2..64; 0 = 16 (wavelets 32) */
+    uint32_t       shell_count;     /* 2..64; 0 = 16 (wavelets 32) */
     uint32_t       position_side;   /* sample points a side of a face of a shell, 2..64; 0 = 16 (wavelets
                                        32) */
     sfield_spacing spacing;
@@ -398,7 +398,7 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
                                        0..1e6 */
     int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
                                        SFIELD_PRODUCT_EXP needs */
-    uint32_t       frames;          /* of sources: steps of time, 1..256; 0 = 1 */
+    uint32_t       frame_count;     /* of sources: steps of time, 1..256; 0 = 1 */
     float          frames_per_second; /* of sources, 1e-6..1e6; 0 = 30 */
     int            loop;            /* not 0: after the last frame comes the first; 0: the last stays */
     float          center[3];       /* of the bounding sphere, -1e18..1e18 */
@@ -537,11 +537,11 @@ typedef enum sfield_kind {          /* what a field holds */
 typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
-    uint32_t       bands, cube_side, shells, position_side, frames;
+    uint32_t       bands, cube_side, shell_count, position_side, frame_count;
     sfield_spacing spacing;
     int            logarithm;
-    size_t         samples;         /* cubes that were recorded; of self-visibility: points */
-    uint64_t       coefficients;    /* wavelets in all of these cubes */
+    size_t         sample_count;    /* cubes that were recorded; of self-visibility: points */
+    uint64_t       coefficient_count;   /* wavelets in all of these cubes */
     size_t         bytes;           /* of the field, in memory and as a file */
     float          center[3], radius;
     float          inscribed;       /* radius of a sphere about the centre inside the closed mesh; 0 = none is
@@ -3017,13 +3017,13 @@ SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out)
     out->basis = (sfield_basis)h->basis;
     out->bands = h->bands;
     out->cube_side = h->cube_side;
-    out->shells = h->shells;
+    out->shell_count = h->shells;
     out->position_side = h->position_side;
-    out->frames = h->frames;
+    out->frame_count = h->frames;
     out->spacing = (sfield_spacing)h->spacing;
     out->logarithm = (int)h->logarithm;
-    out->samples = h->samples;
-    out->coefficients = h->entries;
+    out->sample_count = h->samples;
+    out->coefficient_count = h->entries;
     out->bytes = h->bytes;
     memcpy(out->center, h->center, sizeof h->center);
     out->radius = h->radius;
@@ -3975,8 +3975,8 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
            sfield__check_value(log, d->bands <= SFIELD_MAX_BANDS, "desc.bands", d->bands, "0..8") &&
            sfield__check_value(log, !d->cube_side || sfield__is_side(d->cube_side, 4), "desc.cube_side",
                                d->cube_side, "0, 4, 8, 16, 32 or 64") &&
-           sfield__check_value(log, d->shells != 1 && d->shells <= 64, "desc.shells", d->shells,
-                               "0 or 2..64") &&
+           sfield__check_value(log, d->shell_count != 1 && d->shell_count <= 64, "desc.shell_count",
+                               d->shell_count, "0 or 2..64") &&
            sfield__check_value(log, d->position_side != 1 && d->position_side <= 64, "desc.position_side",
                                d->position_side, "0 or 2..64") &&
            sfield__check_value(log, sfield__in(d->keep, 0, 1), "desc.keep", (double)d->keep, "0..1") &&
@@ -3989,10 +3989,10 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
 static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, sfield__kind kind)
 {
     static const char *const centers[3] = { "desc.center[0]", "desc.center[1]", "desc.center[2]" };
-    const uint32_t shells = (d->shells                       ? d->shells
+    const uint32_t shells = (d->shell_count                       ? d->shell_count
                              : d->basis == SFIELD_BASIS_HAAR ? 32
                                                              : 16) *
-                            (d->frames ? d->frames : 1);
+                            (d->frame_count ? d->frame_count : 1);
     uint32_t i;
     for (i = 0; i < 3; i++)
         if (!sfield__check_value(log, sfield__in(d->center[i], -1e18f, 1e18f), centers[i],
@@ -4002,8 +4002,8 @@ static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, s
                                (double)d->radius, "0 or 1e-18..1e18") &&
            sfield__check_value(log, kind == SFIELD__KIND_OCCLUSION || !d->logarithm, "desc.logarithm",
                                d->logarithm, "0 but for occlusion") &&
-           sfield__check_value(log, d->frames <= (kind == SFIELD__KIND_SOURCE ? 256u : 1u), "desc.frames",
-                               d->frames, "0..256 for sources, else 0 or 1") &&
+           sfield__check_value(log, d->frame_count <= (kind == SFIELD__KIND_SOURCE ? 256u : 1u),
+                               "desc.frame_count", d->frame_count, "0..256 for sources, else 0 or 1") &&
            sfield__check_value(log,
                                d->frames_per_second == 0 || sfield__in(d->frames_per_second, 1e-6f, 1e6f),
                                "desc.frames_per_second", (double)d->frames_per_second, "0 or 1e-6..1e6") &&
@@ -4031,7 +4031,7 @@ static int sfield__set_radii(sfield__build *b)
         float t = (float)i / (float)(b->h.shells - 1), ratio = outer / d->inner;
         b->radii[i] = b->h.spacing == SFIELD_SPACING_UNIFORM ? d->inner + t * (outer - d->inner)
                                                              : d->inner * sfield__pow(ratio, t);
-        if (!sfield__check_value(&b->log, !i || b->radii[i] > b->radii[i - 1] * 1.0002f, "desc.shells",
+        if (!sfield__check_value(&b->log, !i || b->radii[i] > b->radii[i - 1] * 1.0002f, "desc.shell_count",
                                  b->h.shells, "few enough for 0.02 % between two of them"))
             return 0;
     }
@@ -4069,10 +4069,10 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     h->logarithm = d->logarithm != 0;
     h->bands = haar ? 0 : d->bands ? d->bands : 4;
     h->cube_side = d->cube_side ? d->cube_side : haar ? 32 : 16;
-    h->shells = self ? 0 : d->shells ? d->shells : haar ? 32 : 16;
+    h->shells = self ? 0 : d->shell_count ? d->shell_count : haar ? 32 : 16;
     h->position_side = self ? 0 : d->position_side ? d->position_side : haar ? 32 : 16;
     h->spacing = d->spacing ? (uint32_t)d->spacing : (uint32_t)SFIELD_SPACING_GEOMETRIC;
-    h->frames = d->frames ? d->frames : 1;
+    h->frames = d->frame_count ? d->frame_count : 1;
     h->frames_per_second = d->frames_per_second != 0 ? d->frames_per_second : 30;
     h->loop = d->loop != 0;
     h->channels = kind == SFIELD__KIND_SOURCE ? 3 : 1;
@@ -8162,8 +8162,8 @@ static void sfield__load_lanes(sfield__tile *t)
                                 turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
                                 turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
         }
-        if (set->views && set->gloss && set->exponents)
-            v = sfield__v3_load(sfield__row(set->views, set->view_stride, i));
+        if (set->to_eye && set->gloss && set->exponents)
+            v = sfield__v3_load(sfield__row(set->to_eye, set->to_eye_stride, i));
         if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
             sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {
             t->active |= 1u << l;
@@ -9891,15 +9891,15 @@ static sfield_result sfield__check_arrays(const sfield__logger *log, const sfiel
     if (!sfield__points_good(log, p) ||
         !sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31") ||
         !sfield__check_value(
-            log, p->view_stride % 4 == 0 && (!p->views || sfield__stride_valid(p->view_stride, 12)),
-            "points->view_stride", (double)p->view_stride, "0, or a multiple of 4 of at least 12") ||
+            log, p->to_eye_stride % 4 == 0 && (!p->to_eye || sfield__stride_valid(p->to_eye_stride, 12)),
+            "points->to_eye_stride", (double)p->to_eye_stride, "0, or a multiple of 4 of at least 12") ||
         !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
                              (double)p->exponent_stride, "a multiple of 4") ||
         !sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
                              "0, or 1 for the first entity, ..."))
         return SFIELD_ERR_ARGUMENT;
-    if (p->gloss && p->exponents && !p->views)
-        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->views",
+    if (p->gloss && p->exponents && !p->to_eye)
+        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->to_eye",
                             "is NULL, but gloss and exponents are there");
     return SFIELD_OK;
 }
@@ -9925,8 +9925,8 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
         (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache", "is not of this basis and this count");
     result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
-    if (result == SFIELD_OK && p->views && p->gloss && p->exponents)
-        result = sfield__check_units(log, "points->views", p->views, p->view_stride, p->count);
+    if (result == SFIELD_OK && p->to_eye && p->gloss && p->exponents)
+        result = sfield__check_units(log, "points->to_eye", p->to_eye, p->to_eye_stride, p->count);
     return result;
 }
 

@@ -46,8 +46,8 @@ static void print(const bn_options *options, const bn_model *model, const row *r
     bn_integer("bytes", r->info.bytes);
     bn_number("packed_ratio", raw / r->packed_bytes);
     bn_number("packed_bytes", r->packed_bytes);
-    bn_number("paper_ratio", raw / (4 * (double)r->info.segments + 4 * pixels * cubes));
-    bn_number("segments_per_pixel", (double)r->info.segments / pixels);
+    bn_number("paper_ratio", raw / (4 * (double)r->info.segment_count + 4 * pixels * cubes));
+    bn_number("segments_per_pixel", (double)r->info.segment_count / pixels);
     bn_number("build_s", r->seconds);
     bn_integer("peak_bytes", r->stats.peak_bytes);
     bn_flag("verified", r->verified);

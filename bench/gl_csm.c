@@ -199,7 +199,7 @@ static int fill_gbuffer(bn_gl *r, glbk_gbuffer *seen, const bn_model *model)
                 p->material.specular[k] = 0.2f;
             }
             random_direction(&seed, p->normal);
-            memcpy(p->geometric, p->normal, sizeof p->normal);
+            memcpy(p->geometric_normal, p->normal, sizeof p->normal);
         }
         result = glbk_gbuffer_upload(&r->gl, seen, y, 1, row);
     }
@@ -252,7 +252,7 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         memset(&frame, 0, sizeof frame);
         use.start = start;
         use.maps = &maps;
-        use.samples = samples[i];
+        use.sample_count = samples[i];
         frame.lights = &lights;
         frame.uses = &use;
         frame.use_count = 1;
@@ -385,7 +385,7 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
         bn_number("raster_ms", 1e3 * raster);
         bn_number("compress_ms", 1e3 * compress);
         bn_number("pack_ms", 1e3 * pack);
-        bn_integer("segments", info.segments);
+        bn_integer("segments", info.segment_count);
         bn_integer("bytes", info.bytes);
         bn_end(options);
     } else

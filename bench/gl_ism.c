@@ -64,7 +64,7 @@ static int open_setup(setup *u, uint32_t points)
     memset(&u->shading, 0, sizeof u->shading);
     u->shading.clamp = 1;
     u->shading.bias = 0.02f;
-    u->shading.pattern = 4;
+    u->shading.interleave = 4;
     u->cpu = malloc(size);
     if (!u->cpu || ism_create(&u->desc, &u->maps) != ISM_OK || glbk_init(&u->core, &gl) != GLBK_OK)
         return bn_failed(u->scene->name, "out of memory, or no OpenGL");
@@ -164,7 +164,7 @@ static void write_row(setup *u, int path)
     bn_integer("height", s->gbuffer.height);
     bn_integer("vpl_count", u->desc.vpl_count);
     bn_integer("surfel_count", u->desc.surfel_count);
-    bn_integer("pattern", u->shading.pattern);
+    bn_integer("interleave", u->shading.interleave);
     bn_number("rsm_ms", s->rsm_ms);
     bn_number("choose_ms", u->choose);
     bn_number("scatter_ms", u->scatter);

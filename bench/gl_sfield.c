@@ -46,7 +46,7 @@ static int build(board *b, const bn_options *options)
     memset(&lamp, 0, sizeof lamp);
     lamp.radius = 0.03f;
     lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 50;
-    d.shells = 8;
+    d.shell_count = 8;
     d.position_side = 4;
     for (uint32_t i = 0; i < MESHES; i++) {
         const ex_mesh *mesh = &b->scene.meshes[1 + i];
@@ -218,7 +218,7 @@ static sfield_result measure_build(const board *b, const bn_options *options, gl
     bn_text("path", gl->compute ? "compute" : "core");
     bn_text("op", "build");
     bn_integer("triangles", mesh->triangle_count);
-    bn_integer("views", info.samples);
+    bn_integer("views", info.sample_count);
     bn_number("build_ms", ms[1]);
     bn_number("cpu_ms", ms[0]);
     bn_end(options);

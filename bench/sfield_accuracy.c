@@ -68,7 +68,7 @@ static int open_plane(plane *s, const bn_options *options, double *seconds)
     d.basis = scene.basis = s->haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     scene.reach = 20;
     d.position_side = options->full ? 16 : 8;
-    d.shells = options->full ? 0 : 12;
+    d.shell_count = options->full ? 0 : 12;
     d.outer = 8;
     d.keep = 1;
     if (sfield_build(&d, s->mesh, &s->whole, NULL) != SFIELD_OK)

@@ -84,7 +84,7 @@ static int build(ships *s, const bn_options *options, float keep)
     lamp.radiance[1] = 24;
     lamp.radiance[2] = 15;
     d.basis = SFIELD_BASIS_HAAR;
-    d.shells = options->full ? 32 : 8;
+    d.shell_count = options->full ? 32 : 8;
     d.position_side = options->full ? 32 : 5;
     d.keep = keep;
     memset(&receivers, 0, sizeof receivers);

@@ -130,7 +130,7 @@ static void add_light(const lsamp_light *light, const lsamp_points *points, uint
     int k, hit;
 
     memset(&desc, 0, sizeof desc);
-    desc.samples = SAMPLES;
+    desc.sample_count = SAMPLES;
     desc.seed = seed;
     if (lsamp_sample(&desc, light, points, &samples, NULL) != LSAMP_OK) return;
     for (k = 0; k < SAMPLES; k++) {
@@ -164,7 +164,7 @@ int main(int count, char **values)
                 points.count = 1;
                 points.positions = p;
                 points.normals = n;
-                points.views = view;
+                points.to_eye = view;
                 points.materials = &materials[material];
                 points.pixels = &pixel;
                 for (i = 0; i < 2; i++) add_light(lights[i], &points, i, radiance);

@@ -37,7 +37,7 @@ static int make_scene(sfield_field **field, sfield_scene **scene)
     memset(&desc, 0, sizeof desc);
     memset(&entity, 0, sizeof entity);
     desc.radius = 1;
-    desc.shells = desc.position_side = 8;
+    desc.shell_count = desc.position_side = 8;
     if (sfield_build_callback(&desc, ball, NULL, field, NULL) != SFIELD_OK) return -1;
     entity.occlusion = *field;
     return sfield_scene_create(NULL, scene) == SFIELD_OK && sfield_scene_entities(*scene, &entity, 1) == SFIELD_OK &&

@@ -119,7 +119,7 @@ int main(int count, char **values)
     points.count = PIXELS;
     points.positions = positions;
     points.normals = normals;
-    gather.samples = 256;
+    gather.sample_count = 256;
     gather.near_limit = 0.3f;                                /* no bright spots in corners */
     if (rsm_direct(map, NULL, &points, light) != RSM_OK) return 1;
     if (rsm_gather((const rsm_map *const *)&map, 1, &gather, &points, bounce, NULL) != RSM_OK) return 1;

@@ -98,7 +98,7 @@ int main(int count, char **values)
     view.width = WIDTH;
     desc.vpl_count = 256;
     desc.surfel_count = 4096;
-    shading.pattern = 4;                    /* 16 VPLs a pixel, then a blur over 4 x 4 */
+    shading.interleave = 4;                    /* 16 VPLs a pixel, then a blur over 4 x 4 */
     result = ism_create(&desc, &maps);
     if (result == ISM_OK) result = ism_render(maps, &frame, &shading, light, &stats);
     if (result != ISM_OK) return fprintf(stderr, "%s\n", ism_result_text(result)), 1;

@@ -117,7 +117,7 @@ int main(int count, char **values)
     points.positions = positions;
     points.normals = normals;
     settings.rows = GIFILT_ROWS_TOP_FIRST;
-    settings.view_projection = clip;
+    settings.world_to_clip = clip;
     settings.history = 16;
     settings.passes = 3;
     for (frame = 0; frame < FRAMES; frame++) {

@@ -272,7 +272,7 @@ int main(int count, char **values)
     desc.keep_hits = 1;                     /* for the next bounce */
     desc.system.log = say;
     desc.system.user = stderr;
-    shading.pattern = 4;
+    shading.interleave = 4;
     result = ism_create(&desc, &maps);
     if (result == ISM_OK) result = ism_choose(maps, &frame);
     if (result == ISM_OK) result = ism_build(maps, &frame);

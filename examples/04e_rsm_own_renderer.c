@@ -100,7 +100,7 @@ static rsm_result draw_map(rsm_map *map, rsm_light *lamp, int frame)
     lamp->position[0] = -1.2f + 0.8f * (float)frame;
     lamp->position[1] = 1.8f, lamp->position[2] = 0.9f;
     result = rsm_map_restart(map, lamp);
-    if (result == RSM_OK) result = rsm_get_info(map, &info);
+    rsm_get_info(map, &info);
     faces.positions = drawn.positions;
     faces.normals = drawn.normals;
     faces.albedo = drawn.albedo;

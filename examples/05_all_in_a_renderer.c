@@ -540,7 +540,7 @@ static sfield_result make_fields(app *a, ex_pool *pool, sfield_field **fields)
     sfield_emitter ball = { 0 };
     sfield_result result = SFIELD_OK;
     desc.bands = a->bands;
-    desc.shells = desc.position_side = 8;
+    desc.shell_count = desc.position_side = 8;
     desc.cube_side = 8;
     desc.inner = 0.4f;
     desc.outer = 4;
@@ -557,7 +557,7 @@ static sfield_result make_fields(app *a, ex_pool *pool, sfield_field **fields)
     desc.inner = 1;
     desc.outer = 30;
     desc.cube_side = 32;
-    desc.shells = 12;
+    desc.shell_count = 12;
     desc.position_side = 4;
     return result == SFIELD_OK ? sfield_build_emitter(&desc, &ball, &fields[KINDS], NULL) : result;
 }
@@ -696,7 +696,7 @@ static glbk_result draw_for_sky(void *user, glbk_context *gl, glbk_envsh_maps *m
 
 static int see_from_sun(app *a)
 {
-    static const rsm_gather_desc by_flux = { .samples = 256, .offset = 0.12f, .near_limit = 0.25f };
+    static const rsm_gather_desc by_flux = { .sample_count = 256, .offset = 0.12f, .near_limit = 0.25f };
     glbk_rsm_map *map = &a->sun_map;
     GL(glbk_rsm_map_draw(&a->gl, &a->rsm, map, draw_for_rsm, a));
     GL(glbk_rsm_gather(&a->gl, &a->rsm, NULL, &map, 1, &by_flux));    /* leaves 256 lights for our shader */

@@ -142,11 +142,11 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *s
     };
     const glbk_rsm_map *lit = map;
     glbk_result result;
-    direct.taps = 3;
-    gather.samples = 400;
+    direct.tap_side = 3;
+    gather.sample_count = 400;
     gather.seed = now->index;
     gather.near_limit = 0.3f;
-    filter.view_projection = view;
+    filter.world_to_clip = view;
     filter.history = 4;
     filter.passes = -1;                         /* over frames, not over neighbours */
     lamp->direction[0] = 0.8f * sinf(now->angle);

@@ -152,7 +152,7 @@ static int frame(app *a, float time)
         !choose(a, &mesh) || !draw_maps(a) || glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
         return 0;
     draw_room(a, gl, NULL);
-    shading.pattern = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
+    shading.interleave = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
     pass.target = &a->light;
     if (glbk_rsm_direct(gl, &a->rsm, &a->seen, &lit, 1, NULL) != GLBK_OK ||
         glbk_ism_shade(gl, &a->ism, &a->seen, &a->maps, &shading, 0) != GLBK_OK ||

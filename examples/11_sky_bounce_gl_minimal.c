@@ -155,7 +155,7 @@ static glbk_result make_light(app *a)
     rsm_gather_desc by_flux = { 0 };
     glbk_rsm_map *map = &a->sun_map;
     glbk_result result;
-    by_flux.samples = BOUNCES;
+    by_flux.sample_count = BOUNCES;
     by_flux.near_limit = 0.25f;
     envsh_maps_begin(a->layout, &all, envsh_bounds_of(&mesh, 1, NULL));
     views = envsh_get_views(a->layout, &count);

@@ -557,7 +557,7 @@ static glbk_result make_lamp(app *a)
     a->csm_use.kind = LSAMP_LIGHT_SPHERE;
     a->csm_use.ask = COHSM_LIGHT_POSITION;
     a->csm_use.maps = &a->csm_maps;
-    a->csm_use.samples = LAMP_SAMPLES;
+    a->csm_use.sample_count = LAMP_SAMPLES;
     result = glbk_csm_maps_create(&a->gl, &block, 1, 1, &a->csm_ring.start, &a->csm_maps);
     cohsm_free(maps);
     if (result == GLBK_OK) result = glbk_csm_lights_create(&a->gl, &lights, &a->csm_use.start, &a->csm_lights);

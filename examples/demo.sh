@@ -157,13 +157,13 @@ row ism cpu "lamps as VPLs" --set bounces=0
 
 group spaceships direct "Spaceships under a sky: large shadows" --scene builtin:spaceships
 row csm cpu "4,096 maps an object, roulette" $maps
-row shadowfield cpu "wavelets" --set position_side=4 --set point_spacing=0.04 --set basis=haar --set shells=12 --set keep=0.02
+row shadowfield cpu "wavelets" --set position_side=4 --set point_spacing=0.04 --set basis=haar --set shell_count=12 --set keep=0.02
 row envshadow cpu "256 lights"
 
 times=4
 group explosion direct "Explosion: a video as the lamp" --scene builtin:explosion
 row csm cpu "64 places on the fire" --samples "$SAMPLES" --set light_map_side=128
-row shadowfield cpu "harmonics, 4 bands" $fields --set source_position_side=4 --set source_shells=8
+row shadowfield cpu "harmonics, 4 bands" $fields --set source_position_side=4 --set source_shell_count=8
 row ism cpu "points of the fire as VPLs" --set bounces=0
 
 group cloth direct "Cloth in the wind under a sky: deforming sheets" --scene builtin:cloth

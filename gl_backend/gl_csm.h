@@ -330,14 +330,14 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t
 typedef struct glbk_csm_renderer_desc {
     uint32_t width;             /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
     uint32_t height;
-    uint32_t lobes;             /* the most lobes of a material, 1..8; 0 = 1 */
+    uint32_t lobe_count;        /* the most lobes of a material, 1..8; 0 = 1 */
     int      patterns;          /* not 0: lights are sampled by patterns, which their table must have */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
     glbk_csm_programs shade;            /* private */
     glbk_program resolve;               /* private */
-    uint32_t     lobes;                 /* of the desc, like patterns, width and height */
+    uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
     uint32_t     patterns;
     uint32_t     width;
     uint32_t     height;
@@ -366,7 +366,7 @@ typedef struct glbk_csm_use {           /* a light in a frame */
     lsamp_light_kind     kind;          /* of that light */
     const glbk_csm_maps *maps;          /* the maps that its samples ask */
     cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
-    uint32_t             samples;       /* S, samples a pixel and frame, 1..65536 */
+    uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
     uint32_t             seed;          /* of its random numbers; give each light another one */
 } glbk_csm_use;
 
@@ -3377,14 +3377,14 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
 {
     const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||
                      d->kind == LSAMP_LIGHT_SPOT || d->kind == LSAMP_LIGHT_MESH;
-    if (!d->texels && (d->width || d->height || d->frames > 1))
+    if (!d->texels && (d->width || d->height || d->frame_count > 1))
         return glbk__csm_refuse(log, ".texels", "is NULL, but there are a size or frames");
     if (!d->texels) return 1;
     if (hard) return glbk__csm_refuse(log, ".texels", "are not for this kind of light");
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frames", d->frames, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".frames", d->frame_count, 0, 16777216, "0..2^24") &&
            glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 
@@ -3507,7 +3507,7 @@ typedef struct glbk__csm_film {
 
 static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
 {
-    const uint32_t frames = d->frames ? d->frames : 1;
+    const uint32_t frames = d->frame_count ? d->frame_count : 1;
     const size_t count = 3 * (size_t)d->width * d->height;
     double t = (double)d->time * (d->frames_per_second > 0 ? (double)d->frames_per_second : 30.0);
     glbk__csm_film film;
@@ -3825,7 +3825,7 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *functi
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
     defines[8] = (char)('0' + ask);
     defines[21] = (char)('0' + filter);
-    defines[35] = (char)('0' + r->lobes);
+    defines[35] = (char)('0' + r->lobe_count);
     if (shape < 10) {
         defines[47] = (char)('0' + shape);
         defines[48] = ' ';
@@ -3867,12 +3867,13 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
-    if (d->lobes > LSAMP_MAX_LOBES)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
+    if (d->lobe_count > LSAMP_MAX_LOBES)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobe_count", d->lobe_count, 0,
+                                 LSAMP_MAX_LOBES);
     out->width = d->width;
     out->height = d->height;
     out->compute = ctx->compute;
-    out->lobes = d->lobes ? d->lobes : 1;
+    out->lobe_count = d->lobe_count ? d->lobe_count : 1;
     out->patterns = d->patterns != 0;
     result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
@@ -3907,11 +3908,11 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
         !glbk__csm_kind_valid(&log, u->kind) ||
-        !glbk__csm_in(&log, ".samples", u->samples, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".samples", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
         return GLBK_ERR_DESC;
-    if (r->patterns && !glbk__csm_in(&log, ".samples", u->samples, d->lights->pattern_length,
+    if (r->patterns && !glbk__csm_in(&log, ".samples", u->sample_count, d->lights->pattern_length,
                                      d->lights->pattern_length, "the length of the patterns"))
         return GLBK_ERR_MISMATCH;
     return GLBK_OK;
@@ -4036,12 +4037,12 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
-        frame.sample_count = u->samples;
+        frame.sample_count = u->sample_count;
         frame.seed = u->seed;
         frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
-        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.end) {
+        for (from = 0; from < u->sample_count && result == GLBK_OK; from = frame.end) {
             frame.first = from;
-            frame.end = u->samples - from < step ? u->samples : from + step;
+            frame.end = u->sample_count - from < step ? u->sample_count : from + step;
             frame.adds = r->passes != 0;
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }

@@ -1222,7 +1222,8 @@ static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *vie
     int c, best = 0;
     for (c = 1; c < 3; c++)
         if (fabsf(lookup[c]) > fabsf(lookup[best])) best = c;
-    return fabsf(view->clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <= 1e-3f * fabsf(lookup[best]);
+    return fabsf(view->world_to_clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <=
+           1e-3f * fabsf(lookup[best]);
 }
 
 /* Writes the eight texels of a light, which docs/gpu-layouts.md lists. */
@@ -1510,9 +1511,9 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.bias", (double)q->bias,
                                   "at most 1e6 texels");
     q->bias = glbk__envsh_or_default(q->bias, 1);
-    if (!q->taps) q->taps = 16;
+    if (!q->tap_count) q->tap_count = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) {
-        q->taps = 1;
+        q->tap_count = 1;
         q->radius = q->extent_scale = 0;
         return GLBK_OK;
     }
@@ -1522,8 +1523,9 @@ static glbk_result glbk__envsh_query_of(const glbk_context *ctx, const char *fun
                                   q->filter == ENVSH_FILTER_SMOOTH ? 0.5 : 0, (double)most[q->filter]);
     q->radius = glbk__envsh_or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
     if (q->filter == ENVSH_FILTER_SMOOTH) return GLBK_OK;
-    if (q->taps > ENVSH_MAX_TAPS)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.taps", q->taps, 0, ENVSH_MAX_TAPS);
+    if (q->tap_count > ENVSH_MAX_TAPS)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "query.tap_count", q->tap_count, 0,
+                                 ENVSH_MAX_TAPS);
     if (!(q->extent_scale <= 1e6f))
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "query.extent_scale", (double)q->extent_scale,
                                   "at most 1e6");
@@ -1542,10 +1544,10 @@ static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
     out->radius = q->radius;
     out->bias = q->bias;
     out->extent_scale = q->extent_scale;
-    out->taps = q->taps;
+    out->taps = q->tap_count;
     out->seed = q->seed;
-    for (i = 0; i < q->taps && i < ENVSH_MAX_TAPS; i++) {
-        float radius = sqrtf(((float)i + 0.5f) / (float)q->taps);
+    for (i = 0; i < q->tap_count && i < ENVSH_MAX_TAPS; i++) {
+        float radius = sqrtf(((float)i + 0.5f) / (float)q->tap_count);
         out->disc[2 * i] = radius * (float)x;
         out->disc[2 * i + 1] = radius * (float)y;
         t = x * cosine - y * sine;

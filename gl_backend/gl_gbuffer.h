@@ -148,8 +148,8 @@ typedef struct glbk_gbuffer {       /* read only; zeroed = none */
     glbk_attributes attributes;     /* those of the desc, defaults resolved */
     int             own_depth;      /* private: depth is freed with the G-buffer */
     int             has_depth;      /* not 0: depth holds that of this frame, 0..1, the smaller the nearer */
-    int             has_clip;       /* not 0: clip and eye are those of this frame */
-    float           clip[16];       /* world to clip space, whose depth is -1..1 */
+    int             has_clip;       /* not 0: world_to_clip and eye are those of this frame */
+    float           world_to_clip[16];  /* world to clip space, whose depth is -1..1 */
     float           eye[3];         /* world */
     glbk_program    draw_program;   /* private, like all that follows; compiled when it is first used */
     glbk_program    import_program;
@@ -212,7 +212,7 @@ typedef struct glbk_pixel {
     float          position[3];     /* world */
     float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen
                                        here */
-    float          geometric[3];    /* unit, the surface's own normal on the same side; 0 0 0 = normal */
+    float          geometric_normal[3]; /* unit, the surface's own normal on the same side; 0 0 0 = normal */
     float          tangent[3];      /* unit, world: the x axis of Lafortune's lobes; 0 0 0 = any */
     lsamp_material material;        /* as in glbk_surface, like all that follows */
     uint32_t       first_lobe;
@@ -275,9 +275,9 @@ typedef struct glbk_import {
                                                = identity */
     float               eye[3];             /* world */
     const glbk_texture *normals;            /* required; of lengths 0.5..1.5, else nothing is seen */
-    const glbk_texture *geometric;          /* normals of the surfaces; NULL: they are found from the places
+    const glbk_texture *geometric_normals;  /* normals of the surfaces; NULL: they are found from the places
                                                of neighbouring pixels */
-    glbk_normal_packing normal_packing;     /* of normals and geometric */
+    glbk_normal_packing normal_packing;     /* of normals and geometric_normals */
     lsamp_material      material;           /* as in glbk_surface, like first_lobe */
     uint32_t            first_lobe;
     const glbk_texture *color_map;          /* linear colours that multiply diffuse: an sRGB texture is
@@ -1270,7 +1270,8 @@ static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
     memcpy(words[1], n, 12);
     words[1][3] = glbk__gbuffer_kind(m) | (p->plane & 255u) << 8 | (uint32_t)(shade * 65535.0f + 0.5f) << 16;
     memcpy(words[2], m->diffuse, 12);
-    words[2][3] = glbk__gbuffer_pack_unit(glbk__gbuffer_is_zero(p->geometric, 3) ? n : p->geometric);
+    words[2][3] =
+        glbk__gbuffer_pack_unit(glbk__gbuffer_is_zero(p->geometric_normal, 3) ? n : p->geometric_normal);
     glbk__gbuffer_gloss(m, gloss);
     memcpy(words[3], gloss, sizeof gloss);
     if (m->kind != LSAMP_MATERIAL_LAFORTUNE) return;
@@ -1294,7 +1295,7 @@ static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
     p->plane = words[1][3] >> 8 & 255u;
     p->occlusion = (float)(words[1][3] >> 16) / 65535.0f;
     memcpy(m->diffuse, words[2], 12);
-    glbk__gbuffer_unpack_unit(words[2][3], p->geometric);
+    glbk__gbuffer_unpack_unit(words[2][3], p->geometric_normal);
     memcpy(gloss, words[3], sizeof gloss);
     if (m->kind == LSAMP_MATERIAL_PHONG) {
         memcpy(m->specular, gloss, sizeof m->specular);
@@ -1459,7 +1460,7 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     if (result != GLBK_OK) return result;
     /* An object without maps declares their samplers nevertheless. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
-    memcpy(g->clip, world_to_clip, sizeof g->clip);
+    memcpy(g->world_to_clip, world_to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, eye, sizeof g->eye);
     g->has_depth = g->has_clip = 1;
     return GLBK_OK;
@@ -1479,7 +1480,7 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
     glbk__gbuffer_matrix(s->world, drawn.world);
-    memcpy(drawn.clip, g->clip, sizeof drawn.clip);
+    memcpy(drawn.clip, g->world_to_clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
     drawn.diffuse[3] = s->alpha > 0 ? s->alpha : 1.0f;
@@ -1573,7 +1574,7 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
     return glbk__gbuffer_takes(ctx, g, "import.depth", d->depth) &&
            glbk__gbuffer_takes(ctx, g, "import.positions", d->positions) &&
            glbk__gbuffer_takes(ctx, g, "import.normals", d->normals) &&
-           glbk__gbuffer_takes(ctx, g, "import.geometric", d->geometric) &&
+           glbk__gbuffer_takes(ctx, g, "import.geometric_normals", d->geometric_normals) &&
            glbk__gbuffer_takes(ctx, g, "import.color_map", d->color_map) &&
            glbk__gbuffer_takes(ctx, g, "import.gloss_map", d->gloss_map) &&
            glbk__gbuffer_takes(ctx, g, "import.open_map", d->open_map) &&
@@ -1603,7 +1604,7 @@ static uint32_t glbk__gbuffer_given(const glbk_import *d)
     uint32_t bits = 0;
     if (d->positions) bits |= GLBK__IMPORT_PLACES;
     if (d->depth) bits |= GLBK__IMPORT_DEPTH;
-    if (d->geometric) bits |= GLBK__IMPORT_FLAT;
+    if (d->geometric_normals) bits |= GLBK__IMPORT_FLAT;
     if (d->color_map) bits |= GLBK__IMPORT_COLORS;
     if (d->gloss_map) bits |= GLBK__IMPORT_GLOSS;
     if (d->open_map) bits |= GLBK__IMPORT_OPEN;
@@ -1654,7 +1655,7 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_place_in, d->positions);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_depth_in, d->depth);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_normal_in, d->normals);
-    glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_flat_in, d->geometric);
+    glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_flat_in, d->geometric_normals);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_open_in, d->open_map);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_entity_in, d->entities);
 }
@@ -1685,7 +1686,7 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
     if (result != GLBK_OK) return result;
     glbk__gbuffer_bind_import(ctx, d);
     glbk_draw_screen(ctx);
-    memcpy(g->clip, block.to_clip, sizeof g->clip);
+    memcpy(g->world_to_clip, block.to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, d->eye, sizeof g->eye);
     g->has_depth = own ? d->depth || g->has_clip : d->depth && d->depth->name == g->depth.name &&
                                                        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED;

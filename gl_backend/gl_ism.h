@@ -81,13 +81,13 @@
 
    These functions of lib/ism_light.glsl can be called after glbk_ism_bind:
 
-       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
+       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count);
        float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);   // 1 lit, 0 not
        ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
 
-   ism_light returns in rgb the irradiance of a point by VPLs first, first + pattern, ..., times pattern, in
-   W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took off.
-   p is in world space; n and ng are unit, n for shading and ng the surface's own.
+   ism_light returns in rgb the irradiance of a point by VPLs first, first + set_count, ..., times set_count,
+   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took
+   off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
 
    How it works, and conventions
 
@@ -277,7 +277,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
    shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull changes nothing
    pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
                     stops passes that take long
-   Cost             each pixel asks vpl_count / pattern^2 VPLs, a texel of its map for each that faces it
+   Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it
    Errors           GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field
                     of the shading is out of range. GLBK_ERR_MISMATCH: the G-buffer has another size.
                     GLBK_ERR_ORDER: the maps were never drawn. Those of glbk_program_compile at first use */
@@ -400,7 +400,7 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                        \
     X(uint, width, 1)               /* of the picture, in pixels */                                     \
     X(uint, height, 1)              /* of the picture, in pixels */                                     \
-    X(uint, pattern, 1)             /* pixels a side that share the VPLs */                             \
+    X(uint, interleave, 1)          /* pixels a side that share the VPLs */                             \
     X(uint, no_maps, 1)             /* not 0: nothing casts shadows */                                  \
     X(float, bias, 1)               /* as in ism_shading, with its default */                           \
     X(float, clamp_at, 1)           /* ism_shading.clamp, with its default */                           \
@@ -872,7 +872,7 @@ static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
     "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
     "\n\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
-    "int r=int(glbk_ism_view.pattern)/2;\n"
+    "int r=int(glbk_ism_view.interleave)/2;\n"
     "vec4 sum=vec4(.0);\n"
     "float weights=.0;\n"
     "for(int j= -r;j<=r;j++)\n"
@@ -891,7 +891,7 @@ static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
     "}\n"
     "\n\nvec4 ism_finished(ivec2 at,ism_receiver c)\n"
     "{\n"
-    "if(glbk_ism_view.pattern>1u)return ism_smooth(at,c);\n"
+    "if(glbk_ism_view.interleave>1u)return ism_smooth(at,c);\n"
     "return glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "}\n"
 };
@@ -1256,12 +1256,12 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "float plain;\n"
     "return ism_kernel(l,p,n,.0,plain)*ism_luminance(l.flux);\n"
     "}\n"
-    "\n\nuint ism_used(uint first,uint pattern)\n"
+    "\n\nuint ism_used(uint first,uint set_count)\n"
     "{\n"
     "uint count=glbk_ism_frame.vpl_count;\n"
-    "return first<count?(count-first-1u)/pattern+1u:0u;\n"
+    "return first<count?(count-first-1u)/set_count+1u:0u;\n"
     "}\n"
-    "\n\n\nvec4 ism_scaled(vec4 sum,uint pattern){return sum*(float(pattern)/COHSM_PI);}\n"
+    "\n\n\nvec4 ism_scaled(vec4 sum,uint set_count){return sum*(float(set_count)/COHSM_PI);}\n"
     "\n\n\nstruct ism_near_point{\n"
     "vec3 position,normal,flux;\n"
     "float side;\n"
@@ -1331,7 +1331,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "}\n"
     "return i;\n"
     "}\n"
-    "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
+    "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
     "{\n"
     "uint count=glbk_ism_frame.near_point_count,i=ism_near_block(first,count,p);\n"
     "vec4 sum=vec4(.0);\n"
@@ -1340,8 +1340,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "uint have=0u;\n"
     "while(i<count&&have<4u){\n"
     "if(ism_near_counts(i,p,n))found[have++]=i;\n"
-    "i+=pattern;\n"
-    "if((i&63u)<pattern)i=ism_near_block(i,count,p);\n"
+    "i+=set_count;\n"
+    "if((i&63u)<set_count)i=ism_near_block(i,count,p);\n"
     "}\n"
     "for(uint k=0u;k<have;k++){\n"
     "ism_near_point q=ism_read_near(found[k]);\n"
@@ -1352,24 +1352,24 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "sum+=lit*vec4(bright*q.flux,max(plain-bright,.0)*ism_luminance(q.flux));\n"
     "}\n"
     "}\n"
-    "return ism_scaled(sum,pattern);\n"
+    "return ism_scaled(sum,set_count);\n"
     "}\n"
-    "\n\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
+    "\n\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
     "{\n"
     "uint count=glbk_ism_frame.vpl_count;\n"
     "float most=glbk_ism_view.clamp_at;\n"
     "vec4 sum=vec4(.0);\n"
     "#if ISM_NEAR == 4\n"
-    "uint used=ism_used(first,pattern);\n"
+    "uint used=ism_used(first,set_count);\n"
     "float all=.0;\n"
-    "for(uint v=first;v<count;v+=pattern)all+=ism_unshadowed(ism_read_vpl(v),p,n);\n"
+    "for(uint v=first;v<count;v+=set_count)all+=ism_unshadowed(ism_read_vpl(v),p,n);\n"
     "most*=used>0u?all/float(used):.0;\n"
     "#endif\n"
-    "for(uint v=first;v<count;v+=pattern)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
+    "for(uint v=first;v<count;v+=set_count)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
     "#if ISM_NEAR == 6\n"
-    "return ism_scaled(sum,pattern)+ism_gather(p,n,ng,first,pattern);\n"
-    "#else\n"
-    "return ism_scaled(sum,pattern);\n"
+    "return ism_scaled(sum,set_count)+ism_gather(p,n,ng,first,set_count);\n"
+    "#else\n",
+    "return ism_scaled(sum,set_count);\n"
     "#endif\n"
     "}\n"
 };
@@ -1547,7 +1547,7 @@ static const char *const glbk__glsl_lib_ism_view_glsl[] = {
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
     "uint width;\n"
     "uint height;\n"
-    "uint pattern;\n"
+    "uint interleave;\n"
     "uint no_maps;\n"
     "float bias;\n"
     "float clamp_at;\n"
@@ -1561,7 +1561,7 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "#define ISM_TILE 24\n"
     "\nshared vec3 ism_places[ISM_TILE*ISM_TILE],ism_normals[ISM_TILE*ISM_TILE];\n"
     "shared vec4 ism_lights[ISM_TILE*ISM_TILE];\n"
-    "\n\nivec2 ism_corner(){return ivec2(gl_WorkGroupID.xy)*16-int(glbk_ism_view.pattern)/2;}\n"
+    "\n\nivec2 ism_corner(){return ivec2(gl_WorkGroupID.xy)*16-int(glbk_ism_view.interleave)/2;}\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
     "ivec2 texel=at-ism_corner();\n"
@@ -1588,7 +1588,7 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
-    "int side=int(glbk_ism_view.pattern);\n"
+    "int side=int(glbk_ism_view.interleave);\n"
     "ism_receiver c;\n"
     "if(side>1)ism_load(16+side/2*2);\n"
     "barrier();\n"
@@ -1750,18 +1750,18 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_ROUND 64u\n"
     "\nshared ism_vpl ism_read[ISM_ROUND];\n"
-    "\n\nuint ism_round(uint first,uint pattern,uint used,uint from)\n"
+    "\n\nuint ism_round(uint first,uint set_count,uint used,uint from)\n"
     "{\n"
     "uint k=gl_LocalInvocationIndex,count=min(used-from,ISM_ROUND);\n"
     "barrier();\n"
-    "if(k<count)ism_read[k]=ism_read_vpl(first+(from+k)*pattern);\n"
+    "if(k<count)ism_read[k]=ism_read_vpl(first+(from+k)*set_count);\n"
     "barrier();\n"
     "return count;\n"
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint side=glbk_ism_view.pattern,pattern=side*side,first=gl_WorkGroupID.z;\n"
-    "uint used=ism_used(first,pattern);\n"
+    "uint side=glbk_ism_view.interleave,set_count=side*side,first=gl_WorkGroupID.z;\n"
+    "uint used=ism_used(first,set_count);\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy*side+uvec2(first%side,first/side));\n"
     "at.y+=int(glbk_ism_view.first_row);\n"
     "bool inside=all(lessThan(at,ism_picture_side()));\n"
@@ -1772,30 +1772,30 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "#if ISM_NEAR == 4\n"
     "float all_of_them=.0;\n"
     "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
-    "uint count=ism_round(first,pattern,used,from);\n"
+    "uint count=ism_round(first,set_count,used,from);\n"
     "for(uint k=0u;k<count&&lit;k++)all_of_them+=ism_unshadowed(ism_read[k],r.p,r.n);\n"
     "}\n"
     "most*=used>0u?all_of_them/float(used):.0;\n"
     "#endif\n"
     "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
-    "uint count=ism_round(first,pattern,used,from);\n"
+    "uint count=ism_round(first,set_count,used,from);\n"
     "for(uint k=0u;k<count&&lit;k++)\n"
-    "ism_add(sum,first+(from+k)*pattern,ism_read[k],r.p,r.n,r.ng,most);\n"
+    "ism_add(sum,first+(from+k)*set_count,ism_read[k],r.p,r.n,r.ng,most);\n"
     "}\n"
-    "sum=ism_scaled(sum,pattern);\n"
+    "sum=ism_scaled(sum,set_count);\n"
     "#if ISM_NEAR == 6\n"
-    "if(lit)sum+=ism_gather(r.p,r.n,r.ng,first,pattern);\n"
+    "if(lit)sum+=ism_gather(r.p,r.n,r.ng,first,set_count);\n"
     "#endif\n"
     "if(inside)imageStore(glbk_ism_light_out,at,sum);\n"
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_ism_shade_frag[] = {
-    "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\n\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "uint side=glbk_ism_view.pattern;\n"
+    "uint side=glbk_ism_view.interleave;\n"
     "uvec2 place=uvec2(at)%side;\n"
     "ism_receiver r;\n"
     "vec4 light=vec4(.0);\n"
@@ -2033,7 +2033,7 @@ static const glbk_file glbk__ism_files[] = {
       "", "" },
     { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 1, "ism_fill ism_frame", "",
       "", "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 2, "ism_access ism_frame ism_view", "",
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 3, "ism_access ism_frame ism_view", "",
       "", "" },
     { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 1, "cohsm_math", "",
       "", "" },
@@ -2146,8 +2146,8 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
 {
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
-    if (out->pattern > 8 || !glbk__ism_power_of_two(out->pattern))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
+    if (out->interleave > 8 || !glbk__ism_power_of_two(out->interleave))
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.interleave", out->interleave,
                                   "0, 1, 2, 4 or 8");
     if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
@@ -2161,7 +2161,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
                             "is not NULL: on GL the maps say what is seen");
-    if (!out->pattern) out->pattern = 1;
+    if (!out->interleave) out->interleave = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;
     if (!(out->bias > 0)) out->bias = out->bias < 0 ? 0.0f : 0.02f;
@@ -2981,7 +2981,7 @@ static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
     memset(&view, 0, sizeof view);
-    view.pattern = s->pattern;
+    view.interleave = s->interleave;
     view.no_maps = s->no_maps != 0;
     view.bias = s->bias;
     view.clamp_at = s->clamp;
@@ -3113,7 +3113,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
 static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, uint32_t pairs)
 {
     const glbk_ism_renderer *r = job->renderer;
-    const uint32_t side = job->view.pattern, square = 16 * side;
+    const uint32_t side = job->view.interleave, square = 16 * side;
     const uint64_t row = (uint64_t)r->width * (job->maps->vpl_count / (side * side) + 1);
     uint64_t step = (pairs ? pairs : 1u << 28) / row / square * square;
     glbk_result result = GLBK_OK;

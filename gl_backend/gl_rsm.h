@@ -334,7 +334,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *rend
                                       const glbk_texture *motion);
 /* Filters bounced light over frames and neighbours, as gifilt_apply does. Call it once in a frame, after the
    light was gathered. Places and normals of the G-buffer are kept for the next frame.
-   frame    NULL = all defaults; its motion must be NULL. Without view_projection and motion no pixel is found
+   frame    NULL = all defaults; its motion must be NULL. Without world_to_clip and motion no pixel is found
             again in the last frame
    motion   where each pixel's surface was in the last frame, in pixels, in r and g; NULL = surfaces that
             moved are new
@@ -2367,7 +2367,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     if (!light) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
     *l = *light;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
-    if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
+    if ((unsigned)l->kind >= RSM_LIGHT_COUNT)
         return glbk__refuse_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     result = glbk__rsm_small_check(ctx, function, "light.position", l->position);
     if (result == GLBK_OK) result = glbk__rsm_small_check(ctx, function, "light.up", l->up);
@@ -2458,7 +2458,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
     {
-        const glbk__rsm_range fields[] = { { "desc.taps", (double)out->taps, 0, 15 },
+        const glbk__rsm_range fields[] = { { "desc.tap_side", (double)out->tap_side, 0, 15 },
                                            { "desc.bias", (double)out->bias, -1e6, 1e6 },
                                            { "desc.slope_bias", (double)out->slope_bias, -1e6, 1e6 } };
         result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
@@ -2468,7 +2468,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     if (out->add)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.add", (double)out->add,
                                   "0: give all maps to one call");
-    if (!out->taps) out->taps = 2;
+    if (!out->tap_side) out->tap_side = 2;
     if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
     if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
     if (out->bias < 0.0f) out->bias = 0.0f;
@@ -2487,7 +2487,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     {
         const glbk__rsm_range fields[] = {
             { "desc.pattern", (double)out->pattern, 0, RSM_PATTERN_COUNT - 1 },
-            { "desc.samples", (double)out->samples, 0,
+            { "desc.sample_count", (double)out->sample_count, 0,
               out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
             { "desc.r_max", (double)out->r_max, 0, 1e3 },
             { "desc.r_min", (double)out->r_min, 0, 0.99999994 },
@@ -2529,12 +2529,12 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
                                   "0 or a power of two, 2..64");
     {
         const glbk__rsm_range fields[] = {
-            { "interpolation.levels", (double)out->levels, 0, 6 },
+            { "interpolation.level_count", (double)out->level_count, 0, 6 },
             { "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1 },
             { "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6 },
             { "interpolation.distance", (double)out->distance, 0, 1e9 },
             { "interpolation.contrast", (double)out->contrast, -1e6, 1e6 },
-            { "interpolation.reach", (double)out->reach, -1e6, 1e6 }
+            { "interpolation.light_share", (double)out->light_share, -1e6, 1e6 }
         };
         const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
                                                       sizeof fields / sizeof fields[0]);
@@ -2543,11 +2543,11 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     if (out->mask)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
                             "is not NULL: alpha of glbk_rsm_read says what each pixel is");
-    if (!out->levels) out->levels = 6;
+    if (!out->level_count) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
     if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
-    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
+    if (!(fabsf(out->light_share) > 0.0f)) out->light_share = 0.25f;
     return GLBK_OK;
 }
 
@@ -2571,10 +2571,10 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
                                                       sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
-    for (i = 0; i < 16 && out->view_projection; i++)
-        if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "frame.view_projection", i, "",
-                                            (double)out->view_projection[i], "finite");
+    for (i = 0; i < 16 && out->world_to_clip; i++)
+        if (!(fabsf(out->world_to_clip[i]) <= 3.0e38f))
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "frame.world_to_clip", i, "",
+                                            (double)out->world_to_clip[i], "finite");
     if (out->motion)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "frame.motion",
                             "is not NULL: on GL motion is a texture");
@@ -2591,9 +2591,10 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
 GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *d)
 {
     uint32_t samples, sets;
-    if (!d || !d->samples || d->pattern == RSM_PATTERN_DEFAULT || d->pattern == RSM_PATTERN_FLUX) return 0;
+    if (!d || !d->sample_count || d->pattern == RSM_PATTERN_DEFAULT || d->pattern == RSM_PATTERN_FLUX)
+        return 0;
     sets = d->interleave ? d->interleave * d->interleave : 1;
-    samples = d->pattern == RSM_PATTERN_MIXED ? 3 * d->samples / 5 : d->samples;
+    samples = d->pattern == RSM_PATTERN_MIXED ? 3 * d->sample_count / 5 : d->sample_count;
     return (samples + sets - 1) / sets * sets;
 }
 
@@ -2638,7 +2639,7 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
         double value, uploaded;
     } fields[] = {
         { about, "desc.pattern", (double)d->pattern, (double)t->pattern },
-        { about, "desc.samples", (double)d->samples, (double)t->samples },
+        { about, "desc.sample_count", (double)d->sample_count, (double)t->sample_count },
         { about, "desc.interleave", (double)d->interleave, (double)t->interleave },
         { about, "desc.seed", (double)d->seed, (double)t->seed },
         { about && d->pattern == RSM_PATTERN_EQUATION3, "desc.paper_weights", (double)(d->paper_weights != 0),
@@ -3353,7 +3354,7 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     if (result == GLBK_OK) result = glbk__rsm_direct_check(ctx, desc, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.taps = d.taps;
+    r->values.taps = d.tap_side;
     r->values.bias = d.bias;
     r->values.slope_bias = d.slope_bias;
     r->direct = GLBK__RSM_NONE;
@@ -3606,7 +3607,7 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
     glbk_rsm_renderer *r = g->r;
     uint32_t counts[4 * GLBK__RSM_LISTS], i, fine = d->step, nodes[2];
-    for (i = 1; i < d->levels && fine > 2; i++) fine /= 2;
+    for (i = 1; i < d->level_count && fine > 2; i++) fine /= 2;
     for (i = 0; i < GLBK__RSM_LISTS; i++) memcpy(counts + 4 * i, empty, sizeof empty);
     nodes[0] = (r->width - 1 + fine - 1) / fine + 1;
     nodes[1] = (r->height - 1 + fine - 1) / fine + 1;
@@ -3631,7 +3632,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     glbk_result result;
     g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_do_begin(g, d);
-    for (step = d->step, level = 0; step > 1 && level < d->levels && result == GLBK_OK; step /= 2, level++) {
+    for (step = d->step, level = 0; step > 1 && level < d->level_count && result == GLBK_OK;
+         step /= 2, level++) {
         r->values.mode = 1;
         r->values.list_read = 2 * level;
         g->items = &r->wanted;
@@ -3641,7 +3643,7 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
         r->values.list_read = before;
         r->values.list_open = 2 * level + 1;
         r->values.list_wanted = 2 * level + 2;
-        r->values.next_step = level + 1 < d->levels && step > 2 ? step / 2 : 0;
+        r->values.next_step = level + 1 < d->level_count && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
                                     level ? &before : NULL, (r->width + 15) / 16, (r->height + 15) / 16);
         before = 2 * level + 1;
@@ -3657,14 +3659,14 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
-    uint32_t step = d->step, levels = d->levels;
+    uint32_t step = d->step, levels = d->level_count;
     uint32_t picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
     r->values.normal_cosine = d->normal_cosine;
     r->values.plane_slope = d->plane_slope;
     r->values.most_distance = d->distance;
     r->values.contrast = d->contrast;
-    r->values.reach = d->reach;
+    r->values.reach = d->light_share;
     if (r->compute) return glbk__rsm_do_grids(g, d);
     for (; step > 1 && levels > 0; step /= 2, levels--) {
         r->values.mode = 1;
@@ -3704,12 +3706,12 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     glbk_rsm_renderer *r = g->r;
     const int flux = d->pattern == RSM_PATTERN_FLUX;
     g->seed = d->seed;
-    g->all = d->samples == 0;
-    g->mixed = d->pattern == RSM_PATTERN_MIXED && d->samples > 1;
+    g->all = d->sample_count == 0;
+    g->mixed = d->pattern == RSM_PATTERN_MIXED && d->sample_count > 1;
     g->apart = g->mixed || d->material_count > 0 || (g->all && d->near_field > 0.0f);
     g->about = glbk_rsm_point_count(d);
     if (!g->all && (flux || d->pattern == RSM_PATTERN_MIXED))
-        g->by_flux = d->samples - (g->mixed ? 3 * d->samples / 5 : 0);
+        g->by_flux = d->sample_count - (g->mixed ? 3 * d->sample_count / 5 : 0);
     g->sets = d->interleave * d->interleave;
     g->room = GLBK__RSM_LIST / g->sets < r->lights_per_pass ? GLBK__RSM_LIST / g->sets : r->lights_per_pass;
     memset(&r->values, 0, sizeof r->values);
@@ -3889,7 +3891,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     memset(&r->values, 0, sizeof r->values);
     r->values.width = r->width;
     r->values.height = r->height;
-    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
+    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.world_to_clip && r->has_before ? 1u : 0u;
     r->values.rows_top_first = d.rows == GIFILT_ROWS_TOP_FIRST;
     r->values.history = (float)d.history;
     r->values.normal_cosine = d.normal_cosine;
@@ -3909,8 +3911,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->bounce = 3 + to;
     r->remembers = 1 + to;
     r->filtered = 1;
-    r->has_before = d.view_projection != NULL;
-    if (d.view_projection) memcpy(r->before, d.view_projection, sizeof r->before);
+    r->has_before = d.world_to_clip != NULL;
+    if (d.world_to_clip) memcpy(r->before, d.world_to_clip, sizeof r->before);
     return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 

@@ -405,7 +405,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     self_attribute;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      position_attribute;    /* the attribute that record was compiled for */
-    float        clip[16];              /* the matrix of glbk_sfield_self_begin */
+    float        world_to_clip[16];     /* the matrix of glbk_sfield_self_begin */
 };
 
 struct glbk_sfield_builder {            /* draws one object from all sides; read only; zeroed = none */
@@ -1869,8 +1869,8 @@ static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
     const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
                    cells = (info->bands * info->bands + 15) / 16;
-    const uint64_t groups = (uint64_t)info->frames * info->shells;
-    return 3 + info->shells + (groups * 8 + info->samples) * channels * cells;
+    const uint64_t groups = (uint64_t)info->frame_count * info->shell_count;
+    return 3 + info->shell_count + (groups * 8 + info->sample_count) * channels * cells;
 }
 
 /* Reads the header of a file. */
@@ -2538,7 +2538,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK)
         glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
-    memcpy(r->clip, g->clip, sizeof r->clip);
+    memcpy(r->world_to_clip, g->world_to_clip, sizeof r->world_to_clip);
     return result;
 }
 
@@ -2560,7 +2560,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     memcpy(object.world, world, sizeof object.world);
     for (i = 0; i < 16; i++) given = given || world[i] != 0;
     for (i = 0; i < 16 && !given; i += 5) object.world[i] = 1;
-    memcpy(object.clip, r->clip, sizeof object.clip);
+    memcpy(object.clip, r->world_to_clip, sizeof object.clip);
     return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
 }
 
@@ -3081,8 +3081,8 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
         return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
         return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
-    if (d->mesh && d->source && f.frames > 1)
-        return glbk__refuse_value(ctx, bad, function, "desc.field->frames", f.frames,
+    if (d->mesh && d->source && f.frame_count > 1)
+        return glbk__refuse_value(ctx, bad, function, "desc.field->frame_count", f.frame_count,
                                   "0 or 1 with a mesh: other frames are drawn by draw_fn");
     b->side = f.cube_side ? f.cube_side : haar ? 32 : 16;
     b->bands = haar ? 0 : f.bands ? f.bands : 4;

@@ -236,7 +236,7 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
              "\"pixel_end\": %u, "
              "\"center\": [%.9g, %.9g, %.9g], \"radius\": %.9g}",
              (unsigned long)size, (unsigned long)i.bytes, (unsigned)i.side[0], (unsigned)i.map_count,
-             (unsigned)i.map_side, layers[i.layers], orders[i.order], (unsigned long long)i.segments, i.ratio,
+             (unsigned)i.map_side, layers[i.layers], orders[i.order], (unsigned long long)i.segment_count, i.ratio,
              (unsigned)i.pixel_begin, (unsigned)i.pixel_end, (double)i.center[0], (double)i.center[1],
              (double)i.center[2], (double)i.radius);
     return 0;

@@ -15,7 +15,7 @@ static const rd_key keys[] = {
     { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: that of render; 0: the vertices, in their order" },
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
-    { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },
+    { "shell_count", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's face; 0: 16, with wavelets 32" },
     { "cube_side", RD_WORD, "0|4|8|16|32|64", 0, 0, "0", "texels a side of a cube's face; 0: 16, with wavelets 32" },
     { "spacing", RD_WORD, "geometric|uniform", 0, 0, "geometric", "of the shells" },
@@ -49,7 +49,7 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     memset(&d, 0, sizeof d);
     d.basis = rd_setting_is(settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     d.bands = (uint32_t)rd_setting_integer(settings, "bands");
-    d.shells = (uint32_t)rd_setting_integer(settings, "shells");
+    d.shell_count = (uint32_t)rd_setting_integer(settings, "shell_count");
     d.position_side = (uint32_t)rd_setting_integer(settings, "position_side");
     d.cube_side = (uint32_t)rd_setting_integer(settings, "cube_side");
     d.spacing = rd_setting_is(settings, "spacing", "uniform") ? SFIELD_SPACING_UNIFORM : SFIELD_SPACING_GEOMETRIC;
@@ -70,7 +70,7 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
 
 static uint32_t shells_of(const sfield_desc *d)
 {
-    return d->shells ? d->shells : d->basis == SFIELD_BASIS_HAAR ? 32 : 16;
+    return d->shell_count ? d->shell_count : d->basis == SFIELD_BASIS_HAAR ? 32 : 16;
 }
 
 static uint32_t units_of(const rd_settings *settings)
@@ -189,12 +189,12 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
     snprintf(
         line, room,
         "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"kind\": \"%s\", \"basis\": \"%s\", \"bands\": %u, "
-        "\"cube_side\": %u, \"shells\": %u, \"position_side\": %u, \"samples\": %lu, \"coefficients\": %llu, "
-        "\"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
+        "\"cube_side\": %u, \"shell_count\": %u, \"position_side\": %u, \"sample_count\": %lu, "
+        "\"coefficient_count\": %llu, \"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
         "\"radius\": %.9g}",
         (unsigned long)size, kinds[i.kind], i.basis == SFIELD_BASIS_HAAR ? "haar" : "sh", (unsigned)i.bands,
-        (unsigned)i.cube_side, (unsigned)i.shells, (unsigned)i.position_side, (unsigned long)i.samples,
-        (unsigned long long)i.coefficients, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
+        (unsigned)i.cube_side, (unsigned)i.shell_count, (unsigned)i.position_side, (unsigned long)i.sample_count,
+        (unsigned long long)i.coefficient_count, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
         (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
     return 0;
 }

@@ -192,25 +192,25 @@ static cohsm_result shade_light(const frame_work *w, scratch *s, uint32_t number
     size_t asked;
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = light->is_delta ? 1 : (uint32_t)(w->job->samples / w->state->area_count);
-    desc.samples = desc.samples ? desc.samples : 1;
+    desc.sample_count = light->is_delta ? 1 : (uint32_t)(w->job->samples / w->state->area_count);
+    desc.sample_count = desc.sample_count ? desc.sample_count : 1;
     desc.seed = number;
     desc.frame = w->job->seed;       /* frame i has seed + i: it goes on where frame i - 1 stopped */
     points.count = count;
     points.positions = s->position;
     points.normals = s->normal;
-    points.views = s->view;
+    points.to_eye = s->view;
     points.materials = s->material;
     points.material_stride = sizeof *s->material;
     points.pixels = s->pixel;
     result = (cohsm_result)lsamp_sample(&desc, light->emitter, &points, &out, NULL);     /* the same numbers */
     if (result != COHSM_OK)
         return result;
-    asked = gather_questions(w, s, light, pixels, count, desc.samples);
+    asked = gather_questions(w, s, light, pixels, count, desc.sample_count);
     result = ask(w, s, light, asked, (uint32_t)batch * 0x9e3779b9u + w->job->seed * 0x85ebca6bu + number);
     if (result != COHSM_OK)
         return result;
-    return (cohsm_result)lsamp_accumulate(count, desc.samples, s->weight, s->visible, s->radiance, 0);
+    return (cohsm_result)lsamp_accumulate(count, desc.sample_count, s->weight, s->visible, s->radiance, 0);
 }
 
 /* Worker i takes batches i, i + workers, ...: what is in a batch does not depend on the number of workers. */
@@ -422,7 +422,7 @@ static void add_totals(totals *t, const cs_casters *c)
         cohsm_get_info(c->maps[i], &info);
         t->blocks++;
         t->maps += info.map_count;
-        t->segments += info.segments;
+        t->segments += info.segment_count;
         t->bytes += info.bytes;
         t->raw += info.ratio * (double)info.bytes;
     }

@@ -122,7 +122,7 @@ static int upload_lights(cs_gl *g, const cs_state *state, const rd_job *job, cha
         g->uses[i].kind = lights[i].kind;
         g->uses[i].maps = &g->maps[light->casters == &light->own ? i + 1 : 0];
         g->uses[i].ask = light->ask;
-        g->uses[i].samples = samples ? samples : 1;
+        g->uses[i].sample_count = samples ? samples : 1;
         g->uses[i].seed = i;
     }
     for (size_t i = 0; corners && i < n; i++)
@@ -154,7 +154,7 @@ static void describe_pixel(const cs_state *state, const ex_pixel *p, const uint3
         return;
     memcpy(out->position, p->position, sizeof out->position);
     memcpy(out->normal, p->normal, sizeof out->normal);
-    memcpy(out->geometric, p->geometric, sizeof out->geometric);
+    memcpy(out->geometric_normal, p->geometric, sizeof out->geometric_normal);
     out->material.kind = state->full ? LSAMP_MATERIAL_METAL_ROUGH : LSAMP_MATERIAL_LAMBERT;
     for (int k = 0; k < 3; k++)
         out->material.diffuse[k] = fminf(p->albedo[k], 1);

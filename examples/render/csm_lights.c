@@ -161,7 +161,7 @@ static int add_emissive(cs_state *state, const rd_job *job, const rd_emitter *gr
         light->is_mesh = 1;
         desc.kind = LSAMP_LIGHT_MESH;
         desc.mesh = &mesh;
-        desc.places = state->options.light_side * state->options.light_side;
+        desc.place_count = state->options.light_side * state->options.light_side;
         desc.radius = clearance(job);
     }
     result = make_emitter(state, light, &desc, error);

@@ -287,7 +287,7 @@ static void read_query(es_state *s, const rd_job *job)
     int filter = place_of(filter_words, rd_setting_text(job->settings, "filter"));
     memset(&s->query, 0, sizeof s->query);
     s->query.extent_scale = 1;
-    s->query.taps = job->samples;
+    s->query.tap_count = job->samples;
     s->query.filter = filter ? (envsh_filter)(ENVSH_FILTER_PLAIN + filter - 1)
                              : job->samples > 1 ? ENVSH_FILTER_PENUMBRA : ENVSH_FILTER_PLAIN;
     if (!rd_setting_is(job->settings, "radius", "auto"))
@@ -387,7 +387,7 @@ static void report_envshadow(const void *opaque, rd_report *report)
     rd_json_text(report->json, "filter", filters[s->query.filter - ENVSH_FILTER_PLAIN]);
     rd_json_integer(report->json, "atlas_width", s->atlas.width);
     rd_json_integer(report->json, "atlas_height", s->atlas.height);
-    rd_json_integer(report->json, "atlas_pages", s->atlas.pages);
+    rd_json_integer(report->json, "atlas_pages", s->atlas.page_count);
     rd_json_integer(report->json, "bad_texels", s->stats.bad_texels);
     rd_json_number(report->json, "lights_ms", s->lights_ms);
     rd_json_number(report->json, "shadow_ms", s->maps_ms);

@@ -115,7 +115,7 @@ static glbk_result upload_pixels(es_gl *g, const ex_gbuffer *b)
                 continue;
             memcpy(to->position, from->position, sizeof to->position);
             memcpy(to->normal, from->normal, sizeof to->normal);
-            memcpy(to->geometric, from->geometric, sizeof to->geometric);
+            memcpy(to->geometric_normal, from->geometric, sizeof to->geometric_normal);
         }
         result = glbk_gbuffer_upload(g->gl, &g->seen, y, 1, row);
     }

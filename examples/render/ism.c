@@ -103,9 +103,9 @@ static ism_shading make_shading(const rd_job *job)
     s.bias = s.bias > 0 ? s.bias : -1;       /* 0 is none here, the default there */
     s.cull = rd_setting_integer(job->settings, "cull");
     s.no_maps = rd_setting_integer(job->settings, "no_maps");
-    s.pattern = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpl_count"));
+    s.interleave = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpl_count"));
     if (job->gbuffer->height < 2)
-        s.pattern = 1;
+        s.interleave = 1;
     return s;
 }
 
@@ -357,7 +357,7 @@ static void report_ism(const void *state, rd_report *report)
     }
     rd_json_integer(json, "vpls", s->stats.vpls);
     rd_json_integer(json, "surfels", s->stats.surfels);
-    rd_json_integer(json, "pattern", s->shading.pattern);
+    rd_json_integer(json, "interleave", s->shading.interleave);
     rd_json_integer(json, "bounces", (uint64_t)(s->indirect ? s->bounces : 0));
     rd_json_integer(json, "renewed", s->stats.renewed);
     rd_json_integer(json, "jumped", s->stats.jumped);

@@ -96,7 +96,7 @@ int im_gl_view(im_gl *g, const ex_gbuffer *b, char *error)
             const ex_pixel *from = &b->pixels[(size_t)y * b->width + x];
             memcpy(row[x].position, from->position, sizeof row[x].position);
             memcpy(row[x].normal, from->normal, sizeof row[x].normal);
-            memcpy(row[x].geometric, from->geometric, sizeof row[x].geometric);
+            memcpy(row[x].geometric_normal, from->geometric, sizeof row[x].geometric_normal);
         }
         result = glbk_gbuffer_upload(g->gl, &g->seen, y, 1, row);
     }

@@ -161,9 +161,9 @@ void im_view(ism_points *out, const rd_job *job)
     out->normals = first->normal;
     out->geometric_normals = first->geometric;
     out->albedos = first->albedo;
-    out->position_stride = out->normal_stride = out->geometric_stride = out->albedo_stride = sizeof *first;
+    out->position_stride = out->normal_stride = out->geometric_normal_stride = out->albedo_stride = sizeof *first;
     out->width = job->gbuffer->width;
     out->count = (size_t)job->gbuffer->width * job->gbuffer->height;
-    camera_matrix(out->matrix, job->scene, (double)job->gbuffer->width / job->gbuffer->height);
+    camera_matrix(out->world_to_clip, job->scene, (double)job->gbuffer->width / job->gbuffer->height);
     out->rows = ISM_ROWS_TOP_FIRST;
 }

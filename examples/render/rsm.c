@@ -104,7 +104,7 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
         m->surface_fn = surface_color;
         m->user = &(*surfaces)[i];
         m->has_holes = holes;
-        m->taps = scene->texture_count ? 4 : 1;
+        m->tap_side = scene->texture_count ? 4 : 1;
     }
     return meshes;
 }
@@ -251,7 +251,7 @@ static gifilt_result filter(rs_state *state, const rd_job *job, const rsm_points
     size.width = job->gbuffer->width;
     size.height = job->gbuffer->height;
     rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
-    frame.view_projection = matrix;
+    frame.world_to_clip = matrix;
     frame.rows = GIFILT_ROWS_TOP_FIRST;
     frame.passes = state->passes ? (int)state->passes : -1;
     frame.history = state->history;
@@ -294,7 +294,7 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     double start = ex_seconds(), maps_done, direct_done;
     state->system.user = job->pool;
     state->gather.system = state->shadow.system = state->system;
-    state->gather.samples = job->samples;
+    state->gather.sample_count = job->samples;
     state->gather.seed = job->seed;
     if (job->gl) {
         if (read_pixels(state, job, error) != 0 || rs_gl_frame(state, job, error) != 0)
@@ -379,13 +379,13 @@ static void read_settings(rs_state *state, const rd_job *job)
         g->noise = state->noise;
         g->noise_side = 64;
     }
-    state->shadow.taps = (uint32_t)rd_setting_integer(s, "taps");
+    state->shadow.tap_side = (uint32_t)rd_setting_integer(s, "tap_side");
     state->shadow.bias = none_of_zero(rd_setting_number(s, "bias"));
     state->shadow.slope_bias = none_of_zero(rd_setting_number(s, "slope_bias"));
     state->interpolation.step = (uint32_t)rd_setting_integer(s, "step");
-    state->interpolation.levels = (uint32_t)rd_setting_integer(s, "levels");
+    state->interpolation.level_count = (uint32_t)rd_setting_integer(s, "level_count");
     state->interpolation.contrast = (float)rd_setting_number(s, "contrast");
-    state->interpolation.reach = (float)rd_setting_number(s, "reach");
+    state->interpolation.light_share = (float)rd_setting_number(s, "light_share");
     state->passes = (uint32_t)rd_setting_integer(s, "passes");
     state->history = (uint32_t)rd_setting_integer(s, "history");
 }
@@ -476,10 +476,10 @@ static const rd_key keys[] = {
     { "passes", RD_INTEGER, NULL, 0, 6, "2", "of the filter, denoised" },
     { "history", RD_INTEGER, NULL, 1, 1000, "8", "frames that the filter remembers, denoised" },
     { "step", RD_WORD, "2|4|8|16|32|64", 0, 0, "8", "first grid of interpolation" },
-    { "levels", RD_INTEGER, NULL, 0, 6, "0", "grids of interpolation; 0: all, 1: the paper" },
+    { "level_count", RD_INTEGER, NULL, 0, 6, "0", "grids of interpolation; 0: all, 1: the paper" },
     { "contrast", RD_NUMBER, NULL, -1, 1e6, "0", "that refines the grid; 0: 0.25, negative: not asked" },
-    { "reach", RD_NUMBER, NULL, -1, 1e6, "0", "of samples, by the nearest light; 0: 0.25, negative: not asked" },
-    { "taps", RD_INTEGER, NULL, 1, 15, "2", "taps x taps of direct light's shadows" },
+    { "light_share", RD_NUMBER, NULL, -1, 1e6, "0", "of samples, by the nearest light; 0: 0.25, negative: not asked" },
+    { "tap_side", RD_INTEGER, NULL, 1, 15, "2", "tap_side x tap_side texels of direct light's shadows" },
     { "bias", RD_NUMBER, NULL, 0, 1000, "0.5", "of direct light, in texels" },
     { "slope_bias", RD_NUMBER, NULL, 0, 1000, "1", "the same, for each unit of slope" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }

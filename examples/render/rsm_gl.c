@@ -339,7 +339,7 @@ static glbk_result denoise(rs_state *state, const rd_job *job)
     float matrix[16];
     memset(&d, 0, sizeof d);
     rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
-    d.view_projection = matrix;
+    d.world_to_clip = matrix;
     d.rows = GIFILT_ROWS_TOP_FIRST;
     d.passes = state->passes ? (int)state->passes : -1;
     d.history = state->history;

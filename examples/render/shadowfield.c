@@ -63,12 +63,13 @@ static int out_of_memory(char *error)
 static sfield_desc desc_of(const rd_job *job, sfield_basis basis)
 {
     sfield_desc d;
-    int side = rd_setting_integer(job->settings, "position_side"), shells = rd_setting_integer(job->settings, "shells");
+    int side = rd_setting_integer(job->settings, "position_side");
+    int shells = rd_setting_integer(job->settings, "shell_count");
     memset(&d, 0, sizeof d);
     d.basis = basis;
     d.bands = basis == SFIELD_BASIS_HAAR ? 0 : (uint32_t)rd_setting_integer(job->settings, "bands");
     d.position_side = (uint32_t)side;
-    d.shells = (uint32_t)shells;
+    d.shell_count = (uint32_t)shells;
     d.keep = (float)rd_setting_number(job->settings, "keep");
     ex_pool_label(job->pool, "shadowfield");
     d.system.parallel_for = ex_pool_run;
@@ -272,12 +273,12 @@ static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, c
 {
     const ex_mesh *m = &job->scene->meshes[job->scene->objects[s->light_object[j]].mesh];
     const int side = rd_setting_integer(job->settings, "source_position_side");
-    const int shells = rd_setting_integer(job->settings, "source_shells");
+    const int shells = rd_setting_integer(job->settings, "source_shell_count");
     sfield_desc d = desc_of(job, s->basis);
     sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
     sfield_field *field;
     d.position_side = side ? (uint32_t)side : d.position_side;
-    d.shells = shells ? (uint32_t)shells : d.shells;
+    d.shell_count = shells ? (uint32_t)shells : d.shell_count;
     field = sf_baked_source(&s->baked, m, glow);
     if (!field && build_field(job, &d, &mesh, glow->radiance, &field, NULL, error) != 0) {
         sf_glow_free(glow);
@@ -620,7 +621,7 @@ static void add_flat(sf_state *s, const rd_job *job, flat *f, uint32_t entity, s
     set->entity = entity == UINT32_MAX ? 0 : entity + 1;
     set->rgb = f->rgb + 3 * at;
     set->gloss = s->full ? f->gloss + 3 * at : NULL;
-    set->views = f->views + 3 * at;
+    set->to_eye = f->views + 3 * at;
     set->exponents = s->full ? f->exponents + at : NULL;
     set->exponent_stride = sizeof(float);
     s->points += count;
@@ -681,7 +682,7 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         set->self = surface->self;
         set->rgb = s->rgb[i];
         set->gloss = s->full ? s->gloss[i] : NULL;
-        set->views = views[i];
+        set->to_eye = views[i];
         set->exponents = s->full ? surface->chosen_exponent : NULL;
         set->exponent_stride = sizeof(float);
         s->points += set++->count;
@@ -914,10 +915,10 @@ static void report_shadowfield(const void *opaque, rd_report *report)
 static const rd_key keys[] = {
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics, or wavelets for all frequencies" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
-    { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
+    { "shell_count", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
     { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
-    { "source_shells", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shells" },
+    { "source_shell_count", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shell_count" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },

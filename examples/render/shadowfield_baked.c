@@ -30,7 +30,7 @@ static int open_file(const char *path, const rd_job *job, sfield_basis basis, sf
     if (r != SFIELD_OK)
         return failed(path, sfield_result_text(r), error);
     sfield_get_info(*out, &info);
-    if (info.basis == basis && !info.logarithm && !info.shard_end && info.frames == 1 &&
+    if (info.basis == basis && !info.logarithm && !info.shard_end && info.frame_count == 1 &&
         (basis != SFIELD_BASIS_SH || info.bands == (uint32_t)rd_setting_integer(job->settings, "bands")))
         return 0;
     return failed(path, "not a whole field of this basis and these bands", error);
@@ -128,7 +128,7 @@ static int shines_so(const sfield_field *field, const sfield_info *info, const e
     desc.basis = info->basis;
     desc.bands = info->bands;
     desc.cube_side = info->cube_side;
-    desc.shells = desc.position_side = 2;
+    desc.shell_count = desc.position_side = 2;
     desc.inner = info->inner;
     desc.outer = info->outer;
     desc.spacing = info->spacing;
@@ -158,7 +158,7 @@ static int sees_so(const sfield_field *field, const sfield_info *info, const sfi
     sfield_desc d = *from;
     sfield_field *some = NULL;
     int same = 0;
-    if (info->samples != s->chosen_count || info->cube_side != (info->basis == SFIELD_BASIS_SH ? 16u : 32u))
+    if (info->sample_count != s->chosen_count || info->cube_side != (info->basis == SFIELD_BASIS_SH ? 16u : 32u))
         return 0;
     values = malloc(2 * ASKED * vector * sizeof *values);
     for (size_t i = 0; values && i < ASKED; i++) {

@@ -33,7 +33,7 @@ static void start_coarse(vw_show *s)
     static const char *const start[][2] = {
         { "csm", "side=64" }, { "csm", "map_side=64" }, { "csm", "order=hilbert" },
         { "shadowfield", "position_side=6" }, { "shadowfield", "source_position_side=4" },
-        { "shadowfield", "source_shells=8" }, { "shadowfield", "point_spacing=0.05" }
+        { "shadowfield", "source_shell_count=8" }, { "shadowfield", "point_spacing=0.05" }
     };
     s->change_count = 0;               /* another technique has other keys */
     for (size_t i = 0; s->technique && i < sizeof start / sizeof start[0]; i++)

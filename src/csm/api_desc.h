@@ -18,7 +18,7 @@ typedef enum cohsm_domain_kind {    /* where the maps look from: a mapping D of 
                                        centres in `locations` */
     COHSM_DOMAIN_LIST,              /* d = 0: any set of locations, such as virtual lights, which queries name
                                        by index; PCF takes no mean over locations */
-    COHSM_DOMAIN_KIND_COUNT
+    COHSM_DOMAIN_COUNT
 } cohsm_domain_kind;
 
 typedef enum cohsm_layers {         /* how far behind the first hit a stored depth may lie, which makes blocks

@@ -102,7 +102,7 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
         cohsm__log_text(log, "desc.system.allocator", "has one function of the two");
         return COHSM_ERR_DESC;
     }
-    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT)
+    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_COUNT)
         return cohsm__refuse_value(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
         return cohsm__refuse_value(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");

@@ -33,7 +33,7 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     memcpy(out->center, h->center, sizeof out->center);
     out->radius = h->radius;
     out->depth_far = h->depth_far;
-    out->segments = (uint64_t)h->segments_high << 32 | h->segments_low;
+    out->segment_count = (uint64_t)h->segments_high << 32 | h->segments_low;
     out->bytes = 4 * (size_t)h->words;
     out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     out->fast_bytes = m->trays.bytes;

@@ -7,7 +7,7 @@ static int cohsm__header_sound(const cohsm__header *h)
     uint32_t order;
     size_t i;
 
-    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_KIND_COUNT || h->layers == 0 ||
+    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_COUNT || h->layers == 0 ||
         h->layers >= COHSM_LAYERS_COUNT || h->order == 0 || h->order >= COHSM_ORDER_COUNT ||
         h->orientation == 0 || h->orientation >= COHSM_ORIENTATION_COUNT)
         return 0;

@@ -173,8 +173,9 @@ struct envsh_maps_desc {            /* zero it, then set what you care about */
     int      rgba;                  /* not 0: four tiles share texels, each in a channel of its own */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
     envsh_rows       rows;          /* which row comes first in the textures that your GPU renders by
-                                       envsh_view.clip */
-    envsh_clip_depth clip_depth;    /* the depth that envsh_view.clip makes, and that envsh_maps_set takes */
+                                       envsh_view.world_to_clip */
+    envsh_clip_depth clip_depth;    /* the depth that envsh_view.world_to_clip makes, and that
+                                       envsh_maps_set takes */
 };
 
 typedef enum envsh_filter {         /* which texels of a map answer for a point */
@@ -191,7 +192,7 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
 
 struct envsh_query {                /* zero it, then set what you care about */
     envsh_filter filter;
-    uint32_t     taps;              /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
+    uint32_t     tap_count;         /* of PCF and PENUMBRA, 1..ENVSH_MAX_TAPS; 0 = 16 */
     float        radius;            /* texels. SMOOTH: 0.5..8, 0 = 2; PCF: up to 32, 0 = 2, negative = none;
                                        PENUMBRA: the largest half axis, up to 64, 0 = 12, negative = none */
     float        bias;              /* texels, up to 1e6, by which a point is moved along its geometric normal
@@ -236,7 +237,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
 /* ---- maps for and from your own renderer ---- */
 
 typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
-    float    clip[16];              /* world to clip space of the tile's viewport */
+    float    world_to_clip[16];     /* world to clip space of the tile's viewport */
     float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
                                        tile's corner, and to depth */
     float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
@@ -251,11 +252,11 @@ typedef struct envsh_view {         /* one light's shadow map, for a renderer or
 
 typedef struct envsh_info {         /* the atlas */
     uint32_t width, height;         /* texels of a page */
-    uint32_t pages;
-    uint32_t channels;              /* 1, or 4 with rgba */
+    uint32_t page_count;
+    uint32_t channel_count;         /* 1, or 4 with rgba */
     uint32_t map_side, guard, capacity;
-    float   *depth;                 /* channels floats a texel, row by row, page by page: 0 near .. 1 far.
-                                       NULL with no_depth */
+    float   *depth;                 /* channel_count floats a texel, row by row, page by page: 0 near .. 1
+                                       far. NULL with no_depth */
     size_t   bytes;                 /* of memory that the maps keep */
 } envsh_info;
 

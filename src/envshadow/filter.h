@@ -104,7 +104,7 @@ static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver 
 static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r, const float *a,
                                 const float *b, float c, float s)
 {
-    uint32_t i, n = l->query->taps, lit = 0;
+    uint32_t i, n = l->query->tap_count, lit = 0;
     for (i = 0; i < n; i++) {
         float u = l->disc[2 * i] * c - l->disc[2 * i + 1] * s;
         float v = l->disc[2 * i] * s + l->disc[2 * i + 1] * c;
@@ -168,7 +168,7 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
     envsh__make_kernel(l, r->z, a, b);
     known = envsh__decide_by_cells(l, r, fabsf(a[0]) + fabsf(b[0]), fabsf(a[1]) + fabsf(b[1]));
     if (known >= 0) return (float)known;
-    for (i = 0; i < q->taps; i++) {
+    for (i = 0; i < q->tap_count; i++) {
         float u = l->disc[2 * i] * c - l->disc[2 * i + 1] * s;
         float v = l->disc[2 * i] * s + l->disc[2 * i + 1] * c;
         x = envsh__texel_index(r->x + u * a[0] + v * b[0]);
@@ -267,7 +267,7 @@ static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q,
     if (!(q->bias <= 1e6f))
         return envsh__refuse(log, "query.bias", (double)q->bias, "at most 1e6 texels", bad);
     q->bias = envsh__or_default(q->bias, 1.0f);
-    if (!q->taps) q->taps = 16;
+    if (!q->tap_count) q->tap_count = 16;
     if (q->filter == ENVSH_FILTER_PLAIN) return ENVSH_OK;
     envsh__radius_range(q->filter, &least, &most);
     if (!(q->radius <= most) || (q->radius < least && q->filter == ENVSH_FILTER_SMOOTH && q->radius != 0.0f))
@@ -276,7 +276,8 @@ static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q,
                                     : 0], bad);
     q->radius = envsh__or_default(q->radius, q->filter == ENVSH_FILTER_PENUMBRA ? 12.0f : 2.0f);
     if (q->filter == ENVSH_FILTER_SMOOTH) return ENVSH_OK;
-    if (q->taps > ENVSH_MAX_TAPS) return envsh__refuse(log, "query.taps", q->taps, "0 (= 16) or 1..64", bad);
+    if (q->tap_count > ENVSH_MAX_TAPS)
+        return envsh__refuse(log, "query.tap_count", q->tap_count, "0 (= 16) or 1..64", bad);
     if (!(q->extent_scale <= 1e6f))
         return envsh__refuse(log, "query.extent_scale", (double)q->extent_scale, "at most 1e6", bad);
     q->extent_scale = envsh__or_default(q->extent_scale, 1.0f);

@@ -39,10 +39,10 @@ static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
     if (m->clip_depth == ENVSH_CLIP_DEPTH_ZERO_TO_ONE) z = 1.0f, less = 0.0f;
     if (m->clip_depth == ENVSH_CLIP_DEPTH_REVERSED) z = -1.0f, less = -1.0f;
     for (c = 0; c < 4; c++) {
-        v->clip[4 * c] = v->lookup[c] * s - (c == 3 ? 1.0f : 0.0f);
-        v->clip[4 * c + 1] = flip * (v->lookup[4 + c] * s - (c == 3 ? 1.0f : 0.0f));
-        v->clip[4 * c + 2] = v->lookup[8 + c] * z - (c == 3 ? less : 0.0f);
-        v->clip[4 * c + 3] = c == 3 ? 1.0f : 0.0f;
+        v->world_to_clip[4 * c] = v->lookup[c] * s - (c == 3 ? 1.0f : 0.0f);
+        v->world_to_clip[4 * c + 1] = flip * (v->lookup[4 + c] * s - (c == 3 ? 1.0f : 0.0f));
+        v->world_to_clip[4 * c + 2] = v->lookup[8 + c] * z - (c == 3 ? less : 0.0f);
+        v->world_to_clip[4 * c + 3] = c == 3 ? 1.0f : 0.0f;
     }
 }
 

@@ -157,8 +157,8 @@ ENVSH_DEF void envsh_get_info(const envsh_maps *m, envsh_info *out)
     if (!m || !out) return;
     out->width = m->across * m->map_side;
     out->height = m->down * m->map_side;
-    out->pages = m->pages;
-    out->channels = m->channels;
+    out->page_count = m->pages;
+    out->channel_count = m->channels;
     out->map_side = m->map_side;
     out->guard = m->guard;
     out->capacity = m->capacity;

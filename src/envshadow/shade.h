@@ -119,7 +119,7 @@ static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q
     s.points = points;
     s.out = out;
     s.only = only;
-    envsh__fill_disc(s.disc, q->taps <= ENVSH_MAX_TAPS ? q->taps : 1);
+    envsh__fill_disc(s.disc, q->tap_count <= ENVSH_MAX_TAPS ? q->tap_count : 1);
     return envsh__run_steps(m, batches, envsh__shade_task, &s);
 }
 
@@ -175,7 +175,7 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query 
     n = envsh__v3_load(geometric_normal);
     if (!envsh__is_unit(n)) return 0.0f;
     memset(&l, 0, sizeof l);
-    envsh__fill_disc(disc, q.taps <= ENVSH_MAX_TAPS ? q.taps : 1);
+    envsh__fill_disc(disc, q.tap_count <= ENVSH_MAX_TAPS ? q.tap_count : 1);
     l.view = tile->view;
     l.tile = tile->depth;
     l.row = tile->row_stride / 4;

@@ -60,13 +60,13 @@ typedef enum gifilt_rows {          /* which row of a picture in memory comes fi
 } gifilt_rows;
 
 typedef struct gifilt_frame {       /* the camera and the settings of one frame */
-    const float *view_projection;   /* the camera's matrix of this frame, world to clip, 16 floats,
+    const float *world_to_clip;     /* the camera's matrix of this frame, world to clip, 16 floats,
                                        column-major. The next frame finds its surfaces in this one by the
                                        matrix. NULL: the camera is unknown, so that neither this frame nor the
                                        next one has a history */
     const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
                                        that frame's pixels, centres at 0.5, rows counted as they lie in
-                                       memory. NULL: view_projection alone says so */
+                                       memory. NULL: world_to_clip alone says so */
     gifilt_rows  rows;              /* of the pictures */
     uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
                                        variance of the noise falls to 1 / history; if it moves, the picture

@@ -129,7 +129,7 @@ static inline int gifilt__filter_recall(gifilt__filter_run *r)
     const gifilt_frame *d = r->frame;
     size_t y;
     r->history = d->history ? d->history : 8;
-    r->recalls = r->history > 1 && (d->motion || (d->view_projection && f->has_matrix));
+    r->recalls = r->history > 1 && (d->motion || (d->world_to_clip && f->has_matrix));
     r->limits[0] = d->normal_cosine > 0.0f ? d->normal_cosine : 0.9f;
     r->limits[1] = 1.0f / (1.0f - r->limits[0]);
     r->limits[2] = d->plane_slope > 0.0f ? d->plane_slope * d->plane_slope : 0.1f * 0.1f;
@@ -150,8 +150,8 @@ static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
     swap = f->history;
     f->history = f->next;
     f->next = swap;
-    f->has_matrix = d->view_projection != NULL;
-    if (d->view_projection) memcpy(f->matrix, d->view_projection, sizeof f->matrix);
+    f->has_matrix = d->world_to_clip != NULL;
+    if (d->world_to_clip) memcpy(f->matrix, d->world_to_clip, sizeof f->matrix);
     return 1;
 }
 
@@ -165,9 +165,9 @@ static inline int gifilt__frame_valid(const gifilt__logger *log, const gifilt_fr
     if (!gifilt__within(log, "normal_cosine", (double)d->normal_cosine, 0, 0.99999994, "0 or more, below 1"))
         return 0;
     if (!gifilt__within(log, "plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
-    for (i = 0; i < 16 && d->view_projection; i++)
-        if (!gifilt__finite(d->view_projection[i])) {
-            gifilt__log_element(log, "view_projection", (uint64_t)i, "is", (double)d->view_projection[i],
+    for (i = 0; i < 16 && d->world_to_clip; i++)
+        if (!gifilt__finite(d->world_to_clip[i])) {
+            gifilt__log_element(log, "world_to_clip", (uint64_t)i, "is", (double)d->world_to_clip[i],
                                 "finite");
             return 0;
         }

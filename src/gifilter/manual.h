@@ -46,7 +46,7 @@
            points.count = W * H;
            points.positions = positions;
            points.normals = normals;
-           settings.view_projection = world_to_clip;
+           settings.world_to_clip = world_to_clip;
            size.width = W;
            size.height = H;
            if (gifilt_create(&size, &filter) != GIFILT_OK) return 1;

@@ -231,14 +231,14 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t
 typedef struct glbk_csm_renderer_desc {
     uint32_t width;             /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
     uint32_t height;
-    uint32_t lobes;             /* the most lobes of a material, 1..8; 0 = 1 */
+    uint32_t lobe_count;        /* the most lobes of a material, 1..8; 0 = 1 */
     int      patterns;          /* not 0: lights are sampled by patterns, which their table must have */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
     glbk_csm_programs shade;            /* private */
     glbk_program resolve;               /* private */
-    uint32_t     lobes;                 /* of the desc, like patterns, width and height */
+    uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
     uint32_t     patterns;
     uint32_t     width;
     uint32_t     height;
@@ -267,7 +267,7 @@ typedef struct glbk_csm_use {           /* a light in a frame */
     lsamp_light_kind     kind;          /* of that light */
     const glbk_csm_maps *maps;          /* the maps that its samples ask */
     cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
-    uint32_t             samples;       /* S, samples a pixel and frame, 1..65536 */
+    uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
     uint32_t             seed;          /* of its random numbers; give each light another one */
 } glbk_csm_use;
 

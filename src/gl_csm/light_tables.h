@@ -48,7 +48,7 @@ typedef struct glbk__csm_film {
 
 static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
 {
-    const uint32_t frames = d->frames ? d->frames : 1;
+    const uint32_t frames = d->frame_count ? d->frame_count : 1;
     const size_t count = 3 * (size_t)d->width * d->height;
     double t = (double)d->time * (d->frames_per_second > 0 ? (double)d->frames_per_second : 30.0);
     glbk__csm_film film;

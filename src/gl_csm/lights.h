@@ -133,14 +133,14 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
 {
     const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||
                      d->kind == LSAMP_LIGHT_SPOT || d->kind == LSAMP_LIGHT_MESH;
-    if (!d->texels && (d->width || d->height || d->frames > 1))
+    if (!d->texels && (d->width || d->height || d->frame_count > 1))
         return glbk__csm_refuse(log, ".texels", "is NULL, but there are a size or frames");
     if (!d->texels) return 1;
     if (hard) return glbk__csm_refuse(log, ".texels", "are not for this kind of light");
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frames", d->frames, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".frames", d->frame_count, 0, 16777216, "0..2^24") &&
            glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 

@@ -14,7 +14,7 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *functi
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
     defines[8] = (char)('0' + ask);
     defines[21] = (char)('0' + filter);
-    defines[35] = (char)('0' + r->lobes);
+    defines[35] = (char)('0' + r->lobe_count);
     if (shape < 10) {
         defines[47] = (char)('0' + shape);
         defines[48] = ' ';
@@ -56,12 +56,13 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
-    if (d->lobes > LSAMP_MAX_LOBES)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
+    if (d->lobe_count > LSAMP_MAX_LOBES)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobe_count", d->lobe_count, 0,
+                                 LSAMP_MAX_LOBES);
     out->width = d->width;
     out->height = d->height;
     out->compute = ctx->compute;
-    out->lobes = d->lobes ? d->lobes : 1;
+    out->lobe_count = d->lobe_count ? d->lobe_count : 1;
     out->patterns = d->patterns != 0;
     result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
@@ -96,11 +97,11 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
         !glbk__csm_kind_valid(&log, u->kind) ||
-        !glbk__csm_in(&log, ".samples", u->samples, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".samples", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
         return GLBK_ERR_DESC;
-    if (r->patterns && !glbk__csm_in(&log, ".samples", u->samples, d->lights->pattern_length,
+    if (r->patterns && !glbk__csm_in(&log, ".samples", u->sample_count, d->lights->pattern_length,
                                      d->lights->pattern_length, "the length of the patterns"))
         return GLBK_ERR_MISMATCH;
     return GLBK_OK;
@@ -225,12 +226,12 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
-        frame.sample_count = u->samples;
+        frame.sample_count = u->sample_count;
         frame.seed = u->seed;
         frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
-        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.end) {
+        for (from = 0; from < u->sample_count && result == GLBK_OK; from = frame.end) {
             frame.first = from;
-            frame.end = u->samples - from < step ? u->samples : from + step;
+            frame.end = u->sample_count - from < step ? u->sample_count : from + step;
             frame.adds = r->passes != 0;
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }

@@ -169,7 +169,8 @@ static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *vie
     int c, best = 0;
     for (c = 1; c < 3; c++)
         if (fabsf(lookup[c]) > fabsf(lookup[best])) best = c;
-    return fabsf(view->clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <= 1e-3f * fabsf(lookup[best]);
+    return fabsf(view->world_to_clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <=
+           1e-3f * fabsf(lookup[best]);
 }
 
 /* Writes the eight texels of a light, which docs/gpu-layouts.md lists. */

@@ -49,8 +49,8 @@ typedef struct glbk_gbuffer {       /* read only; zeroed = none */
     glbk_attributes attributes;     /* those of the desc, defaults resolved */
     int             own_depth;      /* private: depth is freed with the G-buffer */
     int             has_depth;      /* not 0: depth holds that of this frame, 0..1, the smaller the nearer */
-    int             has_clip;       /* not 0: clip and eye are those of this frame */
-    float           clip[16];       /* world to clip space, whose depth is -1..1 */
+    int             has_clip;       /* not 0: world_to_clip and eye are those of this frame */
+    float           world_to_clip[16];  /* world to clip space, whose depth is -1..1 */
     float           eye[3];         /* world */
     glbk_program    draw_program;   /* private, like all that follows; compiled when it is first used */
     glbk_program    import_program;
@@ -113,7 +113,7 @@ typedef struct glbk_pixel {
     float          position[3];     /* world */
     float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen
                                        here */
-    float          geometric[3];    /* unit, the surface's own normal on the same side; 0 0 0 = normal */
+    float          geometric_normal[3]; /* unit, the surface's own normal on the same side; 0 0 0 = normal */
     float          tangent[3];      /* unit, world: the x axis of Lafortune's lobes; 0 0 0 = any */
     lsamp_material material;        /* as in glbk_surface, like all that follows */
     uint32_t       first_lobe;
@@ -176,9 +176,9 @@ typedef struct glbk_import {
                                                = identity */
     float               eye[3];             /* world */
     const glbk_texture *normals;            /* required; of lengths 0.5..1.5, else nothing is seen */
-    const glbk_texture *geometric;          /* normals of the surfaces; NULL: they are found from the places
+    const glbk_texture *geometric_normals;  /* normals of the surfaces; NULL: they are found from the places
                                                of neighbouring pixels */
-    glbk_normal_packing normal_packing;     /* of normals and geometric */
+    glbk_normal_packing normal_packing;     /* of normals and geometric_normals */
     lsamp_material      material;           /* as in glbk_surface, like first_lobe */
     uint32_t            first_lobe;
     const glbk_texture *color_map;          /* linear colours that multiply diffuse: an sRGB texture is

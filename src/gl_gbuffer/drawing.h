@@ -62,7 +62,7 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     if (result != GLBK_OK) return result;
     /* An object without maps declares their samplers nevertheless. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
-    memcpy(g->clip, world_to_clip, sizeof g->clip);
+    memcpy(g->world_to_clip, world_to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, eye, sizeof g->eye);
     g->has_depth = g->has_clip = 1;
     return GLBK_OK;
@@ -82,7 +82,7 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
     glbk__gbuffer_matrix(s->world, drawn.world);
-    memcpy(drawn.clip, g->clip, sizeof drawn.clip);
+    memcpy(drawn.clip, g->world_to_clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
     drawn.diffuse[3] = s->alpha > 0 ? s->alpha : 1.0f;

@@ -67,7 +67,7 @@ static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffe
     return glbk__gbuffer_takes(ctx, g, "import.depth", d->depth) &&
            glbk__gbuffer_takes(ctx, g, "import.positions", d->positions) &&
            glbk__gbuffer_takes(ctx, g, "import.normals", d->normals) &&
-           glbk__gbuffer_takes(ctx, g, "import.geometric", d->geometric) &&
+           glbk__gbuffer_takes(ctx, g, "import.geometric_normals", d->geometric_normals) &&
            glbk__gbuffer_takes(ctx, g, "import.color_map", d->color_map) &&
            glbk__gbuffer_takes(ctx, g, "import.gloss_map", d->gloss_map) &&
            glbk__gbuffer_takes(ctx, g, "import.open_map", d->open_map) &&
@@ -97,7 +97,7 @@ static uint32_t glbk__gbuffer_given(const glbk_import *d)
     uint32_t bits = 0;
     if (d->positions) bits |= GLBK__IMPORT_PLACES;
     if (d->depth) bits |= GLBK__IMPORT_DEPTH;
-    if (d->geometric) bits |= GLBK__IMPORT_FLAT;
+    if (d->geometric_normals) bits |= GLBK__IMPORT_FLAT;
     if (d->color_map) bits |= GLBK__IMPORT_COLORS;
     if (d->gloss_map) bits |= GLBK__IMPORT_GLOSS;
     if (d->open_map) bits |= GLBK__IMPORT_OPEN;
@@ -148,7 +148,7 @@ static void glbk__gbuffer_bind_import(glbk_context *ctx, const glbk_import *d)
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_place_in, d->positions);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_depth_in, d->depth);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_normal_in, d->normals);
-    glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_flat_in, d->geometric);
+    glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_flat_in, d->geometric_normals);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_open_in, d->open_map);
     glbk__gbuffer_bind_in(ctx, GLBK_SLOT_glbk_gbuffer_entity_in, d->entities);
 }
@@ -179,7 +179,7 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
     if (result != GLBK_OK) return result;
     glbk__gbuffer_bind_import(ctx, d);
     glbk_draw_screen(ctx);
-    memcpy(g->clip, block.to_clip, sizeof g->clip);
+    memcpy(g->world_to_clip, block.to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, d->eye, sizeof g->eye);
     g->has_depth = own ? d->depth || g->has_clip : d->depth && d->depth->name == g->depth.name &&
                                                        d->clip_depth != GLBK_CLIP_DEPTH_REVERSED;

@@ -245,7 +245,8 @@ static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
     memcpy(words[1], n, 12);
     words[1][3] = glbk__gbuffer_kind(m) | (p->plane & 255u) << 8 | (uint32_t)(shade * 65535.0f + 0.5f) << 16;
     memcpy(words[2], m->diffuse, 12);
-    words[2][3] = glbk__gbuffer_pack_unit(glbk__gbuffer_is_zero(p->geometric, 3) ? n : p->geometric);
+    words[2][3] =
+        glbk__gbuffer_pack_unit(glbk__gbuffer_is_zero(p->geometric_normal, 3) ? n : p->geometric_normal);
     glbk__gbuffer_gloss(m, gloss);
     memcpy(words[3], gloss, sizeof gloss);
     if (m->kind != LSAMP_MATERIAL_LAFORTUNE) return;
@@ -269,7 +270,7 @@ static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
     p->plane = words[1][3] >> 8 & 255u;
     p->occlusion = (float)(words[1][3] >> 16) / 65535.0f;
     memcpy(m->diffuse, words[2], 12);
-    glbk__gbuffer_unpack_unit(words[2][3], p->geometric);
+    glbk__gbuffer_unpack_unit(words[2][3], p->geometric_normal);
     memcpy(gloss, words[3], sizeof gloss);
     if (m->kind == LSAMP_MATERIAL_PHONG) {
         memcpy(m->specular, gloss, sizeof m->specular);

@@ -68,8 +68,8 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
 {
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
-    if (out->pattern > 8 || !glbk__ism_power_of_two(out->pattern))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
+    if (out->interleave > 8 || !glbk__ism_power_of_two(out->interleave))
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.interleave", out->interleave,
                                   "0, 1, 2, 4 or 8");
     if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
@@ -83,7 +83,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
                             "is not NULL: on GL the maps say what is seen");
-    if (!out->pattern) out->pattern = 1;
+    if (!out->interleave) out->interleave = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;
     if (!(out->bias > 0)) out->bias = out->bias < 0 ? 0.0f : 0.02f;

@@ -43,7 +43,7 @@
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                        \
     X(uint, width, 1)               /* of the picture, in pixels */                                     \
     X(uint, height, 1)              /* of the picture, in pixels */                                     \
-    X(uint, pattern, 1)             /* pixels a side that share the VPLs */                             \
+    X(uint, interleave, 1)          /* pixels a side that share the VPLs */                             \
     X(uint, no_maps, 1)             /* not 0: nothing casts shadows */                                  \
     X(float, bias, 1)               /* as in ism_shading, with its default */                           \
     X(float, clamp_at, 1)           /* ism_shading.clamp, with its default */                           \

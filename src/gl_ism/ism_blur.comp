@@ -8,7 +8,7 @@ shared vec3 ism_places[ISM_TILE * ISM_TILE], ism_normals[ISM_TILE * ISM_TILE];  
 shared vec4 ism_lights[ISM_TILE * ISM_TILE];
 
 // Returns the first pixel that the group looks at.
-ivec2 ism_corner() { return ivec2(gl_WorkGroupID.xy) * 16 - int(glbk_ism_view.pattern) / 2; }
+ivec2 ism_corner() { return ivec2(gl_WorkGroupID.xy) * 16 - int(glbk_ism_view.interleave) / 2; }
 
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
 {
@@ -39,7 +39,7 @@ void ism_load(int wide)
 void main()
 {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    int side = int(glbk_ism_view.pattern);
+    int side = int(glbk_ism_view.interleave);
     ism_receiver c;
     if (side > 1) ism_load(16 + side / 2 * 2);
     barrier();

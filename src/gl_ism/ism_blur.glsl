@@ -9,7 +9,7 @@ bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);
 // Returns the mean of the light about a pixel, on whose receiver c the weights of its neighbours depend.
 vec4 ism_smooth(ivec2 at, ism_receiver c)
 {
-    int r = int(glbk_ism_view.pattern) / 2;
+    int r = int(glbk_ism_view.interleave) / 2;
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     for (int j = -r; j <= r; j++)
@@ -30,6 +30,6 @@ vec4 ism_smooth(ivec2 at, ism_receiver c)
 // Returns the final light of a receiver: blurred if there is more than one class of pixels.
 vec4 ism_finished(ivec2 at, ism_receiver c)
 {
-    if (glbk_ism_view.pattern > 1u) return ism_smooth(at, c);
+    if (glbk_ism_view.interleave > 1u) return ism_smooth(at, c);
     return glbk_unpack(texelFetch(glbk_ism_light, at, 0));
 }

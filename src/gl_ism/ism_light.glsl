@@ -181,16 +181,16 @@ float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
     return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
 }
 
-// Returns how many VPLs first, first + pattern, ... there are.
-uint ism_used(uint first, uint pattern)
+// Returns how many VPLs first, first + set_count, ... there are.
+uint ism_used(uint first, uint set_count)
 {
     uint count = glbk_ism_frame.vpl_count;
-    return first < count ? (count - first - 1u) / pattern + 1u : 0u;
+    return first < count ? (count - first - 1u) / set_count + 1u : 0u;
 }
 
 // Returns the irradiance of a sum over such a class, times as many as there are classes: the mean over all
 // classes is then the sum of all VPLs, however few there are.
-vec4 ism_scaled(vec4 sum, uint pattern) { return sum * (float(pattern) / COHSM_PI); }
+vec4 ism_scaled(vec4 sum, uint set_count) { return sum * (float(set_count) / COHSM_PI); }
 
 // ---- near points ----
 
@@ -281,10 +281,10 @@ uint ism_near_block(uint i, uint count, vec3 p)
     return i;
 }
 
-// Returns the light of near points first, first + pattern, ..., scaled up as VPLs are by ism_scaled. Four at
-// a time are looked for, and lit in a loop of their own: since neighbours wait for each other, the cost of a
-// near point is then paid where neighbours have some too, and not wherever one of them has.
-vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
+// Returns the light of near points first, first + set_count, ..., scaled up as VPLs are by ism_scaled. Four
+// at a time are looked for, and lit in a loop of their own: since neighbours wait for each other, the cost of
+// a near point is then paid where neighbours have some too, and not wherever one of them has.
+vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
     uint count = glbk_ism_frame.near_point_count, i = ism_near_block(first, count, p);
     vec4 sum = vec4(0.0);
@@ -293,8 +293,8 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
         uint have = 0u;
         while (i < count && have < 4u) {
             if (ism_near_counts(i, p, n)) found[have++] = i;
-            i += pattern;
-            if ((i & 63u) < pattern) i = ism_near_block(i, count, p);
+            i += set_count;
+            if ((i & 63u) < set_count) i = ism_near_block(i, count, p);
         }
         for (uint k = 0u; k < have; k++) {
             ism_near_point q = ism_read_near(found[k]);
@@ -305,26 +305,26 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
             sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }
-    return ism_scaled(sum, pattern);
+    return ism_scaled(sum, set_count);
 }
 
-// Returns in xyz the irradiance by VPLs first, first + pattern, ... times pattern, in w what the rule near by
-// took off.
-vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
+// Returns in xyz the irradiance by VPLs first, first + set_count, ... times set_count, in w what the rule
+// near by took off.
+vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
     uint count = glbk_ism_frame.vpl_count;
     float most = glbk_ism_view.clamp_at;
     vec4 sum = vec4(0.0);
 #if ISM_NEAR == 4
-    uint used = ism_used(first, pattern);
+    uint used = ism_used(first, set_count);
     float all = 0.0;
-    for (uint v = first; v < count; v += pattern) all += ism_unshadowed(ism_read_vpl(v), p, n);
+    for (uint v = first; v < count; v += set_count) all += ism_unshadowed(ism_read_vpl(v), p, n);
     most *= used > 0u ? all / float(used) : 0.0;
 #endif
-    for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
+    for (uint v = first; v < count; v += set_count) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
 #if ISM_NEAR == 6
-    return ism_scaled(sum, pattern) + ism_gather(p, n, ng, first, pattern);
+    return ism_scaled(sum, set_count) + ism_gather(p, n, ng, first, set_count);
 #else
-    return ism_scaled(sum, pattern);
+    return ism_scaled(sum, set_count);
 #endif
 }

@@ -1,4 +1,5 @@
-// Lights each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).
+// Lights each pixel by its own class of VPLs: every interleave^2-th of them (interleaved sampling, section
+// 6.2).
 // uses: ism_gbuffer ism_light
 // with: screen.vert
 // sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3
@@ -8,7 +9,7 @@ layout(location = 0) out glbk_color result;
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uint side = glbk_ism_view.pattern;
+    uint side = glbk_ism_view.interleave;
     uvec2 place = uvec2(at) % side;
     ism_receiver r;
     vec4 light = vec4(0.0);

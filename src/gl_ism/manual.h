@@ -81,13 +81,13 @@
 
    These functions of lib/ism_light.glsl can be called after glbk_ism_bind:
 
-       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
+       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count);
        float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);   // 1 lit, 0 not
        ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
 
-   ism_light returns in rgb the irradiance of a point by VPLs first, first + pattern, ..., times pattern, in
-   W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took off.
-   p is in world space; n and ng are unit, n for shading and ng the surface's own.
+   ism_light returns in rgb the irradiance of a point by VPLs first, first + set_count, ..., times set_count,
+   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took
+   off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
 
    How it works, and conventions
 

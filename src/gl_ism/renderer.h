@@ -5,7 +5,7 @@ static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
     memset(&view, 0, sizeof view);
-    view.pattern = s->pattern;
+    view.interleave = s->interleave;
     view.no_maps = s->no_maps != 0;
     view.bias = s->bias;
     view.clamp_at = s->clamp;
@@ -137,7 +137,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
 static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, uint32_t pairs)
 {
     const glbk_ism_renderer *r = job->renderer;
-    const uint32_t side = job->view.pattern, square = 16 * side;
+    const uint32_t side = job->view.interleave, square = 16 * side;
     const uint64_t row = (uint64_t)r->width * (job->maps->vpl_count / (side * side) + 1);
     uint64_t step = (pairs ? pairs : 1u << 28) / row / square * square;
     glbk_result result = GLBK_OK;

@@ -72,7 +72,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *rend
                                       const glbk_texture *motion);
 /* Filters bounced light over frames and neighbours, as gifilt_apply does. Call it once in a frame, after the
    light was gathered. Places and normals of the G-buffer are kept for the next frame.
-   frame    NULL = all defaults; its motion must be NULL. Without view_projection and motion no pixel is found
+   frame    NULL = all defaults; its motion must be NULL. Without world_to_clip and motion no pixel is found
             again in the last frame
    motion   where each pixel's surface was in the last frame, in pixels, in r and g; NULL = surfaces that
             moved are new

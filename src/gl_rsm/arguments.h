@@ -92,7 +92,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
     if (!light) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
     *l = *light;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
-    if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
+    if ((unsigned)l->kind >= RSM_LIGHT_COUNT)
         return glbk__refuse_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
     result = glbk__rsm_small_check(ctx, function, "light.position", l->position);
     if (result == GLBK_OK) result = glbk__rsm_small_check(ctx, function, "light.up", l->up);
@@ -183,7 +183,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
     {
-        const glbk__rsm_range fields[] = { { "desc.taps", (double)out->taps, 0, 15 },
+        const glbk__rsm_range fields[] = { { "desc.tap_side", (double)out->tap_side, 0, 15 },
                                            { "desc.bias", (double)out->bias, -1e6, 1e6 },
                                            { "desc.slope_bias", (double)out->slope_bias, -1e6, 1e6 } };
         result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
@@ -193,7 +193,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     if (out->add)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.add", (double)out->add,
                                   "0: give all maps to one call");
-    if (!out->taps) out->taps = 2;
+    if (!out->tap_side) out->tap_side = 2;
     if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
     if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
     if (out->bias < 0.0f) out->bias = 0.0f;
@@ -212,7 +212,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     {
         const glbk__rsm_range fields[] = {
             { "desc.pattern", (double)out->pattern, 0, RSM_PATTERN_COUNT - 1 },
-            { "desc.samples", (double)out->samples, 0,
+            { "desc.sample_count", (double)out->sample_count, 0,
               out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
             { "desc.r_max", (double)out->r_max, 0, 1e3 },
             { "desc.r_min", (double)out->r_min, 0, 0.99999994 },
@@ -254,12 +254,12 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
                                   "0 or a power of two, 2..64");
     {
         const glbk__rsm_range fields[] = {
-            { "interpolation.levels", (double)out->levels, 0, 6 },
+            { "interpolation.level_count", (double)out->level_count, 0, 6 },
             { "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1 },
             { "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6 },
             { "interpolation.distance", (double)out->distance, 0, 1e9 },
             { "interpolation.contrast", (double)out->contrast, -1e6, 1e6 },
-            { "interpolation.reach", (double)out->reach, -1e6, 1e6 }
+            { "interpolation.light_share", (double)out->light_share, -1e6, 1e6 }
         };
         const glbk_result result = glbk__rsm_in_range(ctx, function, fields,
                                                       sizeof fields / sizeof fields[0]);
@@ -268,11 +268,11 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     if (out->mask)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
                             "is not NULL: alpha of glbk_rsm_read says what each pixel is");
-    if (!out->levels) out->levels = 6;
+    if (!out->level_count) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
     if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
-    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
+    if (!(fabsf(out->light_share) > 0.0f)) out->light_share = 0.25f;
     return GLBK_OK;
 }
 
@@ -296,10 +296,10 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
                                                       sizeof fields / sizeof fields[0]);
         if (result != GLBK_OK) return result;
     }
-    for (i = 0; i < 16 && out->view_projection; i++)
-        if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "frame.view_projection", i, "",
-                                            (double)out->view_projection[i], "finite");
+    for (i = 0; i < 16 && out->world_to_clip; i++)
+        if (!(fabsf(out->world_to_clip[i]) <= 3.0e38f))
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "frame.world_to_clip", i, "",
+                                            (double)out->world_to_clip[i], "finite");
     if (out->motion)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "frame.motion",
                             "is not NULL: on GL motion is a texture");
@@ -316,9 +316,10 @@ static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_f
 GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *d)
 {
     uint32_t samples, sets;
-    if (!d || !d->samples || d->pattern == RSM_PATTERN_DEFAULT || d->pattern == RSM_PATTERN_FLUX) return 0;
+    if (!d || !d->sample_count || d->pattern == RSM_PATTERN_DEFAULT || d->pattern == RSM_PATTERN_FLUX)
+        return 0;
     sets = d->interleave ? d->interleave * d->interleave : 1;
-    samples = d->pattern == RSM_PATTERN_MIXED ? 3 * d->samples / 5 : d->samples;
+    samples = d->pattern == RSM_PATTERN_MIXED ? 3 * d->sample_count / 5 : d->sample_count;
     return (samples + sets - 1) / sets * sets;
 }
 
@@ -363,7 +364,7 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
         double value, uploaded;
     } fields[] = {
         { about, "desc.pattern", (double)d->pattern, (double)t->pattern },
-        { about, "desc.samples", (double)d->samples, (double)t->samples },
+        { about, "desc.sample_count", (double)d->sample_count, (double)t->sample_count },
         { about, "desc.interleave", (double)d->interleave, (double)t->interleave },
         { about, "desc.seed", (double)d->seed, (double)t->seed },
         { about && d->pattern == RSM_PATTERN_EQUATION3, "desc.paper_weights", (double)(d->paper_weights != 0),

@@ -22,7 +22,7 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     if (result == GLBK_OK) result = glbk__rsm_direct_check(ctx, desc, &d);
     if (result != GLBK_OK) return result;
     memset(&r->values, 0, sizeof r->values);
-    r->values.taps = d.taps;
+    r->values.taps = d.tap_side;
     r->values.bias = d.bias;
     r->values.slope_bias = d.slope_bias;
     r->direct = GLBK__RSM_NONE;
@@ -275,7 +275,7 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
     glbk_rsm_renderer *r = g->r;
     uint32_t counts[4 * GLBK__RSM_LISTS], i, fine = d->step, nodes[2];
-    for (i = 1; i < d->levels && fine > 2; i++) fine /= 2;
+    for (i = 1; i < d->level_count && fine > 2; i++) fine /= 2;
     for (i = 0; i < GLBK__RSM_LISTS; i++) memcpy(counts + 4 * i, empty, sizeof empty);
     nodes[0] = (r->width - 1 + fine - 1) / fine + 1;
     nodes[1] = (r->height - 1 + fine - 1) / fine + 1;
@@ -300,7 +300,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     glbk_result result;
     g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_do_begin(g, d);
-    for (step = d->step, level = 0; step > 1 && level < d->levels && result == GLBK_OK; step /= 2, level++) {
+    for (step = d->step, level = 0; step > 1 && level < d->level_count && result == GLBK_OK;
+         step /= 2, level++) {
         r->values.mode = 1;
         r->values.list_read = 2 * level;
         g->items = &r->wanted;
@@ -310,7 +311,7 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
         r->values.list_read = before;
         r->values.list_open = 2 * level + 1;
         r->values.list_wanted = 2 * level + 2;
-        r->values.next_step = level + 1 < d->levels && step > 2 ? step / 2 : 0;
+        r->values.next_step = level + 1 < d->level_count && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
                                     level ? &before : NULL, (r->width + 15) / 16, (r->height + 15) / 16);
         before = 2 * level + 1;
@@ -326,14 +327,14 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
-    uint32_t step = d->step, levels = d->levels;
+    uint32_t step = d->step, levels = d->level_count;
     uint32_t picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
     glbk_result result;
     r->values.normal_cosine = d->normal_cosine;
     r->values.plane_slope = d->plane_slope;
     r->values.most_distance = d->distance;
     r->values.contrast = d->contrast;
-    r->values.reach = d->reach;
+    r->values.reach = d->light_share;
     if (r->compute) return glbk__rsm_do_grids(g, d);
     for (; step > 1 && levels > 0; step /= 2, levels--) {
         r->values.mode = 1;
@@ -373,12 +374,12 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     glbk_rsm_renderer *r = g->r;
     const int flux = d->pattern == RSM_PATTERN_FLUX;
     g->seed = d->seed;
-    g->all = d->samples == 0;
-    g->mixed = d->pattern == RSM_PATTERN_MIXED && d->samples > 1;
+    g->all = d->sample_count == 0;
+    g->mixed = d->pattern == RSM_PATTERN_MIXED && d->sample_count > 1;
     g->apart = g->mixed || d->material_count > 0 || (g->all && d->near_field > 0.0f);
     g->about = glbk_rsm_point_count(d);
     if (!g->all && (flux || d->pattern == RSM_PATTERN_MIXED))
-        g->by_flux = d->samples - (g->mixed ? 3 * d->samples / 5 : 0);
+        g->by_flux = d->sample_count - (g->mixed ? 3 * d->sample_count / 5 : 0);
     g->sets = d->interleave * d->interleave;
     g->room = GLBK__RSM_LIST / g->sets < r->lights_per_pass ? GLBK__RSM_LIST / g->sets : r->lights_per_pass;
     memset(&r->values, 0, sizeof r->values);

@@ -68,7 +68,7 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     memset(&r->values, 0, sizeof r->values);
     r->values.width = r->width;
     r->values.height = r->height;
-    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.view_projection && r->has_before ? 1u : 0u;
+    r->values.motion = !r->remembers ? 0u : motion ? 2u : d.world_to_clip && r->has_before ? 1u : 0u;
     r->values.rows_top_first = d.rows == GIFILT_ROWS_TOP_FIRST;
     r->values.history = (float)d.history;
     r->values.normal_cosine = d.normal_cosine;
@@ -88,8 +88,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->bounce = 3 + to;
     r->remembers = 1 + to;
     r->filtered = 1;
-    r->has_before = d.view_projection != NULL;
-    if (d.view_projection) memcpy(r->before, d.view_projection, sizeof r->before);
+    r->has_before = d.world_to_clip != NULL;
+    if (d.world_to_clip) memcpy(r->before, d.world_to_clip, sizeof r->before);
     return glbk__rsm_smooth(ctx, r, gbuffer, d.passes);
 }
 

@@ -161,7 +161,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     self_attribute;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      position_attribute;    /* the attribute that record was compiled for */
-    float        clip[16];              /* the matrix of glbk_sfield_self_begin */
+    float        world_to_clip[16];     /* the matrix of glbk_sfield_self_begin */
 };
 
 struct glbk_sfield_builder {            /* draws one object from all sides; read only; zeroed = none */

@@ -266,8 +266,8 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
         return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
         return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
-    if (d->mesh && d->source && f.frames > 1)
-        return glbk__refuse_value(ctx, bad, function, "desc.field->frames", f.frames,
+    if (d->mesh && d->source && f.frame_count > 1)
+        return glbk__refuse_value(ctx, bad, function, "desc.field->frame_count", f.frame_count,
                                   "0 or 1 with a mesh: other frames are drawn by draw_fn");
     b->side = f.cube_side ? f.cube_side : haar ? 32 : 16;
     b->bands = haar ? 0 : f.bands ? f.bands : 4;

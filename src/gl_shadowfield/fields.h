@@ -112,8 +112,8 @@ static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
     const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
                    cells = (info->bands * info->bands + 15) / 16;
-    const uint64_t groups = (uint64_t)info->frames * info->shells;
-    return 3 + info->shells + (groups * 8 + info->samples) * channels * cells;
+    const uint64_t groups = (uint64_t)info->frame_count * info->shell_count;
+    return 3 + info->shell_count + (groups * 8 + info->sample_count) * channels * cells;
 }
 
 /* Reads the header of a file. */

@@ -156,7 +156,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (result == GLBK_OK)
         glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
-    memcpy(r->clip, g->clip, sizeof r->clip);
+    memcpy(r->world_to_clip, g->world_to_clip, sizeof r->world_to_clip);
     return result;
 }
 
@@ -178,6 +178,6 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     memcpy(object.world, world, sizeof object.world);
     for (i = 0; i < 16; i++) given = given || world[i] != 0;
     for (i = 0; i < 16 && !given; i += 5) object.world[i] = 1;
-    memcpy(object.clip, r->clip, sizeof object.clip);
+    memcpy(object.clip, r->world_to_clip, sizeof object.clip);
     return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
 }

@@ -109,11 +109,11 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *geometric_normals; /* unit, of the triangle without its shading normals, for the bias; NULL =
                                        normals */
-    size_t       geometric_stride;  /* as normal_stride */
+    size_t       geometric_normal_stride;   /* as normal_stride */
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
     uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
-    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. It tells
+    float        world_to_clip[16]; /* the camera's, world to clip, column-major; all 0 = unknown. It tells
                                        which pixels lie near a texel of a source. Clip z plays no part */
     ism_rows     rows;              /* of the picture */
 } ism_points;

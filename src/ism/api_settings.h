@@ -116,7 +116,7 @@ typedef void (*ism_visible_fn)(void *user, const float position[3], const float 
    visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
-    uint32_t       pattern;         /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and a blur
+    uint32_t       interleave;      /* 1, 2, 4, 8: every pixel takes 1 / interleave^2 of the VPLs, and a blur
                                        along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
                                        neighbours: 1 */
     ism_near       near_mode;

@@ -35,7 +35,7 @@ static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, i
    behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
-    const float *m = view->points->matrix;
+    const float *m = view->points->world_to_clip;
     float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
           cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
     float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];

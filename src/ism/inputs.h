@@ -155,12 +155,14 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     }
     if ((result = ism__check_stride(log, "points.position_stride", p->position_stride, 12)) != ISM_OK ||
         (result = ism__check_stride(log, "points.normal_stride", p->normal_stride, 12)) != ISM_OK ||
-        (result = ism__check_stride(log, "points.geometric_stride", p->geometric_stride, 12)) != ISM_OK ||
+        (result = ism__check_stride(log, "points.geometric_normal_stride", p->geometric_normal_stride, 12)) !=
+            ISM_OK ||
         (result = ism__check_stride(log, "points.albedo_stride", p->albedo_stride, 12)) != ISM_OK)
         return result;
     for (k = 0; k < 16; k++)
-        if (!ism__finite(p->matrix[k])) {
-            ism__log_element(log, "points.matrix", (uint64_t)k, "is", (double)p->matrix[k], "finite");
+        if (!ism__finite(p->world_to_clip[k])) {
+            ism__log_element(log, "points.world_to_clip", (uint64_t)k, "is", (double)p->world_to_clip[k],
+                             "finite");
             return ISM_ERR_INPUT;
         }
     if (p->rows < ISM_ROWS_DEFAULT || p->rows >= ISM_ROWS_COUNT) {
@@ -172,7 +174,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     out->height = (uint32_t)(p->count / out->width);
     result = ism__check_units(log, "points.normals", p->normals, p->normal_stride, p->count);
     if (result != ISM_OK || !p->geometric_normals) return result;
-    return ism__check_units(log, "points.geometric_normals", p->geometric_normals, p->geometric_stride,
+    return ism__check_units(log, "points.geometric_normals", p->geometric_normals, p->geometric_normal_stride,
                             p->count);
 }
 
@@ -190,7 +192,7 @@ static ism__v3 ism__geometric_normal(const ism__view *view, size_t i, ism__v3 n)
     const ism_points *p = view->points;
     ism__v3 own;
     if (!p->geometric_normals) return n;
-    own = ism__v3_load(ism__at(p->geometric_normals, p->geometric_stride, i));
+    own = ism__v3_load(ism__at(p->geometric_normals, p->geometric_normal_stride, i));
     return ism__v3_finite(own) && ism__v3_dot(own, own) > 0.25f ? own : n;
 }
 

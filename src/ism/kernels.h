@@ -4,9 +4,9 @@ typedef struct ism__shade_work {
     const ism_maps    *m;
     const ism__view    *view;
     ism_shading        s;
-    uint32_t           pattern, blocks_x;
+    uint32_t           interleave, blocks_x;
     const uint32_t    *order;       /* VPLs, those of a class together */
-    const uint32_t    *class_first; /* pattern^2 + 1 */
+    const uint32_t    *class_first; /* interleave^2 + 1 */
     const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
     const ism__orientation *frames;    /* in `order` */
     float             *light;       /* irradiance, 3 a pixel */

@@ -143,8 +143,8 @@
      spread        PAIR spends most surfels on what both the picture and the VPL see; others are the papers'
      tile_side     smaller: light leaks round corners, contact shadows vanish
      window_rim    less: coarser maps of what the picture does not show; more: of what it shows
-     pattern       larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over
-                   pattern pixels
+     interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
+                   over as many pixels
      bias          less: acne; more: light leaks in corners
      lazy_frames   renewing all surfels every frame (1) adapts at once, and flickers
 

@@ -1,13 +1,13 @@
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times
+/* Light of the near points of the pixel's class: every interleave^2-th of them, scaled up as VPLs are; times
    pi. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                             float out[3], double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
-    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first;
+    uint32_t n = w->m->near_count, step = w->interleave * w->interleave, first;
     uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
@@ -70,7 +70,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    for (k = 0; k < 3u; k++) sum[k] *= (float)(w->pattern * w->pattern);
+    for (k = 0; k < 3u; k++) sum[k] *= (float)(w->interleave * w->interleave);
 #ifndef ISM_WITHOUT_NEAR_POINTS
     if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
 #endif
@@ -103,11 +103,12 @@ static void ism__shade_task(void *context, size_t index)
             out[0] = out[1] = out[2] = 0.0f;
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
             px.ng = ism__geometric_normal(view, i, px.n);
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, skip, out, lost);
+            ism__shade_pixel(w, &px, (y % w->interleave) * w->interleave + x % w->interleave, skip, out,
+                             lost);
         }
 }
 
-/* Classes are sets of VPLs that are spread evenly: every pattern^2-th of the sequence. */
+/* Classes are sets of VPLs that are spread evenly: every interleave^2-th of the sequence. */
 static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *order, uint32_t *class_first)
 {
     uint32_t c, v, k = 0;
@@ -129,14 +130,14 @@ static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, con
 {
     const ism__logger *log = &job->log;
 #ifdef ISM_WITHOUT_INTERLEAVED
-    if (s->pattern > 1u)
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+    if (s->interleave > 1u)
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave,
                               "0 or 1 in a header that was joined without interleaved shading");
 #endif
-    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u))
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern, "0, 1, 2, 4 or 8");
-    if (s->pattern > 1u && job->view.height == 1u)
-        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+    if (s->interleave > 8u || s->interleave == 3u || (s->interleave > 4u && s->interleave < 8u))
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave, "0, 1, 2, 4 or 8");
+    if (s->interleave > 1u && job->view.height == 1u)
+        return ism__bad_field(log, "shading.interleave", (double)s->interleave,
                               "0 or 1 where receivers are a list");
     if (s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT)
         return ism__bad_field(log, "shading.near_mode", (double)s->near_mode, "a value of ism_near");
@@ -155,7 +156,7 @@ static ism_shading ism__resolve_shading(const ism_shading *s)
     ism_shading out = *s;
     if (out.near_mode == ISM_NEAR_DEFAULT) out.near_mode = ISM_NEAR_GATHER;
     if (!(out.clamp > 0.0f)) out.clamp = 1.0f;
-    if (!out.pattern) out.pattern = 1u;
+    if (!out.interleave) out.interleave = 1u;
     out.bias = ism__bias_of(out.bias);
     return out;
 }
@@ -213,8 +214,8 @@ static void ism__lay_out_shading(ism__shade_work *w, char *memory, size_t pixels
     double *lost = (double *)(void *)memory;
     ism__orientation *frames = (ism__orientation *)(void *)(lost + 4u * blocks);
     float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
-    uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->pattern > 1u ? 2u : 1u));
-    ism__sort_classes(m, w->pattern * w->pattern, order, order + n);
+    uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->interleave > 1u ? 2u : 1u));
+    ism__sort_classes(m, w->interleave * w->interleave, order, order + n);
     ism__fill_fields(m, order, fields, frames);
     w->lost = lost;
     w->frames = frames;
@@ -240,10 +241,10 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     w.m = m;
     w.view = view;
     w.s = ism__resolve_shading(shading);
-    w.pattern = w.s.pattern;
+    w.interleave = w.s.interleave;
     w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
     blocks = (size_t)w.blocks_x * ((view->height + ISM__BLOCK - 1u) / ISM__BLOCK);
-    floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * ISM__FIELDS;
+    floats = pixels * 3u * (w.interleave > 1u ? 2u : 1u) + n * ISM__FIELDS;
     size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
     if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) {
         ism__log_value(&job->log, "points.count", (double)pixels, "less: its memory does not fit a size_t");
@@ -253,16 +254,16 @@ static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_s
     memory = (char *)ism__alloc(&m->memory, size);
     if (!memory) return ism__no_memory(&job->log);
     ism__lay_out_shading(&w, memory, pixels, blocks);
-    whole = ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
+    whole = ism__run(m, &job->part, 0.0f, w.interleave > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w);
 #ifndef ISM_WITHOUT_INTERLEAVED
-    if (whole && w.pattern > 1u)
+    if (whole && w.interleave > 1u)
         whole = ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w);
 #endif
     if (!whole) {
         ism__free(&m->memory, memory);
         return ISM_ERR_CANCELLED;
     }
-    ism__reflect(view, w.pattern > 1u ? w.blurred : w.light, out);
+    ism__reflect(view, w.interleave > 1u ? w.blurred : w.light, out);
     if (stats) {
         *stats = m->stats;
         ism__sum_lost(&w, blocks, stats);

@@ -6,7 +6,7 @@
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
-    int r = (int)w->pattern / 2, i, j;
+    int r = (int)w->interleave / 2, i, j;
     int k, width = (int)view->width, height = (int)view->height;
     float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
     ism__v3 p, n, q, nq;

@@ -17,7 +17,7 @@
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
-#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's
+#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each interleave's
                                        classes */
 #define ISM__STEPS 64u               /* of a tile's side, at which windows begin and end */
 #define ISM__SLACK 2u                /* of these: so much farther out than need be a window may stay */

@@ -148,7 +148,7 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
 
 static const ism__orientation *ism__near_frame(const ism__shade_work *w, uint32_t v)
 {
-    uint32_t classes = w->pattern * w->pattern;
+    uint32_t classes = w->interleave * w->interleave;
     return &w->frames[w->class_first[v % classes] + v / classes];
 }
 

@@ -4,7 +4,7 @@ typedef struct lsamp_progressive {  /* sums of frames, from which their mean is 
                                        and count, then call lsamp_progressive_reset */
     double  *sums;                  /* count doubles in your memory; precise enough for 1e6 frames */
     size_t   count;                 /* 3 x pixels */
-    uint32_t frames;                /* how many frames the sums hold */
+    uint32_t frame_count;           /* how many frames the sums hold */
 } lsamp_progressive;
 
 LSAMP_DEF lsamp_result lsamp_progressive_reset(lsamp_progressive *p);
@@ -31,7 +31,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    pattern, jittered; if length is a power of 4, so does each cell of the square grid of length cells.
    lsamp_sample chooses a pattern by pixel and takes another one each frame; after 256 frames all have been
    used, and they come again, shifted.
-   length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.samples
+   length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.sample_count
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
    Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */

@@ -35,7 +35,7 @@ LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners)
    corners  receives 9 floats a piece, x, y, z of each corner; NULL: the pieces are only counted */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
-    LSAMP_DOMAIN_DEFAULT,           /* never written */
+    LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */
     LSAMP_DOMAIN_LATLONG = 1,       /* directions: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi */
     LSAMP_DOMAIN_LINE = 3,          /* positions: origin + s u */
     LSAMP_DOMAIN_RECTANGLE = 4,     /* positions: origin + s u + t v */
@@ -44,7 +44,7 @@ typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kin
                                        t runs with equal areas from +Y to -Y */
     LSAMP_DOMAIN_TABLE = 8,         /* positions: locations, asked by a parameter 0..1 */
     LSAMP_DOMAIN_LIST = 9,          /* positions: locations, asked by index */
-    LSAMP_DOMAIN_KIND_COUNT
+    LSAMP_DOMAIN_COUNT
 } lsamp_domain_kind;
 
 typedef struct lsamp_domain {       /* has the fields of cohsm_domain (csm.h): copy them one by one into

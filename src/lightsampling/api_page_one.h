@@ -51,16 +51,16 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
    point's samples depend on its own inputs and pixel only, so that a batch of points may be cut anywhere.
    points  A point whose position is not finite, or one of whose vectors is 0 0 0 or not finite, is no
            receiver: its samples have weights of 0
-   out     receives points->count x desc->samples samples
+   out     receives points->count x desc->sample_count samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
    Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector of another length
            than 1, a material out of range)
    Cost    time grows with points x samples */
 
-LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
+LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
                                         const float *visibility, float *radiance, size_t radiance_stride);
 /* Adds weight x visibility of each point's samples to its radiance.
-   count       of points; samples is the number of samples of each
+   count       of points; sample_count is the number of samples of each
    weights     those of lsamp_sample
    visibility  one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
                COHSM_REFUSED of csm.h, count as 0
@@ -159,7 +159,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
                                        everywhere. Not for sun, point, spot and mesh */
     uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
-    uint32_t          frames;            /* 0 = 1 */
+    uint32_t          frame_count;       /* 0 = 1 */
     float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
     int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
     float             time;              /* seconds, -1e9..1e9: the moment that the light shows */
@@ -168,7 +168,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     void             *user;              /* given to shape_fn and emission_fn */
     const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH, in world space; lsamp_light_init copies it.
                                             Triangles that are not finite or have no area do not emit */
-    uint32_t          places;            /* how many places for maps lsamp_light_domain gives for a mesh,
+    uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
 } lsamp_light_desc;
@@ -213,8 +213,8 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
     const float          *normals;          /* unit shading normals; 0 0 0, or not finite: no receiver, its
                                                weights are 0 */
     size_t                normal_stride;
-    const float          *views;            /* unit directions to the eye; NULL = normals */
-    size_t                view_stride;
+    const float          *to_eye;           /* unit directions to the eye; NULL = normals */
+    size_t                to_eye_stride;
     const float          *tangents;         /* unit; NULL = any */
     size_t                tangent_stride;
     const lsamp_material *materials;        /* one for each, or one for all */
@@ -239,7 +239,7 @@ typedef enum lsamp_sampling {       /* from which density directions are drawn. 
 
 typedef struct lsamp_sample_desc {
     lsamp_system   system;          /* its log says what was refused */
-    uint32_t       samples;         /* S, the samples of each point, 1..65536 */
+    uint32_t       sample_count;    /* S, the samples of each point, 1..65536 */
     lsamp_sampling sampling;
     uint32_t       seed;            /* another seed makes other noise: give each light a seed of its own */
     uint32_t       frame;           /* the number of the frame in progressive rendering: frame i takes the

@@ -14,7 +14,10 @@ typedef struct lsamp__curve {       /* an emissive mesh */
     uint32_t      count, places;    /* of pieces; of locations */
 } lsamp__curve;
 
-static uint32_t lsamp__place_count(const lsamp_light_desc *d) { return d->places ? d->places : 1024u; }
+static uint32_t lsamp__place_count(const lsamp_light_desc *d)
+{
+    return d->place_count ? d->place_count : 1024u;
+}
 
 /* Returns the most pieces that a mesh can be cut into. A triangle that is halved until its pieces are at most
    area / (2 places) gives fewer than 2 x 2 places x its share of the area, or is one piece. */

@@ -47,10 +47,10 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
         return lsamp__count_valid(log, "desc.width", d->width, 1, 65536, "1..65536 with texels") &&
                lsamp__count_valid(log, "desc.height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                                   d->kind == LSAMP_LIGHT_LINE ? "1 for a line" : "1..65536 with texels") &&
-               lsamp__count_valid(log, "desc.frames", d->frames, 0, 1u << 24, "0 or 1..2^24");
+               lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1u << 24, "0 or 1..2^24");
     return lsamp__count_valid(log, "desc.width", d->width, 0, 0, "0 without texels") &&
            lsamp__count_valid(log, "desc.height", d->height, 0, 0, "0 without texels") &&
-           lsamp__count_valid(log, "desc.frames", d->frames, 0, 1, "0 or 1 without texels");
+           lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1, "0 or 1 without texels");
 }
 
 /* Checks the fields of a sun, point or spot. */
@@ -91,7 +91,7 @@ static int lsamp__mesh_light_valid(const lsamp__logger *log, const lsamp_light_d
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
     return lsamp__mesh_valid(d->mesh, log) &&
-           lsamp__count_valid(log, "desc.places", d->places, 0, 1u << 24, "0 or 1..2^24") &&
+           lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
            lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18");
 }
 
@@ -181,7 +181,7 @@ static double lsamp__row_edge(uint32_t y, uint32_t h)
    0. Returns the number of bad texels. */
 static uint64_t lsamp__emitter_frame(const lsamp_light_desc *d, float *texels)
 {
-    uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
+    uint32_t frames = d->frame_count ? d->frame_count : 1u, f0, f1;
     size_t count = (size_t)d->width * d->height, i;
     double t = (double)d->time * (d->frames_per_second > 0.0f ? (double)d->frames_per_second : 30.0);
     float blend;

@@ -32,7 +32,8 @@ static void lsamp__estimator_init(lsamp__estimator *e, const lsamp_sample_desc *
     else {
         q = e->aim.solid * e->surface.peak;
         e->light_share = 8.0f / (8.0f + q * q * q);
-        e->light_share = floorf(e->light_share * (float)desc->samples + 0.5f) / (float)desc->samples;
+        e->light_share =
+            floorf(e->light_share * (float)desc->sample_count + 0.5f) / (float)desc->sample_count;
     }
 }
 
@@ -123,7 +124,7 @@ static int lsamp__is_receiver(const lsamp_points *p, size_t i)
 {
     return lsamp__v3_finite(lsamp__v3_load(lsamp__vector_at(p->positions, p->position_stride, i))) &&
            !lsamp__is_none(lsamp__vector_at(p->normals, p->normal_stride, i)) &&
-           !(p->views && lsamp__is_none(lsamp__vector_at(p->views, p->view_stride, i))) &&
+           !(p->to_eye && lsamp__is_none(lsamp__vector_at(p->to_eye, p->to_eye_stride, i))) &&
            !(p->tangents && lsamp__is_none(lsamp__vector_at(p->tangents, p->tangent_stride, i)));
 }
 
@@ -155,7 +156,7 @@ static lsamp_result lsamp__arrays_check(const lsamp_points *p, const lsamp__logg
     if (!p->materials) return lsamp__refuse(log, LSAMP_ERR_ARGUMENT, "points.materials", "is NULL");
     if (result == LSAMP_OK) result = lsamp__stride_check("points.position_stride", p->position_stride, log);
     if (result == LSAMP_OK) result = lsamp__stride_check("points.normal_stride", p->normal_stride, log);
-    if (result == LSAMP_OK) result = lsamp__stride_check("points.view_stride", p->view_stride, log);
+    if (result == LSAMP_OK) result = lsamp__stride_check("points.to_eye_stride", p->to_eye_stride, log);
     if (result == LSAMP_OK) result = lsamp__stride_check("points.tangent_stride", p->tangent_stride, log);
     if (result == LSAMP_OK && (p->material_stride % sizeof(void *) ||
                                (p->material_stride && p->material_stride < sizeof(lsamp_material)))) {
@@ -181,8 +182,8 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
         }
         if (!lsamp__is_receiver(p, i)) continue;
         result = lsamp__unit_check("points.normals", p->normals, p->normal_stride, i, log);
-        if (result == LSAMP_OK && p->views)
-            result = lsamp__unit_check("points.views", p->views, p->view_stride, i, log);
+        if (result == LSAMP_OK && p->to_eye)
+            result = lsamp__unit_check("points.to_eye", p->to_eye, p->to_eye_stride, i, log);
         if (result == LSAMP_OK && p->tangents)
             result = lsamp__unit_check("points.tangents", p->tangents, p->tangent_stride, i, log);
     }
@@ -193,7 +194,7 @@ static lsamp_result lsamp__points_check(const lsamp_points *p, const lsamp__logg
 static size_t lsamp__sample_point(const lsamp__estimator *e, uint32_t pixel, const lsamp_samples *out,
                                   size_t at)
 {
-    uint32_t count = e->desc->samples, k, b, block;
+    uint32_t count = e->desc->sample_count, k, b, block;
     int third = e->aim.light->desc.kind == LSAMP_LIGHT_CALLBACK;
     float u[LSAMP__SAMPLE_BLOCK][3], scale = 1.0f / (float)count;
     size_t useful = 0;
@@ -239,15 +240,15 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     if (!out->directions) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.directions", "is NULL");
     if (!out->distances) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.distances", "is NULL");
     if (!out->weights) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out.weights", "is NULL");
-    if (desc->samples == 0 || desc->samples > 65536u) {
-        lsamp__log_value(&log, "desc.samples", (double)desc->samples, "1..65536");
+    if (desc->sample_count == 0 || desc->sample_count > 65536u) {
+        lsamp__log_value(&log, "desc.sample_count", (double)desc->sample_count, "1..65536");
         return LSAMP_ERR_DESC;
     }
     if ((unsigned)desc->sampling >= (unsigned)LSAMP_SAMPLING_COUNT) {
         lsamp__log_value(&log, "desc.sampling", (double)desc->sampling, "a LSAMP_SAMPLING_...");
         return LSAMP_ERR_DESC;
     }
-    if (!lsamp__mul_size(points->count, (size_t)desc->samples * 12u, &total)) {
+    if (!lsamp__mul_size(points->count, (size_t)desc->sample_count * 12u, &total)) {
         lsamp__log_value(&log, "points.count", (double)points->count, "less: out does not fit a size_t");
         return LSAMP_ERR_ARGUMENT;
     }
@@ -256,7 +257,8 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     for (i = 0; i < points->count; i++) {
         lsamp__estimator e;
         const float *normal = lsamp__vector_at(points->normals, points->normal_stride, i);
-        const float *view = points->views ? lsamp__vector_at(points->views, points->view_stride, i) : normal;
+        const float *view =
+            points->to_eye ? lsamp__vector_at(points->to_eye, points->to_eye_stride, i) : normal;
         const float *tangent =
             points->tangents ? lsamp__vector_at(points->tangents, points->tangent_stride, i) : NULL;
         const float *p = lsamp__vector_at(points->positions, points->position_stride, i);
@@ -271,7 +273,8 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
         }
         lsamp__estimator_init(&e, desc, light);
         n +=
-            lsamp__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out, i * desc->samples);
+            lsamp__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out,
+                                i * desc->sample_count);
     }
     if (useful) *useful = n;
     return LSAMP_OK;

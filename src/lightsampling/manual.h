@@ -46,7 +46,7 @@
            lamp.u[0] = lamp.v[2] = 2;
            lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
            white.diffuse[0] = white.diffuse[1] = white.diffuse[2] = 1;
-           desc.samples = SAMPLES;
+           desc.sample_count = SAMPLES;
            points.count = 1;
            points.positions = at;
            points.normals = up;

@@ -35,10 +35,10 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    then they come again with a toroidal shift. */
 static void lsamp__random_numbers(const lsamp_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
 {
-    uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
+    uint32_t key = lsamp__hash_combine(d->seed, pixel), index = d->frame * d->sample_count + k;
 
     if (d->patterns) {
-        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->samples + k) * 2u;
+        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->sample_count + k) * 2u;
         u[0] = at[0];
         u[1] = at[1];
         if (d->frame > 255u) {

@@ -25,7 +25,7 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;
     rsm_pattern pattern;
-    uint32_t    samples;            /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
+    uint32_t    sample_count;       /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */
     int         paper_weights;      /* of EQUATION3; not 0: samples have the paper's weights, xi^2 normalised,
                                        which are biased; 0: each has the area that it stands for */
@@ -45,9 +45,9 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
                                        to the receiver than near_field times its side (the root of its area)
                                        lights it as the parallelogram of surface that the texel is, by the
                                        exact form factor. 3 leaves no bright spots in corners. Works with
-                                       samples 0 and with patterns about the receiver; lights chosen by flux
-                                       and lists stay points. offset moves these texels, near_limit and clamp
-                                       bound them like points; their Phong lobes are evaluated at their
+                                       sample_count 0 and with patterns about the receiver; lights chosen by
+                                       flux and lists stay points. offset moves these texels, near_limit and
+                                       clamp bound them like points; their Phong lobes are evaluated at their
                                        centre */
     uint32_t    seed;               /* chooses between equally good sets of samples. If gifilter.h takes the
                                        mean of several frames, count the seed up with each frame */
@@ -61,7 +61,7 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
                                        Pictures alone have pixels (points->width) */
     const rsm_material *materials;  /* Phong lobes: texels with material m have materials[m - 1]. NULL: all
                                        texels are diffuse. FLUX chooses by diffuse flux, so that the lobes of
-                                       black texels need samples 0 or a pattern about the receiver */
+                                       black texels need sample_count 0 or a pattern about the receiver */
     uint32_t    material_count;     /* of materials */
     int         add;                /* not 0: results are added to those that are there, of other lists or of
                                        light maps; 0: results are written */
@@ -83,7 +83,7 @@ typedef struct rsm_gather_stats {   /* what a gather counted */
 typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64;
                                        0 = 8 */
-    uint32_t levels;                /* grids that are tried, each of half the step, before the pixels left are
+    uint32_t level_count;           /* grids that are tried, each of half the step, before the pixels left are
                                        evaluated one by one: 1 (as in the paper) to 6; 0 = 6 */
     float    normal_cosine;         /* the least cosine between a sample's normal and the pixel's, -1..1;
                                        0 = 0.95 */
@@ -94,7 +94,7 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
                                        this share of their mean. 0 = 0.25; negative = never, as in the
                                        paper */
-    float    reach;                 /* a sample counts up to this share of its distance from the nearest pixel
+    float    light_share;           /* a sample counts up to this share of its distance from the nearest pixel
                                        light, so that no bright spot between samples is missed. 0 = 0.25;
                                        negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
@@ -123,19 +123,19 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
    The lights may come from rsm_pixel_lights, from rsm_cluster or from anywhere else.
    lights   position, normal (unit), flux and, for near_limit, area are read. Lights that are not finite,
             beyond 1e9, of negative flux or above 1e18 W are left out
-   desc     NULL = all defaults. pattern, samples, r_max, r_min, seed, noise, near_field and materials are not
-            used
+   desc     NULL = all defaults. pattern, sample_count, r_max, r_min, seed, noise, near_field and materials
+            are not used
    Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
 
-RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
 /* Writes a list of pixel lights that stands for whole maps.
-   samples   texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area are
-             scaled, so that the sum stays. 0 = every lit texel
-   seed      chooses between equally good samples
-   lights    room for capacity lights; may be NULL if capacity is 0
-   count     how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
+   sample_count  texels that are chosen of each map, in proportion to their flux, 1..2^20; their flux and area
+                 are scaled, so that the sum stays. 0 = every lit texel
+   seed          chooses between equally good samples
+   lights        room for capacity lights; may be NULL if capacity is 0
+   count         how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
+   Errors        RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
@@ -152,15 +152,15 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
 
 /* ---- patterns ---- */
 
-RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
-                                     uint32_t seed, float *points);
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count, float r_min,
+                                     int paper_weights, uint32_t seed, float *points);
 /* Writes one of the patterns about the receiver, for a renderer of your own: a list of samples in the unit
    disc. The mean of a function f over the disc is sum(weight f) / pi.
-   pattern   neither FLUX nor MIXED, which are no discs
-   samples   1..2^20, of POISSON 1..4096
+   pattern        neither FLUX nor MIXED, which are no discs
+   sample_count   1..2^20, of POISSON 1..4096
    r_min, paper_weights, seed   as in rsm_gather_desc
-   points    3 floats for each sample: x, y and weight
-   Errors    RSM_ERR_ARGUMENT */
+   points         3 floats for each sample: x, y and weight
+   Errors         RSM_ERR_ARGUMENT */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
 /* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster

@@ -7,8 +7,8 @@ typedef struct rsm_info {           /* what a map is like */
     int      finished;              /* not 0: rsm_finish has been called */
 } rsm_info;
 
-RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out);
-/* Writes what a map is like. Errors: RSM_ERR_ARGUMENT (NULL). */
+RSM_DEF void rsm_get_info(const rsm_map *map, rsm_info *out);
+/* Writes what a map is like. If map or out is NULL, nothing is written. */
 
 #define RSM_FAR 3.0e38f             /* depth of a texel in which the light sees nothing */
 
@@ -95,7 +95,7 @@ typedef struct rsm_stats {          /* of rsm_finish */
 
 typedef struct rsm_direct_desc {
     rsm_system system;
-    uint32_t   taps;                /* percentage-closer filter of taps x taps texels, 1..15; 0 = 2,
+    uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
     float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps;

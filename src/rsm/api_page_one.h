@@ -101,7 +101,7 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_POINT,                /* even intensity all round; the map is a cube */
     RSM_LIGHT_PATCH,                /* a small piece of a diffuse emitter, whose intensity falls with the
                                        cosine; the map is half a cube. Several patches make an area light */
-    RSM_LIGHT_KIND_COUNT
+    RSM_LIGHT_COUNT
 } rsm_light_kind;
 
 typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
@@ -174,9 +174,9 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
        corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
     void           *user;           /* given to surface_fn */
-    uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel, so that
-                                       textures finer than texels neither flicker nor lose energy. 1..16,
-                                       0 = 1 */
+    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, so
+                                       that textures finer than texels neither flicker nor lose energy.
+                                       1..16, 0 = 1 */
 } rsm_mesh;
 
 typedef struct rsm_points {         /* receivers: pixels of a picture, row by row, or any list */

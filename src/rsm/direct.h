@@ -35,7 +35,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     uint32_t face = rsm__face_of(map, p);
     rsm__v3 q = rsm__to_face(map, face, p);
     float side = (float)map->side, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f,
-          radius = 0.5f * (float)(desc->taps - 1);
+          radius = 0.5f * (float)(desc->tap_side - 1);
     float fx, fy;
     uint32_t i, j;
     if (face >= map->faces) return 0.0f;
@@ -45,21 +45,21 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     slope = cosine < 1.0f ? sqrtf(1.0f - cosine * cosine) / (cosine > 0.1f ? cosine : 0.1f) : 0.0f;
     slope = slope < 10.0f ? slope : 10.0f;
     bias = texel * (desc->bias +
-                    desc->slope_bias * slope * 0.7072f * (float)desc->taps); /* the farthest tap's centre */
+                    desc->slope_bias * slope * 0.7072f * (float)desc->tap_side); /* the farthest tap */
     x = (q.x * 0.5f + 0.5f) * side - radius; /* the first tap's texel is floor(x) */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);
     fy = y - floorf(y);
-    for (j = 0; j < desc->taps; j++)
-        for (i = 0; i < desc->taps; i++) {
+    for (j = 0; j < desc->tap_side; j++)
+        for (i = 0; i < desc->tap_side; i++) {
             int32_t s = (int32_t)floorf(x) + (int32_t)i, t = (int32_t)floorf(y) + (int32_t)j;
             float weight = (i == 0                ? 1.0f - fx
-                            : i == desc->taps - 1 ? fx
+                            : i == desc->tap_side - 1 ? fx
                                                   : 1.0f) *
                            (j == 0                ? 1.0f - fy
-                            : j == desc->taps - 1 ? fy
+                            : j == desc->tap_side - 1 ? fy
                                                   : 1.0f);
-            if (desc->taps == 1) weight = 1.0f;
+            if (desc->tap_side == 1) weight = 1.0f;
             total += weight;
             s = s < 0 ? 0 : s >= (int32_t)map->side ? (int32_t)map->side - 1 : s;
             t = t < 0 ? 0 : t >= (int32_t)map->side ? (int32_t)map->side - 1 : t;
@@ -97,11 +97,11 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
-    if (!rsm__within(log, "taps", out->taps, 0, 15, "0..15")) return RSM_ERR_DESC;
+    if (!rsm__within(log, "tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
     if (!rsm__within(log, "bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
     if (!rsm__within(log, "slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
     if (!rsm__system_valid(log, &out->system)) return RSM_ERR_DESC;
-    if (out->taps == 0) out->taps = 2;
+    if (out->tap_side == 0) out->tap_side = 2;
     if (out->bias == 0.0f) out->bias = 0.5f;
     if (out->slope_bias == 0.0f) out->slope_bias = 1.0f;
     out->bias = out->bias > 0.0f ? out->bias : 0.0f;

@@ -160,7 +160,7 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
     const int poisson = d->pattern == RSM_PATTERN_POISSON;
     if (!rsm__within(log, "pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1, "one of rsm_pattern"))
         return bad;
-    if (!rsm__within(log, "samples", d->samples, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
+    if (!rsm__within(log, "sample_count", d->sample_count, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
                      poisson ? "0..4096 with POISSON" : "0..2^20"))
         return bad;
     if (!rsm__within(log, "r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
@@ -218,17 +218,17 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
                                           const rsm__allocator *a)
 {
     size_t i;
-    int list = maps == NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
+    int list = maps == NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.sample_count > 1;
     rsm_result result = RSM_OK;
     g->source_count = list ? 1 : map_count;
     g->sets = g->desc.interleave * g->desc.interleave;
     g->scale = 1.0f / RSM__PI;
     g->shared = g->centred = g->set_samples = 0;
-    if (!list && g->desc.samples) {
-        g->centred = mixed ? 3u * g->desc.samples / 5u : g->desc.samples;
+    if (!list && g->desc.sample_count) {
+        g->centred = mixed ? 3u * g->desc.sample_count / 5u : g->desc.sample_count;
         if (g->desc.pattern == RSM_PATTERN_FLUX || (g->desc.pattern == RSM_PATTERN_MIXED && !mixed))
             g->centred = 0;
-        g->shared = g->desc.samples - g->centred;
+        g->shared = g->desc.sample_count - g->centred;
     }
     g->sources = (rsm__source *)rsm__alloc_array(a, g->source_count, sizeof *g->sources);
     if (!g->sources) return RSM_ERR_ALLOC;
@@ -257,7 +257,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     for (i = 0; i < g->source_count && result == RSM_OK; i++) {
         if (!list) g->sources[i].map = maps[i];
         if (list) result = rsm__pack_list(g, g->sources, lights, light_count, a);
-        else if (g->shared || !g->desc.samples) result = rsm__pack_map(g, g->sources + i, a);
+        else if (g->shared || !g->desc.sample_count) result = rsm__pack_map(g, g->sources + i, a);
     }
     return result;
 }

@@ -85,8 +85,9 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
         memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
         memcpy(cell->rgb[k], g->out + 3 * at[k], 12);
         memcpy(cell->limits[k], g->limits, sizeof g->limits);
-        if (g->desc->reach > 0.0f && g->reach2[at[k]] * g->desc->reach * g->desc->reach < cell->limits[k][2])
-            cell->limits[k][2] = g->reach2[at[k]] * g->desc->reach * g->desc->reach;
+        if (g->desc->light_share > 0.0f &&
+            g->reach2[at[k]] * g->desc->light_share * g->desc->light_share < cell->limits[k][2])
+            cell->limits[k][2] = g->reach2[at[k]] * g->desc->light_share * g->desc->light_share;
     }
     return any;
 }
@@ -271,7 +272,7 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
         rsm__log_value(log, "interpolation.step", out->step, "0 or a power of two, 2..64");
         return bad;
     }
-    if (!rsm__within(log, "interpolation.levels", out->levels, 0, 6, "0..6")) return bad;
+    if (!rsm__within(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
     if (!rsm__within(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
         return bad;
     if (!rsm__within(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
@@ -279,12 +280,13 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
     if (!rsm__within(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
     if (!rsm__within(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.reach", (double)out->reach, -1e6, 1e6, "-1e6..1e6")) return bad;
-    if (out->levels == 0) out->levels = 6;
+    if (!rsm__within(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
+        return bad;
+    if (out->level_count == 0) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
     if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
     if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
-    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
+    if (!(fabsf(out->light_share) > 0.0f)) out->light_share = 0.25f;
     return RSM_OK;
 }
 
@@ -301,7 +303,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     points.occlusion = NULL; /* applied at full resolution, after interpolation */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
-    gather->reach2 = g->step > 1 && g->desc->reach > 0.0f ? g->reach2 : NULL;
+    gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
     gather->kernel = rsm__choose_kernel(g->lossy, gather->reach2 != NULL);
     result = rsm__gather_points(gather, &stats, begin, end);
     gather->points = g->points;
@@ -399,7 +401,7 @@ static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather,
     result = g->list && g->state && g->reach2 ? rsm__gather_open(gather, maps, map_count, NULL, 0, &a)
                                               : RSM_ERR_ALLOC;
     if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* none is left to fail once levels write */
-    if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->levels, &total);
+    if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->level_count, &total);
     rsm__gather_close(gather, &a);
     if (result == RSM_OK) {
         total.bad_points = rsm__grid_finish(g, g->desc->mask);

@@ -1,6 +1,6 @@
 /* ---- lists of pixel lights, and clusters of them ---- */
 
-RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples,
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count)
 {
     rsm__logger log =
@@ -10,21 +10,22 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     if (result != RSM_OK) return result;
     if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
     if (!lights && capacity) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "lights", "is NULL");
-    if (!rsm__within(&log, "samples", samples, 0, RSM__MAX_SAMPLES, "0..2^20")) return RSM_ERR_ARGUMENT;
+    if (!rsm__within(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
+        return RSM_ERR_ARGUMENT;
     for (m = 0; m < map_count; m++) {
         float weight;
-        if (!samples) needed += (size_t)maps[m]->stats.lit_texels;
-        for (i = 0; i < samples; i++)
-            needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight);
+        if (!sample_count) needed += (size_t)maps[m]->stats.lit_texels;
+        for (i = 0; i < sample_count; i++)
+            needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight);
     }
     *count = needed;
     if (capacity < needed) return rsm__refuse(&log, RSM_ERR_MEMORY, "capacity", "is below *count");
     for (m = 0, needed = 0; m < map_count; m++)
-        for (i = 0; i < (samples ? samples : rsm__texel_count(maps[m])); i++) {
+        for (i = 0; i < (sample_count ? sample_count : rsm__texel_count(maps[m])); i++) {
             float weight = 1.0f;
             int c;
             at = i;
-            if (samples ? !rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight)
+            if (sample_count ? !rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight)
                         : !(rsm__mean3(maps[m]->texels[at].flux) > 0.0f))
                 continue;
             lights[needed] = maps[m]->texels[at];

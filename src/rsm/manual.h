@@ -78,7 +78,8 @@
    A map takes 56 bytes a texel (48 of them are rsm_texel), a list 48 bytes a light, a gather 60 bytes a light
    in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:
 
-     samples    fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
+     sample_count
+                fewer: faster, with bands (lists and patterns that are not turned) or noise (noise,
                 interleave), and bright dots where surfaces meet. 0, the default, takes every texel
      pattern    FLUX is fastest; MIXED has the least error where light near a corner matters
      offset     more: corners have fewer bright dots, and are darker than they should be
@@ -101,7 +102,7 @@
      figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
      section 4    direct light by the same map             rsm_direct                           T29
-     section 6    textures are averaged over a texel       rsm_mesh (taps)
+     section 6    textures are averaged over a texel       rsm_mesh (tap_side)
      figure 6     ambient occlusion as a factor            rsm_points (occlusion)
      section 7    light gathered at vertices               rsm_gather
      section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43

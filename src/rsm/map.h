@@ -84,7 +84,7 @@ static inline rsm_result rsm__light_check(const rsm__logger *log, rsm_light *l)
 {
     const rsm_result bad = RSM_ERR_DESC;
     int i;
-    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_KIND_COUNT - 1,
+    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
                      "one of rsm_light_kind"))
         return bad;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;

@@ -116,14 +116,13 @@ RSM_DEF void rsm_map_free(rsm_map *map)
     rsm__free(&a, map);
 }
 
-RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out)
+RSM_DEF void rsm_get_info(const rsm_map *map, rsm_info *out)
 {
-    if (!map || !out) return RSM_ERR_ARGUMENT;
+    if (!map || !out) return;
     out->side = map->side;
     out->face_count = map->faces;
     out->texel_count = rsm__texel_count(map);
     out->finished = map->finished;
-    return RSM_OK;
 }
 
 RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map) { return map ? map->texels : NULL; }

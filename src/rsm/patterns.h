@@ -94,14 +94,15 @@ static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float 
             (float)(3.14159265358979 / sum) * (out[3 * i] * out[3 * i] + out[3 * i + 1] * out[3 * i + 1]);
 }
 
-RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
-                                     uint32_t seed, float *points)
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count, float r_min,
+                                     int paper_weights, uint32_t seed, float *points)
 {
-    if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f))
+    if (!points || sample_count == 0 || sample_count > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f))
         return RSM_ERR_ARGUMENT;
     if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_MIXED) return RSM_ERR_ARGUMENT;
-    if (pattern == RSM_PATTERN_POISSON && samples > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
-    rsm__pattern_make(pattern, samples, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed, points);
+    if (pattern == RSM_PATTERN_POISSON && sample_count > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
+    rsm__pattern_make(pattern, sample_count, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed,
+                      points);
     return RSM_OK;
 }
 

@@ -213,7 +213,7 @@ static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, s
 static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rsm__edges *e, double x,
                                     double y, double h, float out[3])
 {
-    uint32_t taps = m->taps ? m->taps : 1, i, j, found = 0;
+    uint32_t taps = m->tap_side ? m->tap_side : 1, i, j, found = 0;
     float sum[3] = { 0, 0, 0 };
     int k;
     for (k = 0; k < 3; k++) out[k] = m->albedo[k];
@@ -304,7 +304,7 @@ static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh 
     if (!m->positions && m->vertex_count)
         return rsm__refuse(log, RSM_ERR_ARGUMENT, "mesh.positions", "is NULL");
     if (!rsm__stride_checked(log, "mesh.vertex_stride", m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(log, "mesh.taps", m->taps, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
+    if (!rsm__within(log, "mesh.tap_side", m->tap_side, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
     for (k = 0; k < 3; k++)
         if (!rsm__within(log, "mesh.albedo", (double)m->albedo[k], 0, 1e6, "0..1e6")) return RSM_ERR_INPUT;
     for (k = 0; m->transform && k < 16; k++)

@@ -30,10 +30,11 @@ static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
 static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     const rsm_map *map = s->map;
-    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : rsm__count_texels(g, map);
+    size_t texels = rsm__texel_count(map);
+    size_t count = g->desc.sample_count ? g->shared : rsm__count_texels(g, map);
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0;
     size_t placed = 0, lanes;
-    int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
+    int nearby = g->desc.near_field > 0.0f && g->desc.sample_count == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->side + 31u) / 32u) * ((map->side + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lights = per_set;
@@ -45,10 +46,10 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     if (!s->blocks || (g->desc.materials && !s->gloss)) return RSM_ERR_ALLOC;
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     if (s->gloss) memset(s->gloss, 0, lanes * sizeof *s->gloss);
-    for (i = 0; i < (g->desc.samples ? count : texels); i++) {
+    for (i = 0; i < (g->desc.sample_count ? count : texels); i++) {
         size_t set, lane;
         float weight = 1.0f;
-        if (g->desc.samples) {
+        if (g->desc.sample_count) {
             if (!rsm__pick_texel(map, (uint32_t)i, (uint32_t)count, g->desc.seed, &at, &weight)) continue;
         } else {
             at = tiled ? rsm__tiled_texel(map, i) : i;

@@ -80,8 +80,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    of the paper), and writes it to the arrays that the sets name. stats may be NULL.
    Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
-   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without views),
-            SFIELD_ERR_INPUT (a normal or view that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without to_eye),
+            SFIELD_ERR_INPUT (a normal or to_eye that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
             cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
             self-visibility on a rotated entity), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
@@ -137,9 +137,9 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        NULL = nothing is kept */
     const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
-    const float        *views;      /* for gloss, the direction from each point to the eye: unit, three
+    const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
                                        floats, in the world. 0 0 0: all results of the point are 0 */
-    size_t              view_stride;        /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    size_t              to_eye_stride;      /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; NULL: gloss is 0 */
     size_t              exponent_stride;    /* bytes, a multiple of 4; 0 = one exponent for all */
 } sfield_points;

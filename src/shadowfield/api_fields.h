@@ -24,7 +24,7 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
     uint32_t       bands;           /* of harmonics, 1..8; 0 = 4 */
     uint32_t       cube_side;       /* texels a side of a cube's face, a power of two, 4..64; 0 = 16 (wavelets
                                        32) */
-    uint32_t       shells;          /* 2..64; 0 = 16 (wavelets 32) */
+    uint32_t       shell_count;     /* 2..64; 0 = 16 (wavelets 32) */
     uint32_t       position_side;   /* sample points a side of a face of a shell, 2..64; 0 = 16 (wavelets
                                        32) */
     sfield_spacing spacing;
@@ -38,7 +38,7 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
                                        0..1e6 */
     int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
                                        SFIELD_PRODUCT_EXP needs */
-    uint32_t       frames;          /* of sources: steps of time, 1..256; 0 = 1 */
+    uint32_t       frame_count;     /* of sources: steps of time, 1..256; 0 = 1 */
     float          frames_per_second; /* of sources, 1e-6..1e6; 0 = 30 */
     int            loop;            /* not 0: after the last frame comes the first; 0: the last stays */
     float          center[3];       /* of the bounding sphere, -1e18..1e18 */
@@ -177,11 +177,11 @@ typedef enum sfield_kind {          /* what a field holds */
 typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
-    uint32_t       bands, cube_side, shells, position_side, frames;
+    uint32_t       bands, cube_side, shell_count, position_side, frame_count;
     sfield_spacing spacing;
     int            logarithm;
-    size_t         samples;         /* cubes that were recorded; of self-visibility: points */
-    uint64_t       coefficients;    /* wavelets in all of these cubes */
+    size_t         sample_count;    /* cubes that were recorded; of self-visibility: points */
+    uint64_t       coefficient_count;   /* wavelets in all of these cubes */
     size_t         bytes;           /* of the field, in memory and as a file */
     float          center[3], radius;
     float          inscribed;       /* radius of a sphere about the centre inside the closed mesh; 0 = none is

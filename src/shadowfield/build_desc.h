@@ -8,8 +8,8 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
            sfield__check_value(log, d->bands <= SFIELD_MAX_BANDS, "desc.bands", d->bands, "0..8") &&
            sfield__check_value(log, !d->cube_side || sfield__is_side(d->cube_side, 4), "desc.cube_side",
                                d->cube_side, "0, 4, 8, 16, 32 or 64") &&
-           sfield__check_value(log, d->shells != 1 && d->shells <= 64, "desc.shells", d->shells,
-                               "0 or 2..64") &&
+           sfield__check_value(log, d->shell_count != 1 && d->shell_count <= 64, "desc.shell_count",
+                               d->shell_count, "0 or 2..64") &&
            sfield__check_value(log, d->position_side != 1 && d->position_side <= 64, "desc.position_side",
                                d->position_side, "0 or 2..64") &&
            sfield__check_value(log, sfield__in(d->keep, 0, 1), "desc.keep", (double)d->keep, "0..1") &&
@@ -22,10 +22,10 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
 static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, sfield__kind kind)
 {
     static const char *const centers[3] = { "desc.center[0]", "desc.center[1]", "desc.center[2]" };
-    const uint32_t shells = (d->shells                       ? d->shells
+    const uint32_t shells = (d->shell_count                       ? d->shell_count
                              : d->basis == SFIELD_BASIS_HAAR ? 32
                                                              : 16) *
-                            (d->frames ? d->frames : 1);
+                            (d->frame_count ? d->frame_count : 1);
     uint32_t i;
     for (i = 0; i < 3; i++)
         if (!sfield__check_value(log, sfield__in(d->center[i], -1e18f, 1e18f), centers[i],
@@ -35,8 +35,8 @@ static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, s
                                (double)d->radius, "0 or 1e-18..1e18") &&
            sfield__check_value(log, kind == SFIELD__KIND_OCCLUSION || !d->logarithm, "desc.logarithm",
                                d->logarithm, "0 but for occlusion") &&
-           sfield__check_value(log, d->frames <= (kind == SFIELD__KIND_SOURCE ? 256u : 1u), "desc.frames",
-                               d->frames, "0..256 for sources, else 0 or 1") &&
+           sfield__check_value(log, d->frame_count <= (kind == SFIELD__KIND_SOURCE ? 256u : 1u),
+                               "desc.frame_count", d->frame_count, "0..256 for sources, else 0 or 1") &&
            sfield__check_value(log,
                                d->frames_per_second == 0 || sfield__in(d->frames_per_second, 1e-6f, 1e6f),
                                "desc.frames_per_second", (double)d->frames_per_second, "0 or 1e-6..1e6") &&
@@ -64,7 +64,7 @@ static int sfield__set_radii(sfield__build *b)
         float t = (float)i / (float)(b->h.shells - 1), ratio = outer / d->inner;
         b->radii[i] = b->h.spacing == SFIELD_SPACING_UNIFORM ? d->inner + t * (outer - d->inner)
                                                              : d->inner * sfield__pow(ratio, t);
-        if (!sfield__check_value(&b->log, !i || b->radii[i] > b->radii[i - 1] * 1.0002f, "desc.shells",
+        if (!sfield__check_value(&b->log, !i || b->radii[i] > b->radii[i - 1] * 1.0002f, "desc.shell_count",
                                  b->h.shells, "few enough for 0.02 % between two of them"))
             return 0;
     }
@@ -102,10 +102,10 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     h->logarithm = d->logarithm != 0;
     h->bands = haar ? 0 : d->bands ? d->bands : 4;
     h->cube_side = d->cube_side ? d->cube_side : haar ? 32 : 16;
-    h->shells = self ? 0 : d->shells ? d->shells : haar ? 32 : 16;
+    h->shells = self ? 0 : d->shell_count ? d->shell_count : haar ? 32 : 16;
     h->position_side = self ? 0 : d->position_side ? d->position_side : haar ? 32 : 16;
     h->spacing = d->spacing ? (uint32_t)d->spacing : (uint32_t)SFIELD_SPACING_GEOMETRIC;
-    h->frames = d->frames ? d->frames : 1;
+    h->frames = d->frame_count ? d->frame_count : 1;
     h->frames_per_second = d->frames_per_second != 0 ? d->frames_per_second : 30;
     h->loop = d->loop != 0;
     h->channels = kind == SFIELD__KIND_SOURCE ? 3 : 1;

@@ -211,13 +211,13 @@ SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out)
     out->basis = (sfield_basis)h->basis;
     out->bands = h->bands;
     out->cube_side = h->cube_side;
-    out->shells = h->shells;
+    out->shell_count = h->shells;
     out->position_side = h->position_side;
-    out->frames = h->frames;
+    out->frame_count = h->frames;
     out->spacing = (sfield_spacing)h->spacing;
     out->logarithm = (int)h->logarithm;
-    out->samples = h->samples;
-    out->coefficients = h->entries;
+    out->sample_count = h->samples;
+    out->coefficient_count = h->entries;
     out->bytes = h->bytes;
     memcpy(out->center, h->center, sizeof h->center);
     out->radius = h->radius;

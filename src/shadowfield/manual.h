@@ -128,7 +128,7 @@
      section 4.2  points that the viewer does not see            sfield_points (visible)
      section 4.2  culling, with a count for each of its rules    sfield_scene_stats
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
-     section 5    lights that are videos, by key frames          sfield_desc (frames), sfield_entity
+     section 5    lights that are videos, by key frames          sfield_desc (frame_count), sfield_entity
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread
 
    Configuration

@@ -46,15 +46,15 @@ static sfield_result sfield__check_arrays(const sfield__logger *log, const sfiel
     if (!sfield__points_good(log, p) ||
         !sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31") ||
         !sfield__check_value(
-            log, p->view_stride % 4 == 0 && (!p->views || sfield__stride_valid(p->view_stride, 12)),
-            "points->view_stride", (double)p->view_stride, "0, or a multiple of 4 of at least 12") ||
+            log, p->to_eye_stride % 4 == 0 && (!p->to_eye || sfield__stride_valid(p->to_eye_stride, 12)),
+            "points->to_eye_stride", (double)p->to_eye_stride, "0, or a multiple of 4 of at least 12") ||
         !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
                              (double)p->exponent_stride, "a multiple of 4") ||
         !sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
                              "0, or 1 for the first entity, ..."))
         return SFIELD_ERR_ARGUMENT;
-    if (p->gloss && p->exponents && !p->views)
-        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->views",
+    if (p->gloss && p->exponents && !p->to_eye)
+        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->to_eye",
                             "is NULL, but gloss and exponents are there");
     return SFIELD_OK;
 }
@@ -80,8 +80,8 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
         (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache", "is not of this basis and this count");
     result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
-    if (result == SFIELD_OK && p->views && p->gloss && p->exponents)
-        result = sfield__check_units(log, "points->views", p->views, p->view_stride, p->count);
+    if (result == SFIELD_OK && p->to_eye && p->gloss && p->exponents)
+        result = sfield__check_units(log, "points->to_eye", p->to_eye, p->to_eye_stride, p->count);
     return result;
 }
 

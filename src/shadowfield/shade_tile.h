@@ -84,8 +84,8 @@ static void sfield__load_lanes(sfield__tile *t)
                                 turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
                                 turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
         }
-        if (set->views && set->gloss && set->exponents)
-            v = sfield__v3_load(sfield__row(set->views, set->view_stride, i));
+        if (set->to_eye && set->gloss && set->exponents)
+            v = sfield__v3_load(sfield__row(set->to_eye, set->to_eye_stride, i));
         if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
             sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {
             t->active |= 1u << l;

@@ -99,7 +99,7 @@ int main(int count, char **arguments)
     }
     if (!good) return 1;
     cohsm_get_info(maps, &info);
-    printf("%lu segments, %lu bytes\n", (unsigned long)info.segments, (unsigned long)info.bytes);
+    printf("%lu segments, %lu bytes\n", (unsigned long)info.segment_count, (unsigned long)info.bytes);
     cohsm_free(maps);
     return 0;
 }

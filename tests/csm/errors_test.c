@@ -120,7 +120,7 @@ static void descs_out_of_range(void **state)
     REFUSED(d.domain.side[0] = 4097);
     REFUSED(d.domain.side[1] = UINT32_MAX);
     REFUSED(d.domain.side[2] = 2);
-    REFUSED(d.domain.kind = COHSM_DOMAIN_KIND_COUNT);
+    REFUSED(d.domain.kind = COHSM_DOMAIN_COUNT);
     REFUSED(d.domain.kind = (cohsm_domain_kind)1000);
     REFUSED(d.layers = COHSM_LAYERS_COUNT);
     REFUSED(d.order = COHSM_ORDER_COUNT);

@@ -28,7 +28,7 @@ static void take_desc(input *in, cohsm_desc *d, float *locations)
 {
     uint32_t i;
     memset(d, 0, sizeof *d);
-    d->domain.kind = (cohsm_domain_kind)(take(in) % (COHSM_DOMAIN_KIND_COUNT + 1));
+    d->domain.kind = (cohsm_domain_kind)(take(in) % (COHSM_DOMAIN_COUNT + 1));
     for (i = 0; i < 3; i++) d->domain.side[i] = take(in) % 12;
     d->map_side = 4 + take(in) % 21;
     d->layers = (cohsm_layers)(take(in) % (COHSM_LAYERS_COUNT + 1));

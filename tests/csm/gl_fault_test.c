@@ -110,7 +110,7 @@ static void fill_pixels(glbk_pixel *pixels)
     memset(pixels, 0, PIXELS * sizeof *pixels);
     for (i = 0; i < PIXELS; i++) {
         pixels[i].position[0] = (float)(i % SIDE) / SIDE - 0.5f;
-        pixels[i].normal[2] = pixels[i].geometric[2] = 1;
+        pixels[i].normal[2] = pixels[i].geometric_normal[2] = 1;
         pixels[i].material.diffuse[0] = 0.5f;
     }
 }
@@ -141,7 +141,7 @@ static glbk_csm_frame_desc frame_of(const things *x, glbk_csm_use *use)
     use->start = x->start;
     use->kind = LSAMP_LIGHT_DISC;
     use->maps = &x->maps;
-    use->samples = 4;
+    use->sample_count = 4;
     f.lights = &x->lights;
     f.uses = use;
     f.use_count = 1;

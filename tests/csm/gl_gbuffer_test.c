@@ -63,7 +63,7 @@ static void render_sun(gl_test *t, glbk_csm_renderer *r, const glbk_gbuffer *see
     use.start = start;
     use.kind = sun.kind;
     use.maps = maps;
-    use.samples = 1;
+    use.sample_count = 1;
     f.lights = &lights;
     f.uses = &use;
     f.use_count = 1;

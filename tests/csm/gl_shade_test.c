@@ -62,7 +62,7 @@ static void make_points(void)
         memcpy(p->position, positions[i], 12);
         memcpy(p->normal, normals[i], 12);
         memcpy(p->tangent, tangents[i], 12);
-        memcpy(p->geometric, normals[i], 12);
+        memcpy(p->geometric_normal, normals[i], 12);
         p->material = *m;
     }
 }
@@ -162,7 +162,7 @@ static void shade_by_csm(const lsamp_light_desc *light, lsamp_sampling sampling,
     assert_int_equal(lsamp_light_init(light, memory, size, &emitter, NULL), LSAMP_OK);
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = SAMPLES;
+    desc.sample_count = SAMPLES;
     desc.sampling = sampling;
     desc.seed = 21;
     desc.frame = frame;
@@ -170,7 +170,7 @@ static void shade_by_csm(const lsamp_light_desc *light, lsamp_sampling sampling,
     points.count = POINTS;
     points.positions = positions[0];
     points.normals = normals[0];
-    points.views = views[0];
+    points.to_eye = views[0];
     points.tangents = tangents[0];
     points.materials = materials;
     points.material_stride = sizeof materials[0];
@@ -187,7 +187,7 @@ static void open_rig(gl_test *t, int patterns, rig *r)
     glbk_csm_renderer_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.width = desc.height = SIDE;
-    desc.lobes = 2;
+    desc.lobe_count = 2;
     desc.patterns = patterns;
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r->renderer));
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &seen, &r->seen));
@@ -226,7 +226,7 @@ static glbk_csm_use use_of(const rig *r, uint32_t start, lsamp_light_kind shape)
     use.start = start;
     use.kind = shape;
     use.maps = &r->maps;
-    use.samples = SAMPLES;
+    use.sample_count = SAMPLES;
     use.seed = 21;
     return use;
 }
@@ -436,7 +436,7 @@ static void bad_lights_are_refused(void **state)
             if (way == 14) g.mesh = &none, refused = s == LSAMP_LIGHT_CALLBACK;
             if (way == 16) g.emission_fn = shine;                /* functions: a GPU cannot call them */
             if (way == 17) g.kind = LSAMP_LIGHT_CALLBACK, g.shape_fn = mesh_point;
-            if (way == 18) g.frames = 2;                         /* without texels */
+            if (way == 18) g.frame_count = 2;                         /* without texels */
             if (way == 15) g.cosine_power = 2, refused = s == LSAMP_LIGHT_ENVIRONMENT;
             if ((glbk_csm_light_texels(&g) == 0) != refused) fail_msg("shape %d, way %d", i, way);
             if (refused) assert_int_equal(glbk_csm_light_write(&g, words), GLBK_ERR_DESC);
@@ -548,7 +548,7 @@ static void prepared_frames_are_the_same(void **state)
         if (way == 4) f.filter = COHSM_FILTER_COUNT;
         if (way == 5) f.bias = (float)NAN;
         if (way == 6) use.maps = NULL;
-        if (way == 7) use.samples = 65537;
+        if (way == 7) use.sample_count = 65537;
         if (way == 8) use.kind = LSAMP_LIGHT_COUNT;
         assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), GLBK_ERR_DESC);
         assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f), GLBK_ERR_DESC);

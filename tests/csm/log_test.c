@@ -106,7 +106,7 @@ static void a_desc_names_field_value_and_range(void **state)
 {
     (void)state;
     DESC(d.system = halved(), "desc.system.allocator has one function of the two");
-    DESC(d.domain.kind = COHSM_DOMAIN_KIND_COUNT, "desc.domain.kind is 10; it must be a COHSM_DOMAIN_...");
+    DESC(d.domain.kind = COHSM_DOMAIN_COUNT, "desc.domain.kind is 10; it must be a COHSM_DOMAIN_...");
     DESC(d.layers = COHSM_LAYERS_COUNT, "desc.layers is 4; it must be a COHSM_LAYERS_...");
     DESC(d.order = COHSM_ORDER_COUNT, "desc.order is 5; it must be a COHSM_ORDER_...");
     DESC(d.orientation = COHSM_ORIENTATION_COUNT, "desc.orientation is 4; it must be a COHSM_ORIENTATION_...");

@@ -74,7 +74,7 @@ static uint32_t shade(const envlt_light *list, uint32_t count, int filter, uint3
     envsh_maps_end(m);
     envsh_shade(m, &q, &r, out);
     envsh_get_info(m, &atlas);
-    h = hash_words(h, atlas.depth, (size_t)atlas.width * atlas.height * atlas.pages * atlas.channels * 4);
+    h = hash_words(h, atlas.depth, (size_t)atlas.width * atlas.height * atlas.page_count * atlas.channel_count * 4);
     envsh_maps_free(m);
     return hash_words(h, out, sizeof out);
 }

@@ -236,7 +236,7 @@ static void transforms_move_meshes(void **state)
     assert_int_equal(envsh_maps_begin(maps, ALL, box), ENVSH_OK);
     assert_int_equal(envsh_maps_draw(maps, &still, NULL), ENVSH_OK);
     envsh_get_info(maps, &atlas);
-    const size_t texels = (size_t)atlas.width * atlas.height * atlas.pages;
+    const size_t texels = (size_t)atlas.width * atlas.height * atlas.page_count;
     depth = (float *)malloc(texels * sizeof *depth);
     assert_non_null(depth);
     memcpy(depth, atlas.depth, texels * sizeof *depth);
@@ -681,7 +681,7 @@ static void queries_are_checked(void **state)
     REFUSED(ENVSH_ERR_ARGUMENT, r.normal_stride = 13);
     REFUSED(ENVSH_ERR_ARGUMENT, r.geometric_normal_stride = 4);
     REFUSED(ENVSH_ERR_DESC, q.filter = (envsh_filter)9);
-    REFUSED(ENVSH_ERR_DESC, q.taps = ENVSH_MAX_TAPS + 1);
+    REFUSED(ENVSH_ERR_DESC, q.tap_count = ENVSH_MAX_TAPS + 1);
     REFUSED(ENVSH_ERR_DESC, q.radius = 65);
     REFUSED(ENVSH_ERR_DESC, q.radius = NOT_A_NUMBER);
     REFUSED(ENVSH_ERR_DESC, q.bias = INF);
@@ -744,7 +744,7 @@ static void queries_are_checked(void **state)
         const float tile[64] = { 0 };
         const envsh_view *v = envsh_get_views(maps, NULL);
         q = good_query;
-        q.taps = 65;
+        q.tap_count = 65;
         const envsh_tile good_tile = { v, tile, 32, 4, 8 }, no_view = { NULL, tile, 32, 4, 8 },
                          no_depth = { v, NULL, 32, 4, 8 };
         const float longer[3] = { 0, 1.1f, 0 };

@@ -65,7 +65,7 @@ static void shade(input *in, const envlt_lights *l)
     r.normals = normals;
     r.count = 8;
     q.filter = (envsh_filter)(take(in) % (ENVSH_FILTER_COUNT + 1));
-    q.taps = take(in) % 70;
+    q.tap_count = take(in) % 70;
     q.radius = 8 * take_float(in);
     q.bias = take_float(in);
     q.extent_scale = take_float(in);

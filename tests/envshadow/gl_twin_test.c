@@ -647,8 +647,8 @@ static void make_picture(gl_test *t, glbk_context *core, const rig *r, lit_view 
         p->normal[0] = (float)(n[0] / length);
         p->normal[1] = (float)(n[1] / length);
         p->normal[2] = (float)(n[2] / length);
-        p->geometric[1] = (float)n[1];
-        p->geometric[2] = (float)n[2];
+        p->geometric_normal[1] = (float)n[1];
+        p->geometric_normal[2] = (float)n[2];
         if (i % 11 == 3 || x >= 69) memset(p->normal, 0, sizeof p->normal);     /* nothing is seen */
     }
     things.vertices = 0;
@@ -938,9 +938,9 @@ static void bad_arguments_are_named(void **state)
                      GLBK_ERR_NAME);
     assert_int_equal(m.count, 0);
     assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, NULL, 0, draw_things, &r));
-    q.taps = 65;
+    q.tap_count = 65;
     assert_int_equal(glbk_envsh_bind(&t->gl, &m, &q, NULL), GLBK_ERR_DESC);
-    assert_string_equal(t->log, "glbk_envsh_bind: query.taps is 65; it must be 0..64");
+    assert_string_equal(t->log, "glbk_envsh_bind: query.tap_count is 65; it must be 0..64");
     q = soft;
     q.radius = 64.5f;
     assert_int_equal(glbk_envsh_shade(&t->gl, &to.r, &to.seen, &m, &q, 0), GLBK_ERR_DESC);

@@ -263,7 +263,7 @@ static void raster_equals_rays(void **state)
     envsh_get_info(m, &atlas);
     views = envsh_get_views(m, &count);
     assert_int_equal(count, n);
-    assert_int_equal(atlas.channels, 4);
+    assert_int_equal(atlas.channel_count, 4);
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t y = 0; y < 64; y++)
             for (uint32_t x = 0; x < 64; x++) {
@@ -378,9 +378,9 @@ static void shortcuts_change_nothing(void **state)
         for (uint32_t t = 0; t < n; t++) {
             const envsh_view *v = &views[t];
             const float *corner = atlas.depth + ((size_t)(v->page * atlas.height + v->y) * atlas.width + v->x) *
-                                  atlas.channels + v->channel;
-            const envsh_tile tile = { v, corner, (size_t)4 * atlas.width * atlas.channels, (size_t)4 * atlas.channels,
-                                      96 };
+                                  atlas.channel_count + v->channel;
+            const envsh_tile tile = { v, corner, (size_t)4 * atlas.width * atlas.channel_count,
+                                      (size_t)4 * atlas.channel_count, 96 };
             assert_int_equal(envsh_visible(m, t, &q, &r, visible), ENVSH_OK);
             for (uint32_t i = 0; i < POINTS; i++) {
                 float twin = envsh_visibility_twin(&tile, &q, points + 3 * i, normals + 3 * i, i);
@@ -431,7 +431,7 @@ static void penumbra_has_its_width(void **state)
                 r.positions = p;
                 r.normals = up;
                 r.count = 1;
-                q.taps = 64;
+                q.tap_count = 64;
                 q.radius = 64;
                 q.seed = (uint32_t)k;
                 q.extent_scale = scales[s];
@@ -647,7 +647,7 @@ static void clip_spaces_meet_the_lookup(void **state)
                 p[c] = (double)box.low[c] + ((double)box.high[c] - (double)box.low[c]) * rnd(&seed);
             for (int r = 0; r < 4; r++) {
                 clip[r] = 0;
-                for (int c = 0; c < 4; c++) clip[r] += (double)v->clip[4 * c + r] * p[c];
+                for (int c = 0; c < 4; c++) clip[r] += (double)v->world_to_clip[4 * c + r] * p[c];
             }
             CLOSE(clip[3], 1, 1e-6);
             at[0] = (0.5 * clip[0] + 0.5) * SIZE;

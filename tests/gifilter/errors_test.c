@@ -81,7 +81,7 @@ static void frames_out_of_range_write_nothing(void **state)
     SMOOTHED(GIFILT_ERR_DESC, d.plane_slope = 1.1e6f);
     SMOOTHED(GIFILT_ERR_DESC, d.plane_slope = -1);
     SMOOTHED(GIFILT_ERR_DESC, d.plane_slope = NAN);
-    SMOOTHED(GIFILT_ERR_DESC, d.view_projection = huge);
+    SMOOTHED(GIFILT_ERR_DESC, d.world_to_clip = huge);
     for (i = 0; i < 3; i++) {                    /* a count too small, strides that overlap or are no floats */
         p = points;
         if (i == 0) p.count = 3;
@@ -127,7 +127,7 @@ static void a_refused_frame_says_why_and_changes_nothing(void **state)
     assert_int_equal(create(0, 4, &system, &filter), GIFILT_ERR_DESC);
     assert_string_equal(said, "gifilt_create: width is 0; it must be 1..65536");
     assert_int_equal(create(SIDE, SIDE, &system, &filter), GIFILT_OK);
-    f.view_projection = matrix;
+    f.world_to_clip = matrix;
     for (i = 0; i < 3 * SIDE * SIDE; i++) light[i] = 1;
     assert_int_equal(gifilt_apply(filter, &f, &p, light, result), GIFILT_OK);
     assert_int_equal(lines, 1);
@@ -284,7 +284,7 @@ static void noise_falls_with_every_frame(void **state)
     int frame, i;
     (void)state;
     memset(&f, 0, sizeof f);
-    f.view_projection = matrix;
+    f.world_to_clip = matrix;
     f.history = 100;
     f.passes = -1;
     assert_int_equal(create(SIDE, SIDE, NULL, &filter), GIFILT_OK);

@@ -89,7 +89,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         take_all(&in, motion, 2 * points.count);
         for (i = 0; i < 3 * points.count; i++)
             if (!(fabsf(light[i]) <= 1e18f)) light[i] = 1;        /* sums of larger ones may overflow */
-        if (what & 1u) d.view_projection = matrix;
+        if (what & 1u) d.world_to_clip = matrix;
         if (what & 2u) d.motion = motion;
         if (what & 4u) gifilt_reset(filter);
         if (gifilt_apply(filter, &d, &points, light, light) == GIFILT_OK) check(normals, light, points.count);

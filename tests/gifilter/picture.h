@@ -57,7 +57,7 @@ static void picture_frame(int way, uint32_t frame, float matrix[16], float *moti
         motion[i] =
             (float)(i % 2 ? i / 2 / PICTURE_W : i / 2 % PICTURE_W) + 4 * picture_random(frame, 5, i) - 2;
     memset(d, 0, sizeof *d);
-    d->view_projection = matrix;
+    d->world_to_clip = matrix;
     d->rows = GIFILT_ROWS_TOP_FIRST;
     d->motion = way == 3 ? motion : NULL;
     d->passes = frame ? (int)frame : -1;

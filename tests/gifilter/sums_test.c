@@ -220,7 +220,7 @@ static void frames_are_reprojected(void **state)
             m[13] = 0.013f * (float)frame;
             m[7] = -1;
             m[15] = 2;
-            f.view_projection = m;
+            f.world_to_clip = m;
             f.rows = way != 1 ? GIFILT_ROWS_TOP_FIRST : GIFILT_ROWS_DEFAULT;
             f.history = way == 3 ? 3 : 0;
             f.passes = -1;

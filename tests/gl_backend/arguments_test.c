@@ -482,7 +482,7 @@ static void csm_lights(void **state)
         NO_LIGHT(d.rotation, -1001);
         NO_LIGHT(d.time, NAN);
         NO_LIGHT(d.frames_per_second, -1);
-        NO_LIGHT(d.frames, 2);                          /* frames without texels */
+        NO_LIGHT(d.frame_count, 2);                          /* frames without texels */
         NO_LIGHT(d.width, 2);                           /* a size without texels */
         NO_LIGHT(d.height, 2);
         d.texels = grey;
@@ -645,7 +645,7 @@ static void csm_frames(void **state)
     MAKES(r, glbk_csm_renderer_create(gl, NULL, &r));
     DESC_WRONG(r, d.width, 0, glbk_csm_renderer_create(gl, &d, &r));
     DESC_WRONG(r, d.height, 0, glbk_csm_renderer_create(gl, &d, &r));
-    DESC_WRONG(r, d.lobes, 9, glbk_csm_renderer_create(gl, &d, &r));
+    DESC_WRONG(r, d.lobe_count, 9, glbk_csm_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_csm_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &sizes, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &small, &wrong));
@@ -656,7 +656,7 @@ static void csm_frames(void **state)
     use.start = s.start;
     use.kind = LSAMP_LIGHT_DISC;
     use.maps = &s.maps;
-    use.samples = 1;
+    use.sample_count = 1;
     assert_glbk(t, glbk_csm_prepare(gl, &r, &f));
     assert_glbk(t, glbk_csm_render(gl, &r, &seen, &f));
     REFUSED(glbk_csm_prepare(NULL, &r, &f));
@@ -694,8 +694,8 @@ static void csm_frames(void **state)
     DESC_BAD(use.ask, COHSM_LIGHT_COUNT, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.kind, LSAMP_LIGHT_COUNT, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.kind, LSAMP_LIGHT_CALLBACK, glbk_csm_render(gl, &r, &seen, &f));
-    DESC_BAD(use.samples, 0, glbk_csm_render(gl, &r, &seen, &f));
-    DESC_BAD(use.samples, 65537, glbk_csm_render(gl, &r, &seen, &f));
+    DESC_BAD(use.sample_count, 0, glbk_csm_render(gl, &r, &seen, &f));
+    DESC_BAD(use.sample_count, 65537, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.start, s.lights.patterns_at, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(s.lights.lobe_count, 1, glbk_csm_render(gl, &r, &seen, &f));   /* the light would begin there */
     BAD_IS(GLBK_ERR_MISMATCH, r.patterns, 1, glbk_csm_render(gl, &r, &seen, &f));    /* samples are the length */
@@ -871,12 +871,12 @@ static void envsh_maps_and_frames(void **state)
     DESC_BAD(q.filter, ENVSH_FILTER_COUNT, glbk_envsh_bind(gl, &m, &q, NULL));
     DESC_BAD(q.bias, 2e6f, glbk_envsh_bind(gl, &m, &q, NULL));
     DESC_BAD(q.radius, 65, glbk_envsh_bind(gl, &m, &q, NULL));
-    DESC_BAD(q.taps, ENVSH_MAX_TAPS + 1, glbk_envsh_bind(gl, &m, &q, NULL));
+    DESC_BAD(q.tap_count, ENVSH_MAX_TAPS + 1, glbk_envsh_bind(gl, &m, &q, NULL));
     DESC_BAD(q.extent_scale, 2e6f, glbk_envsh_bind(gl, &m, &q, NULL));
     q.filter = ENVSH_FILTER_PCF;
     DESC_BAD(q.radius, 33, glbk_envsh_bind(gl, &m, &q, NULL));
     q.filter = ENVSH_FILTER_SMOOTH;
-    q.taps = 0;                                 /* not asked for */
+    q.tap_count = 0;                                 /* not asked for */
     assert_glbk(t, glbk_envsh_bind(gl, &m, &q, NULL));
     DESC_BAD(q.radius, 0.25f, glbk_envsh_bind(gl, &m, &q, NULL));
     DESC_BAD(q.radius, 9, glbk_envsh_bind(gl, &m, &q, NULL));
@@ -951,7 +951,7 @@ static void rsm_lights(void **state)
     MAKES(m, glbk_rsm_map_create(gl, NULL, 4, &m));
     MAKES_IS(GLBK_ERR_DESC, m, glbk_rsm_map_create(gl, &l, 3, &m));
     MAKES_IS(GLBK_ERR_DESC, m, glbk_rsm_map_create(gl, &l, 4097, &m));
-    WRONG_IS(GLBK_ERR_DESC, m, l.kind, RSM_LIGHT_KIND_COUNT, glbk_rsm_map_create(gl, &l, 4, &m));
+    WRONG_IS(GLBK_ERR_DESC, m, l.kind, RSM_LIGHT_COUNT, glbk_rsm_map_create(gl, &l, 4, &m));
     for (i = 0; i < 3; i++) {
         WRONG_IS(GLBK_ERR_DESC, m, l.position[i], 2e9f, glbk_rsm_map_create(gl, &l, 4, &m));
         WRONG_IS(GLBK_ERR_DESC, m, l.up[i], NAN, glbk_rsm_map_create(gl, &l, 4, &m));
@@ -1042,7 +1042,7 @@ static void rsm_renderers_and_tables(void **state)
     memset(&surface, 0, sizeof surface);
     memset(&tables, 0, sizeof tables);
     tables.pattern = RSM_PATTERN_POISSON;
-    tables.samples = 15;
+    tables.sample_count = 15;
     tables.interleave = 2;
     tables.noise = floats;
     tables.noise_side = 2;
@@ -1055,12 +1055,12 @@ static void rsm_renderers_and_tables(void **state)
     REFUSED(glbk_rsm_tables_upload(gl, &none, &tables, floats));
     REFUSED(glbk_rsm_tables_upload(gl, &r, &tables, NULL));
     REFUSED(glbk_rsm_tables_upload(gl, &r, NULL, floats));
-    BAD(tables.samples, 0, glbk_rsm_tables_upload(gl, &r, &tables, floats));
+    BAD(tables.sample_count, 0, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_DESC, tables.noise_side, 0, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_DESC, tables.noise, two, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_DESC, tables.materials, NULL, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_DESC, tables.materials, &shining, glbk_rsm_tables_upload(gl, &r, &tables, floats));
-    BAD_IS(GLBK_ERR_DESC, tables.samples, 4097, glbk_rsm_tables_upload(gl, &r, &tables, floats));
+    BAD_IS(GLBK_ERR_DESC, tables.sample_count, 4097, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_LIMIT, tables.noise_side, 1025, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     BAD_IS(GLBK_ERR_LIMIT, tables.material_count, 1025, glbk_rsm_tables_upload(gl, &r, &tables, floats));
     assert_int_equal(r.point_count, 16);        /* a refused upload leaves the tables */
@@ -1118,7 +1118,7 @@ static void rsm_illumination(void **state)
     memset(&grid, 0, sizeof grid);
     memset(&filter, 0, sizeof filter);
     g.pattern = RSM_PATTERN_POISSON;
-    g.samples = 16;
+    g.sample_count = 16;
     g.r_max = 1;
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &sight));
     assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));
@@ -1140,7 +1140,7 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_direct(gl, &r, &sight, nothing, 1, &direct));
     REFUSED(glbk_rsm_direct(gl, &r, &sight, unseen, 1, &direct));
     assert_glbk(t, glbk_rsm_direct(gl, &r, &sight, seen, 1, NULL));
-    BAD_IS(GLBK_ERR_DESC, direct.taps, 16, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
+    BAD_IS(GLBK_ERR_DESC, direct.tap_side, 16, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
     BAD_IS(GLBK_ERR_DESC, direct.bias, -2e6f, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
     BAD_IS(GLBK_ERR_DESC, direct.bias, 2e6f, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
     BAD_IS(GLBK_ERR_DESC, direct.slope_bias, -2e6f, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
@@ -1151,7 +1151,7 @@ static void rsm_illumination(void **state)
     REFUSED(glbk_rsm_direct(gl, &r, NULL, seen, 1, &direct));
     REFUSED(glbk_rsm_direct(gl, &r, &blind, seen, 1, &direct));
     ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_direct(gl, &r, &small, seen, 1, &direct));
-    direct.taps = 3;
+    direct.tap_side = 3;
     assert_glbk(t, glbk_rsm_direct(gl, &r, &sight, seen, 1, &direct));
 
     BAD_IS(GLBK_ERR_MISMATCH, g.seed, 0, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g)); /* no points */
@@ -1173,8 +1173,8 @@ static void rsm_illumination(void **state)
     ERROR_IS(GLBK_ERR_MISMATCH, glbk_rsm_interpolate(gl, &r, &small, maps, 1, NULL, NULL));
     assert_glbk(t, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, NULL, NULL));
     BAD_IS(GLBK_ERR_DESC, g.pattern, RSM_PATTERN_COUNT, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
-    BAD_IS(GLBK_ERR_DESC, g.samples, (1u << 20) + 1, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
-    BAD_IS(GLBK_ERR_DESC, g.samples, 4097, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
+    BAD_IS(GLBK_ERR_DESC, g.sample_count, (1u << 20) + 1, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
+    BAD_IS(GLBK_ERR_DESC, g.sample_count, 4097, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     BAD_IS(GLBK_ERR_DESC, g.interleave, 16, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     BAD_IS(GLBK_ERR_DESC, g.interleave, 3, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     BAD_IS(GLBK_ERR_DESC, g.r_max, -1, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
@@ -1196,8 +1196,8 @@ static void rsm_illumination(void **state)
     assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.system"));
     BAD_IS(GLBK_ERR_MISMATCH, g.pattern, RSM_PATTERN_LOG_RADIAL, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.pattern"));
-    BAD_IS(GLBK_ERR_MISMATCH, g.samples, 12, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
-    assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.samples"));
+    BAD_IS(GLBK_ERR_MISMATCH, g.sample_count, 12, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
+    assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.sample_count"));
     BAD_IS(GLBK_ERR_MISMATCH, g.interleave, 2, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
     assert_non_null(strstr(t->log, "glbk_rsm_gather: desc.interleave"));
     BAD_IS(GLBK_ERR_MISMATCH, g.seed, 1, glbk_rsm_gather(gl, &r, &sight, maps, 1, &g));
@@ -1237,14 +1237,14 @@ static void rsm_illumination(void **state)
     BAD_IS(GLBK_ERR_DESC, grid.step, 1, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.step, 128, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.step, 12, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
-    BAD_IS(GLBK_ERR_DESC, grid.levels, 7, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
+    BAD_IS(GLBK_ERR_DESC, grid.level_count, 7, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.normal_cosine, 1.5f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.plane_slope, -1, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.plane_slope, 2e6f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.distance, -1, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.distance, 2e9f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.contrast, 2e6f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
-    BAD_IS(GLBK_ERR_DESC, grid.reach, -2e6f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
+    BAD_IS(GLBK_ERR_DESC, grid.light_share, -2e6f, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     BAD_IS(GLBK_ERR_DESC, grid.mask, &mask, glbk_rsm_interpolate(gl, &r, &sight, maps, 1, &g, &grid));
     assert_non_null(strstr(t->log, "glbk_rsm_interpolate: interpolation.mask"));
 
@@ -1263,7 +1263,7 @@ static void rsm_illumination(void **state)
     BAD_IS(GLBK_ERR_DESC, filter.plane_slope, 2e6f, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     BAD_IS(GLBK_ERR_DESC, filter.motion, points, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     assert_non_null(strstr(t->log, "glbk_rsm_denoise: frame.motion"));
-    filter.view_projection = matrix;
+    filter.world_to_clip = matrix;
     BAD_IS(GLBK_ERR_DESC, matrix[15], INFINITY, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     assert_glbk(t, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));
     ERROR_IS(GLBK_ERR_ORDER, glbk_rsm_denoise(gl, &r, &sight, &filter, NULL));  /* twice */
@@ -1473,10 +1473,10 @@ static void ism_settings(glbk_context *gl, glbk_ism_renderer *r, const glbk_gbuf
     const glbk_result bad = GLBK_ERR_DESC;
     ism_shading s;
     memset(&s, 0, sizeof s);
-    s.pattern = 2;
+    s.interleave = 2;
     BAD_IS(bad, s.near_mode, ISM_NEAR_COUNT, glbk_ism_shade(gl, r, seen, m, &s, 0));
-    BAD_IS(bad, s.pattern, 16, glbk_ism_shade(gl, r, seen, m, &s, 0));
-    BAD_IS(bad, s.pattern, 3, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.interleave, 16, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.interleave, 3, glbk_ism_shade(gl, r, seen, m, &s, 0));
     BAD_IS(bad, s.bias, 1, glbk_ism_shade(gl, r, seen, m, &s, 0));
     BAD_IS(bad, s.bias, NAN, glbk_ism_shade(gl, r, seen, m, &s, 0));
     BAD_IS(bad, s.clamp, -1, glbk_ism_shade(gl, r, seen, m, &s, 0));

@@ -167,7 +167,7 @@ static glbk_result make_rsm(gl_test *t)
     memset(&lamp, 0, sizeof lamp);
     memset(&tables, 0, sizeof tables);
     tables.pattern = RSM_PATTERN_LOG_RADIAL;
-    tables.samples = 8;
+    tables.sample_count = 8;
     tables.noise = zeros;
     tables.noise_side = 4;
     tables.materials = materials;

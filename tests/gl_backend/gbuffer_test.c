@@ -195,7 +195,7 @@ static void what_is_drawn_is_what_the_geometry_says(void **state)
     float clip[16];
     make_view(GLBK_CLIP_DEPTH_DEFAULT, clip);
     draw_scene(t, &g, usual, p);
-    assert_true(g.has_depth && g.has_clip && memcmp(g.clip, clip, sizeof clip) == 0);
+    assert_true(g.has_depth && g.has_clip && memcmp(g.world_to_clip, clip, sizeof clip) == 0);
     for (i = 0; i < PIXELS; i++) {
         const float *at = p[i].position;
         float ndc[4];
@@ -208,7 +208,7 @@ static void what_is_drawn_is_what_the_geometry_says(void **state)
         for (k = 0; k < 4; k++) ndc[k] = clip[k] * at[0] + clip[4 + k] * at[1] + clip[8 + k] * at[2] + clip[12 + k];
         assert_true(fabsf((ndc[0] / ndc[3] * 0.5f + 0.5f) * W - (float)(i % W) - 0.5f) < 1e-3f);
         assert_true(fabsf((ndc[1] / ndc[3] * 0.5f + 0.5f) * H - (float)(i / W) - 0.5f) < 1e-3f);
-        assert_true(apart(p[i].normal, p[i].geometric) < 1e-3f);
+        assert_true(apart(p[i].normal, p[i].geometric_normal) < 1e-3f);
         if (p[i].entity == 1) {
             assert_true(fabsf(at[1]) < 1e-4f && p[i].normal[1] == 1 && p[i].plane == 3 && p[i].occlusion == 0);
             assert_int_equal(p[i].material.kind, LSAMP_MATERIAL_LAMBERT);
@@ -229,8 +229,8 @@ static void what_is_drawn_is_what_the_geometry_says(void **state)
     assert_true(!g.has_depth && !g.has_clip);
     assert_glbk(t, glbk_gbuffer_read(&t->gl, &g, 0, H, back));
     for (i = 0; i < PIXELS; i++) {
-        assert_true(apart(p[i].geometric, back[i].geometric) < 5e-5f);
-        memcpy(back[i].geometric, p[i].geometric, sizeof p[i].geometric);
+        assert_true(apart(p[i].geometric_normal, back[i].geometric_normal) < 5e-5f);
+        memcpy(back[i].geometric_normal, p[i].geometric_normal, sizeof p[i].geometric_normal);
         assert_memory_equal(&p[i], &back[i], sizeof p[i]);
     }
     memset(p, 0, sizeof p[0] * W);                                      /* rows by themselves */
@@ -327,7 +327,7 @@ static void maps_and_holes_and_lobes(void **state)
         assert_true(fabsf(p[i].material.diffuse[1] - 64 / 255.0f) < 1e-4f && p[i].material.diffuse[2] == 0);
         assert_true(fabsf(p[i].material.metallic - 0.5f * 64 / 255) < 1e-4f);
         assert_true(fabsf(p[i].material.roughness - 0.75f * 128 / 255) < 1e-4f);
-        assert_true(p[i].geometric[1] > 0.999f);
+        assert_true(p[i].geometric_normal[1] > 0.999f);
     }
     assert_true(seen > 150 && holes > 500);
 
@@ -436,7 +436,7 @@ static void compare(gl_test *t, glbk_gbuffer *g, const glbk_pixel *p, float plac
         seen++;
         assert_true(apart(p[i].position, q[i].position) <= place);
         assert_true(apart(p[i].normal, q[i].normal) <= normal);
-        edges += apart(p[i].normal, q[i].geometric) > 0.02f;
+        edges += apart(p[i].normal, q[i].geometric_normal) > 0.02f;
     }
     if (edges * 50 >= seen) printf("%d normals of surfaces of %d lie on another face\n", edges, seen);
     assert_true(edges * 50 < seen);                         /* where neighbours lie on another face */
@@ -493,7 +493,7 @@ static void every_convention_of_depth(void **state)
         assert_glbk(t, glbk_gbuffer_import(&t->gl, &g, &in));
         compare(t, &g, p, 2e-5f, 1e-6f);
         assert_true(g.has_depth && g.has_clip);
-        for (k = 0; k < 16; k++) assert_true(fabsf(g.clip[k] - usual_clip[k]) < 1e-5f);
+        for (k = 0; k < 16; k++) assert_true(fabsf(g.world_to_clip[k] - usual_clip[k]) < 1e-5f);
         glbk_texture_free(&t->gl, &depths);
         glbk_texture_free(&t->gl, &normals);
     }
@@ -636,7 +636,7 @@ static void colours_gloss_openness_and_entities(void **state)
     open_map = make_texture(t, GLBK_FORMAT_R8, W, H, open);
     entities = make_texture(t, GLBK_FORMAT_R8UI, W, H, entity);
     in.positions = &places;
-    in.normals = in.geometric = &normals;
+    in.normals = in.geometric_normals = &normals;
     in.material.kind = LSAMP_MATERIAL_METAL_ROUGH;
     in.material.diffuse[0] = in.material.diffuse[1] = in.material.diffuse[2] = 0.5f;
     in.material.metallic = in.material.roughness = 1;
@@ -654,7 +654,7 @@ static void colours_gloss_openness_and_entities(void **state)
         assert_true(fabsf(q[i].material.metallic - (float)gloss[i][2] / 255) < 1e-6f);
         assert_true(fabsf(q[i].material.roughness - (float)gloss[i][1] / 255) < 1e-6f);
         assert_true(fabsf(q[i].occlusion - 1 + (float)open[i] / 255) < 1e-5f);
-        assert_true(q[i].entity == entity[i] && q[i].plane == 9 && apart(q[i].geometric, p[i].normal) < 5e-5f);
+        assert_true(q[i].entity == entity[i] && q[i].plane == 9 && apart(q[i].geometric_normal, p[i].normal) < 5e-5f);
     }
     in.color_map = in.gloss_map = in.open_map = in.entities = NULL;     /* and what holds without them */
     in.entity = 77;

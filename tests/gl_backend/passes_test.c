@@ -137,7 +137,7 @@ static void run_csm(gl_test *t, turn *out)
     use.start = x.csm.start;
     use.kind = LSAMP_LIGHT_SUN;
     use.maps = &x.csm.maps;
-    use.samples = 4;
+    use.sample_count = 4;
     frame.lights = &x.csm.lights;
     frame.uses = &use;
     frame.use_count = 1;
@@ -319,8 +319,8 @@ static void run_rsm(gl_test *t, turn *out)
     gifilt_frame filter;
     memset(&gather, 0, sizeof gather);
     memset(&filter, 0, sizeof filter);
-    gather.samples = 20;
-    filter.view_projection = view;
+    gather.sample_count = 20;
+    filter.world_to_clip = view;
     glbk_rsm_reset(r);
     /* before there is anything to resolve */
     assert_glbk(t, glbk_rsm_resolve(&t->gl, r, seen, &pass, NULL, 1, 1));

@@ -60,7 +60,7 @@ static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)
     for (i = 0; i < TEXELS; i++) {
         memset(&pixels[i], 0, sizeof pixels[i]);
         if (!is_seen(i)) continue;
-        pixels[i].normal[2] = pixels[i].geometric[2] = 1;
+        pixels[i].normal[2] = pixels[i].geometric_normal[2] = 1;
         pixels[i].position[2] = place_z(i);
     }
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, r));

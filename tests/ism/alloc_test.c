@@ -64,7 +64,7 @@ static void every_allocation_fails(void **state)
             ism_shading shading = { 0 };
             float out[3 * PIXELS], before[3 * PIXELS];
             ism_result r;
-            shading.pattern = 2;
+            shading.interleave = 2;
             memset(out, 0x31, sizeof out);
             memcpy(before, out, sizeof out);
             l.fail_at = at;
@@ -173,7 +173,7 @@ static void peak_is_what_the_stats_say(void **state)
         make(&m, &s, &view, &f);
         if (way) d.vpl_count = 20, d.surfel_count = 100, d.tile_side = 64, d.keep_hits = 0;
         if (way == 2) d.vpl_count = 4096, d.surfel_count = 8, d.tile_side = 8;    /* what there is of each VPL shows */
-        shading.pattern = way ? 2 : 1;
+        shading.interleave = way ? 2 : 1;
         kept = kept_bytes(&d, &s);
         assert_int_equal(ism_create(&d, &maps), ISM_OK);
         assert_int_equal(ism_choose(maps, &f), ISM_OK);

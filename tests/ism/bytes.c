@@ -74,9 +74,9 @@ static int bytes_lines(FILE *lines)
         view.normals = down;
         view.count = 16 * 8;
         view.width = 16;
-        view.matrix[0] = 0.5f;
-        view.matrix[9] = 0.5f;
-        view.matrix[15] = 1.0f;
+        view.world_to_clip[0] = 0.5f;
+        view.world_to_clip[9] = 0.5f;
+        view.world_to_clip[15] = 1.0f;
         view.rows = ISM_ROWS_TOP_FIRST;
         frame.mesh = &mesh;
         frame.sources = &source;
@@ -91,7 +91,7 @@ static int bytes_lines(FILE *lines)
         d.tile_side = 32;
         d.projection = (ism_projection)(1 + projection % 4);
         d.window_rim = projection < 4 || BYTES_CORE ? -1 : 0;
-        s.pattern = BYTES_CORE ? 1 : 2;
+        s.interleave = BYTES_CORE ? 1 : 2;
         s.near_mode = (ism_near)(1 + projection % 4);
         if (ism_create(&d, &m) != ISM_OK || ism_render(m, &frame, &s, out, NULL) != ISM_OK) return 1;
         {

@@ -129,7 +129,7 @@ static void arguments_are_checked(void **state)
     assert_int_equal(ism_render(w.maps, NULL, NULL, out, NULL), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_render(w.maps, &w.frame, NULL, NULL, NULL), ISM_ERR_ARGUMENT);
     assert_int_equal(try_render(&w, NULL), ISM_OK);
-    s.pattern = 3;
+    s.interleave = 3;
     assert_int_equal(try_render(&w, &s), ISM_ERR_DESC);
     memset(&s, 0, sizeof s);
     s.bias = 1;
@@ -143,9 +143,9 @@ static void arguments_are_checked(void **state)
     w.view.position_stride = 10;
     assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
     w.view.position_stride = 0;
-    w.view.matrix[3] = INF;
+    w.view.world_to_clip[3] = INF;
     assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
-    w.view.matrix[3] = 0;
+    w.view.world_to_clip[3] = 0;
     w.source.normals = NULL;
     assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
     w.source.normals = lit.n;
@@ -222,7 +222,7 @@ static void limits_of_frames_are_exact(void **state)
     open_world(&w, NULL);
     for (i = 0; i < 10; i++) {
         memset(&s, 0, sizeof s);
-        s.pattern = (uint32_t)i;
+        s.interleave = (uint32_t)i;
         assert_int_equal(try_render(&w, &s), patterns[i] ? ISM_OK : ISM_ERR_DESC);
     }
 #define SHADED(expected, change)                                                                                       \
@@ -279,9 +279,9 @@ static void limits_of_frames_are_exact(void **state)
     VIEWED(ISM_ERR_ARGUMENT, w.view.count--);
     VIEWED(ISM_ERR_ARGUMENT, w.view.count = (1u << 28) + 1u; w.view.width = 0);
     VIEWED(ISM_ERR_ARGUMENT, w.view.normal_stride = 6);
-    VIEWED(ISM_ERR_ARGUMENT, w.view.geometric_stride = 14);
+    VIEWED(ISM_ERR_ARGUMENT, w.view.geometric_normal_stride = 14);
     VIEWED(ISM_ERR_ARGUMENT, w.view.albedo_stride = 8);
-    for (i = 0; i < 16; i++) VIEWED(ISM_ERR_INPUT, w.view.matrix[i] = NOT_A_NUMBER);
+    for (i = 0; i < 16; i++) VIEWED(ISM_ERR_INPUT, w.view.world_to_clip[i] = NOT_A_NUMBER);
     VIEWED(ISM_ERR_INPUT, w.view.rows = ISM_ROWS_COUNT);
     VIEWED(ISM_ERR_INPUT, w.view.rows = (ism_rows)-1);
     w.mesh.vertex_count = 4;
@@ -616,9 +616,9 @@ static void several_sources_share_the_vpls(void **state)
     assert_int_equal(ism_shade(w.maps, &w.view, NULL, out, NULL), ISM_ERR_ORDER);
     flat = w.view;
     flat.width = 0;
-    s.pattern = 2;
+    s.interleave = 2;
     assert_int_equal(ism_shade(w.maps, &flat, &s, out, NULL), ISM_ERR_DESC);
-    s.pattern = 0;
+    s.interleave = 0;
     assert_int_equal(ism_shade(w.maps, &flat, &s, out, NULL), ISM_OK);
     w.mesh.indices = indices;
     w.mesh.index_count = 3;
@@ -702,7 +702,7 @@ static void odd_values_give_finite_light(void **state)
             d.projection = (ism_projection)(1 + k % 4);
             open_world(&w, &d);
             s.near_mode = (ism_near)(1 + (k + array) % 4);
-            s.pattern = k % 2 ? 2 : 1;
+            s.interleave = k % 2 ? 2 : 1;
             to[0] = soup_of_test.p;
             to[1] = lit.p;
             to[2] = lit.n;

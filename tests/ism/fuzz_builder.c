@@ -99,13 +99,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     view.albedos = take(&in) & 1u ? eye[1] : NULL;
     view.count = 8 * 4;
     view.width = 8;
-    for (i = 0; i < 16; i++) view.matrix[i] = take(&in) & 1u ? take_float(&in) : 0.0f;
+    for (i = 0; i < 16; i++) view.world_to_clip[i] = take(&in) & 1u ? take_float(&in) : 0.0f;
     view.rows = ISM_ROWS_TOP_FIRST;
     frame.mesh = &mesh;
     frame.sources = source;
     frame.source_count = take(&in) % 3u;
     frame.points = &view;
-    shading.pattern = take(&in) % 4u;
+    shading.interleave = take(&in) % 4u;
     shading.near_mode = (ism_near)(take(&in) % (ISM_NEAR_NONE));     /* NONE may be infinite */
     shading.cull = (int)(take(&in) & 1u);
     for (frame.index = 0; frame.index < 2; frame.index++) {

@@ -370,8 +370,8 @@ static void compare_light(gl_test *t, pair *p, pictures *of, const ism_shading *
         if (i % 29) lit += light[1][1][4 * i] > 0;
         else dark += light[1][1][4 * i] == 0;
     }
-    printf("pattern %u, rule %u: %zu pixels lit; words of the light that differ: %zu, blurred: %zu\n", shading->pattern,
-           (unsigned)shading->near_mode, lit, off[0], off[1]);
+    printf("interleave %u, rule %u: %zu pixels lit; words of the light that differ: %zu, blurred: %zu\n",
+           shading->interleave, (unsigned)shading->near_mode, lit, off[0], off[1]);
     assert_int_equal(off[0] + off[1], 0);
     assert_true(lit > PIXELS / 2 && dark == (PIXELS + 28) / 29);
 }
@@ -392,7 +392,7 @@ static void light_of_both_paths_agrees(void **state)
             for (uint32_t near_mode = 1; near_mode < 7; near_mode++) {
                 ism_shading s;
                 memset(&s, 0, sizeof s);
-                s.pattern = pattern;
+                s.interleave = pattern;
                 s.near_mode = (ism_near)near_mode;
                 s.clamp = 0.5f;
                 s.no_maps = near_mode == 5;
@@ -414,7 +414,7 @@ static void classes_without_vpls_are_dark(void **state)
     pictures of;
     size_t wrong = 0;
     memset(&s, 0, sizeof s);
-    s.pattern = 8;
+    s.interleave = 8;
     s.near_mode = ISM_NEAR_PATCH;
     s.no_maps = 1;
     pair_open(t, &p);
@@ -473,14 +473,14 @@ static void bounded_passes_make_the_same_light(void **state)
     make_maps(t, &p, &d, 37);
     compare_maps(t, &p, "maps");
     make_pictures(t, &p, &of);
-    for (s.pattern = 1; s.pattern < 4; s.pattern *= 2)
+    for (s.interleave = 1; s.interleave < 4; s.interleave *= 2)
         for (i = 0; i < 2; i++) {
             glbk_ism_renderer *r = &of.renderer[i];
             for (k = 0; k < 2; k++) {
                 gl_count_begin(&p.gl[i]);
                 assert_glbk(t, glbk_ism_shade(&p.gl[i], r, &of.seen[i], &p.maps[i], &s, k ? 1 : 0));
                 if (k)                                                  /* and the blur */
-                    assert_int_equal(gl_counted.draws, (HEIGHT + 16 * s.pattern - 1) / (16 * s.pattern) + 1);
+                    assert_int_equal(gl_counted.draws, (HEIGHT + 16 * s.interleave - 1) / (16 * s.interleave) + 1);
                 gl_count_end(&p.gl[i]);
                 assert_glbk(t, glbk_ism_read(&p.gl[i], r, light[k]));
             }

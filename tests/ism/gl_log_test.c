@@ -311,7 +311,7 @@ static void a_wrong_shading_is_named(void **state)
 #define SHADE glbk_ism_shade(gl, &r, &seen, &m, &s, 0)
     SAYS(SHADE, GLBK_ERR_ORDER, "glbk_ism_shade: maps were never drawn: glbk_ism_draw");
     assert_glbk(t, glbk_ism_draw(gl, &m, 0));
-    SAYS_OF(s.pattern, 3, SHADE, no, "glbk_ism_shade: shading.pattern is 3; it must be 0, 1, 2, 4 or 8");
+    SAYS_OF(s.interleave, 3, SHADE, no, "glbk_ism_shade: shading.interleave is 3; it must be 0, 1, 2, 4 or 8");
     SAYS_OF(s.near_mode, ISM_NEAR_COUNT, SHADE, no,
             "glbk_ism_shade: shading.near_mode is 7; it must be a value of ism_near");
     SAYS_OF(s.bias, 1, SHADE, no, "glbk_ism_shade: shading.bias is 1; it must be below 1");

@@ -218,7 +218,7 @@ static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, con
     gl_light_of(&t->gl, r, s->view.albedos, gl, lost);
     for (i = 0; i < PIXELS; i += 101) assert_true(gl[3 * i] == 0);      /* background */
     *lost = fabs(*lost - stats.lost_energy);
-    return difference(gl, cpu, PIXELS, shading->pattern > 1 ? 0.02 : 0.005);
+    return difference(gl, cpu, PIXELS, shading->interleave > 1 ? 0.02 : 0.005);
 }
 
 /* What glbk_ism_read says times albedo / pi, in 8 bits of a target. */
@@ -268,7 +268,7 @@ static void light_agrees(void **state)
                 if (projection == 4 && near_mode > 1) continue;
                 shading.near_mode = (ism_near)near_mode;
                 shading.clamp = near_mode == ISM_NEAR_CLAMP_MEAN ? 2.0f : 0.05f;
-                shading.pattern = k == 1 ? 2 : 1;
+                shading.interleave = k == 1 ? 2 : 1;
                 shading.no_maps = k == 2;
                 s->view.albedos = k == 0 ? NULL : s->albedos;
                 off = light_difference(t, s, &m, &seen, &r, &shading, &lost);
@@ -320,7 +320,7 @@ static void near_points_agree(void **state)
         ism_shading shading = { 0 };
         assert_glbk(t, glbk_ism_near_points_upload(&t->gl, &m, points, (uint32_t)count));
         shading.near_mode = k == 3 ? ISM_NEAR_DEFAULT : ISM_NEAR_GATHER;
-        shading.pattern = k == 1 ? 4 : 1;
+        shading.interleave = k == 1 ? 4 : 1;
         shading.no_maps = k == 2;
         s->view.albedos = k == 0 ? NULL : s->albedos;
         off = light_difference(t, s, &m, &seen, &r, &shading, &lost);

@@ -260,14 +260,14 @@ static void shading_fields_are_named(void **state)
     (void)state;
     open_world(&w, &n);
     assert_int_equal(ism_render(w.maps, &w.frame, NULL, out, NULL), ISM_OK);
-    s.pattern = 3;
+    s.interleave = 3;
     SAYS(ism_shade(w.maps, &w.view, &s, out, NULL), ISM_ERR_DESC,
-         "ism_shade: shading.pattern is 3; it must be 0, 1, 2, 4 or 8");
-    s.pattern = 2;
+         "ism_shade: shading.interleave is 3; it must be 0, 1, 2, 4 or 8");
+    s.interleave = 2;
     w.view.width = 0;
     SAYS(ism_shade(w.maps, &w.view, &s, out, NULL), ISM_ERR_DESC,
-         "ism_shade: shading.pattern is 2; it must be 0 or 1 where receivers are a list");
-    s.pattern = 0;
+         "ism_shade: shading.interleave is 2; it must be 0 or 1 where receivers are a list");
+    s.interleave = 0;
     s.bias = 1;
     SAYS(ism_shade(w.maps, &w.view, &s, out, NULL), ISM_ERR_DESC, "ism_shade: shading.bias is 1; it must be below 1");
     SAYS(ism_visible(w.maps, 16, &w.view, 0, visible), ISM_ERR_ARGUMENT,
@@ -322,7 +322,7 @@ static void progress_never_falls_within_a_call(void **state)
     two[0] = two[1] = w.source;
     w.frame.sources = two;
     w.frame.source_count = 2;
-    s.pattern = 2;
+    s.interleave = 2;
     assert_int_equal(ism_render(w.maps, &w.frame, &s, out, NULL), ISM_OK);
     assert_int_equal(n.falls, 0);
     assert_true(n.calls > 50 && n.told >= 1);

@@ -88,7 +88,7 @@ static void light_in_a_corner(void **state)
         for (gather = 0; gather < 2; gather++) {
             ism_shading shading = { 0 };
             shading.no_maps = 1;
-            shading.pattern = patterns[k];
+            shading.interleave = patterns[k];
             shading.near_mode = gather ? ISM_NEAR_GATHER : ISM_NEAR_PATCH;
             assert_int_equal(ism_shade(m, &view, &shading, light, NULL), ISM_OK);
             beside_the_floor(light, &rmse[gather], &ratio[gather]);

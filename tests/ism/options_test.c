@@ -79,18 +79,18 @@ static void clip_conventions_give_the_same_choice(void **state)
     memset(&d, 0, sizeof d);
     d.vpl_count = 16;
     d.importance = ISM_IMPORTANCE_GUIDED;
-    view.matrix[0] = 0.5f;          /* x / 2; -z / 2; 0.2 y - 0.3; 1 */
-    view.matrix[9] = -0.5f;
-    view.matrix[6] = 0.2f;
-    view.matrix[14] = -0.3f;
-    view.matrix[15] = 1;
+    view.world_to_clip[0] = 0.5f;          /* x / 2; -z / 2; 0.2 y - 0.3; 1 */
+    view.world_to_clip[9] = -0.5f;
+    view.world_to_clip[6] = 0.2f;
+    view.world_to_clip[14] = -0.3f;
+    view.world_to_clip[15] = 1;
     view.rows = ISM_ROWS_TOP_FIRST;
     importances(&d, &f, gl);
     for (k = 0; k < 4; k++)         /* z' = (z + w) / 2, as Vulkan and Direct3D have it: depth is not read */
-        view.matrix[4 * k + 2] = 0.5f * (view.matrix[4 * k + 2] + view.matrix[4 * k + 3]);
+        view.world_to_clip[4 * k + 2] = 0.5f * (view.world_to_clip[4 * k + 2] + view.world_to_clip[4 * k + 3]);
     importances(&d, &f, other);
     assert_memory_equal(gl, other, sizeof gl);
-    view.matrix[9] = 0.5f;
+    view.world_to_clip[9] = 0.5f;
     view.rows = ISM_ROWS_BOTTOM_FIRST;
     importances(&d, &f, other);
     CLOSE(largest_difference(gl, other, 256), 0, 1e-6);

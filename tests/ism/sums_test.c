@@ -237,7 +237,7 @@ static int is_receiver(size_t i) { return fabsf(eye.n[3 * i + 1]) > 0; }
 
 static void shade_brute(const ism_vpl *v, size_t count, const ism_shading *s, double *out, double lost[2])
 {
-    const int pattern = s->pattern ? (int)s->pattern : 1;
+    const int pattern = s->interleave ? (int)s->interleave : 1;
     static double raw[3 * PIXELS];
     int i, c, x, y;
     lost[0] = lost[1] = 0;
@@ -314,11 +314,13 @@ static void every_light_is_summed(void **state)
         s.no_maps = 1;
         if (way < 6) s.near_mode = (ism_near)way;
         if (way == 3 || way == 4) s.clamp = 0.4f;
-        if (way >= 6 && way < 9) s.pattern = 1u << (way - 5);
+        if (way >= 6 && way < 9) s.interleave = 1u << (way - 5);
         if (way == 9) s.visible_fn = see;
-        if (way == 10) { s.visible_fn = see; s.pattern = 2; s.near_mode = ISM_NEAR_CLAMP; s.clamp = 0.3f; s.cull = 1; }
+        if (way == 10) {
+            s.visible_fn = see; s.interleave = 2; s.near_mode = ISM_NEAR_CLAMP; s.clamp = 0.3f; s.cull = 1;
+        }
         if (way == 11) s.cull = 1;
-        if (way == 12) s.pattern = 4;            /* most classes are empty */
+        if (way == 12) s.interleave = 4;            /* most classes are empty */
         if (way == 13) view.albedos = NULL;
         memset(light, 0x55, sizeof light);
         assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
@@ -365,7 +367,7 @@ static void patterns_share_out_all_the_light(void **state)
             for (c = 0; c < 3; c++)
                 expected[c] += kernel_of(&list[k], load(a), load(down), &s, &plain) * (double)list[k].flux[c] / UTIL_PI;
         for (pattern = 1; pattern <= 8; pattern *= 2) {
-            s.pattern = pattern;
+            s.interleave = pattern;
             assert_int_equal(ism_shade(m, &view, &s, pictured, NULL), ISM_OK);
             for (c = 0; c < 3; c++)
                 if (!near_to((double)pictured[3 * MIDDLE + c], expected[c], 1e-5))
@@ -411,7 +413,7 @@ static void patterns_share_out_near_points(void **state)
         assert_int_equal(count, 11 * near_points);
         s.no_maps = 1;
         for (pattern = 1; pattern <= 8; pattern *= 2) {
-            s.pattern = pattern;
+            s.interleave = pattern;
             assert_int_equal(ism_shade(m, &view, &s, pictured, NULL), ISM_OK);
             if (pattern == 1) memcpy(all, pictured + 3 * MIDDLE, sizeof all);
             for (c = 0; c < 3; c++)
@@ -456,7 +458,8 @@ static ism_frame choice_frame(ism_source *s, ism_points *view)
     *s = grid_source(&lit);
     *view = grid_view(&eye);
     view->rows = ISM_ROWS_TOP_FIRST;
-    memcpy(view->matrix, matrix, sizeof matrix);  /* the floor fills most of the picture, aslant and in perspective */
+    /* The floor fills most of the picture, aslant and in perspective. */
+    memcpy(view->world_to_clip, matrix, sizeof matrix);
     memset(&f, 0, sizeof f);
     f.sources = s;
     f.source_count = 1;
@@ -469,8 +472,8 @@ static void pixel_of(const ism_points *view, vec p, double *x, double *y)
     double c[4];
     int k;
     for (k = 0; k < 4; k++)
-        c[k] = (double)view->matrix[k] * p.x + (double)view->matrix[4 + k] * p.y + (double)view->matrix[8 + k] * p.z +
-               (double)view->matrix[12 + k];
+        c[k] = (double)view->world_to_clip[k] * p.x + (double)view->world_to_clip[4 + k] * p.y +
+               (double)view->world_to_clip[8 + k] * p.z + (double)view->world_to_clip[12 + k];
     *x = (0.5 + 0.5 * c[0] / c[3]) * SEEN_W;
     *y = (0.5 - 0.5 * c[1] / c[3]) * SEEN_H;
 }
@@ -639,7 +642,7 @@ static void guided_grids_see_what_is_near(void **state)
         memset(&f, 0, sizeof f);
         d.view_grid_side = grids[k];
         assert_int_equal(ism_create(&d, &m), ISM_OK);
-        memcpy(view.matrix, matrix, sizeof matrix);
+        memcpy(view.world_to_clip, matrix, sizeof matrix);
         view.rows = ISM_ROWS_TOP_FIRST;
         s.width = MANY;
         s.height = 1;

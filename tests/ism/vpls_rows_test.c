@@ -44,10 +44,10 @@ static ism_points make_wall(uint32_t w, uint32_t h)
     grid_fill(&eye, w, h, a, u, v, n, 0);
     view = grid_view(&eye);
     /* clip x = x / 2, y = y - 1, w = 1: the wall fills the picture */
-    view.matrix[0] = 0.5f;
-    view.matrix[5] = 1;
-    view.matrix[13] = -1;
-    view.matrix[15] = 1;
+    view.world_to_clip[0] = 0.5f;
+    view.world_to_clip[5] = 1;
+    view.world_to_clip[13] = -1;
+    view.world_to_clip[15] = 1;
     view.rows = ISM_ROWS_TOP_FIRST;
     return view;
 }
@@ -245,7 +245,7 @@ static void heights_over_a_bend(float side, double *least, double *most)
     const ism_vpl *vpls;
     size_t count, i;
     double sagitta = 1 - cos(0.5 * (double)step);
-    memset(&view.matrix, 0, sizeof view.matrix);
+    memset(&view.world_to_clip, 0, sizeof view.world_to_clip);
     grid_fill(&lit, 8, 8, a, u, v, n, 1);
     for (i = 0; i < 64; i++) {
         float angle = step * (float)(i % 8);
@@ -364,7 +364,7 @@ static void culling_changes_nothing(void **state)
     /* half of the receivers below the step: VPLs on top of it face away from them */
     for (i = 0; i < 64 * 48; i++)
         if (eye.p[3 * i + 1] < 0.6f) eye.p[3 * i + 1] -= 1;
-    for (s.pattern = 1; s.pattern <= 2; s.pattern++) {
+    for (s.interleave = 1; s.interleave <= 2; s.interleave++) {
         s.cull = 0;
         assert_int_equal(ism_render(t.maps, &t.frame, &s, all, NULL), ISM_OK);
         s.cull = 1;
@@ -384,7 +384,7 @@ static void frames_are_equal(void **state)
     ism_shading s = { 0 };
     double differ = 0;
     (void)state;
-    s.pattern = 4;
+    s.interleave = 4;
     open_setting(&t, NULL);
     assert_int_equal(ism_render(t.maps, &t.frame, &s, first, NULL), ISM_OK);
     for (t.frame.index = 1; t.frame.index < 10; t.frame.index++) {

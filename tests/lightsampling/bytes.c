@@ -139,13 +139,13 @@ static void bytes_light(lsamp_light_desc *d, const bytes_room *room, uint32_t ki
     }
     if (kind == LSAMP_LIGHT_MESH) {
         d->mesh = mesh;
-        d->places = 64;
+        d->place_count = 64;
     }
     if (kind <= LSAMP_LIGHT_ENVIRONMENT || (kind >= LSAMP_LIGHT_LINE && kind <= LSAMP_LIGHT_SPHERE)) {
         d->texels = room->texels;
         d->width = BYTES_WIDTH;
         d->height = kind == LSAMP_LIGHT_LINE ? 1 : BYTES_HEIGHT;
-        d->frames = BYTES_FRAMES;
+        d->frame_count = BYTES_FRAMES;
         d->loop = (int)(kind & 1u);
     }
 }
@@ -199,7 +199,7 @@ static uint32_t bytes_samples_of(const lsamp_light *light, bytes_room *room, uin
         size_t useful = 0;
         memset(&desc, 0, sizeof desc);
         memset(&points, 0, sizeof points);
-        desc.samples = BYTES_SAMPLES;
+        desc.sample_count = BYTES_SAMPLES;
         desc.sampling = (lsamp_sampling)sampling;
         desc.seed = 3;
         desc.frame = with ? 300 : 1;
@@ -207,7 +207,7 @@ static uint32_t bytes_samples_of(const lsamp_light *light, bytes_room *room, uin
         points.count = BYTES_POINTS;
         points.positions = room->positions;
         points.normals = room->normals;
-        points.views = room->views;
+        points.to_eye = room->views;
         points.tangents = with ? NULL : room->tangents;
         points.materials = room->of_points;
         points.material_stride = sizeof(lsamp_material);

@@ -88,11 +88,11 @@ static void a_field_of_any_light_is_named(void **state)
     REFUSES(LSAMP_LIGHT_DISC, d.frames_per_second = -1, "desc.frames_per_second is -1; it must be 0..1000000");
     REFUSES(LSAMP_LIGHT_DISC, d.width = 4, "desc.width is 4; it must be 0 without texels");
     REFUSES(LSAMP_LIGHT_DISC, d.height = 4, "desc.height is 4; it must be 0 without texels");
-    REFUSES(LSAMP_LIGHT_DISC, d.frames = 2, "desc.frames is 2; it must be 0 or 1 without texels");
+    REFUSES(LSAMP_LIGHT_DISC, d.frame_count = 2, "desc.frame_count is 2; it must be 0 or 1 without texels");
     REFUSES(LSAMP_LIGHT_DISC, d.texels = texels, "desc.width is 0; it must be 1..65536 with texels");
     REFUSES(LSAMP_LIGHT_DISC, d.texels = texels; d.width = 4, "desc.height is 0; it must be 1..65536 with texels");
-    REFUSES(LSAMP_LIGHT_DISC, d.texels = texels; d.width = d.height = 4; d.frames = 1u << 25,
-            "desc.frames is 33554432; it must be 0 or 1..2^24");
+    REFUSES(LSAMP_LIGHT_DISC, d.texels = texels; d.width = d.height = 4; d.frame_count = 1u << 25,
+            "desc.frame_count is 33554432; it must be 0 or 1..2^24");
     REFUSES(LSAMP_LIGHT_LINE, d.texels = texels; d.width = d.height = 4, "desc.height is 4; it must be 1 for a line");
     REFUSES(LSAMP_LIGHT_POINT, d.position[1] = 1e19f, "desc.position is 1e19; it must be -1e18..1e18");
 }
@@ -149,9 +149,9 @@ static void a_mesh_that_cannot_shine_says_why(void **state)
     refuses(&d, "lsamp_light_init: desc.texels is set: a mesh has none");
     d = light_of(LSAMP_LIGHT_MESH);
     d.mesh = &m;
-    d.places = (1u << 24) + 1;
-    refuses(&d, "lsamp_light_init: desc.places is 16777217; it must be 0 or 1..2^24");
-    d.places = 4;
+    d.place_count = (1u << 24) + 1;
+    refuses(&d, "lsamp_light_init: desc.place_count is 16777217; it must be 0 or 1..2^24");
+    d.place_count = 4;
     d.radius = -1;
     refuses(&d, "lsamp_light_init: desc.radius is -1; it must be 0..1e18");
     d.radius = 0;
@@ -202,7 +202,7 @@ static void open_world(world *w)
         w->materials[i].diffuse[0] = 0.5f;
     }
     w->desc.system = d.system;
-    w->desc.samples = 4;
+    w->desc.sample_count = 4;
     w->points.count = 2;
     w->points.positions = w->positions;
     w->points.normals = w->normals;
@@ -231,7 +231,7 @@ static void arrays_and_strides_of_points_are_named(void **state)
     SAMPLE(w.out.directions = NULL, LSAMP_ERR_ARGUMENT, "out.directions is NULL");
     SAMPLE(w.out.distances = NULL, LSAMP_ERR_ARGUMENT, "out.distances is NULL");
     SAMPLE(w.out.weights = NULL, LSAMP_ERR_ARGUMENT, "out.weights is NULL");
-    SAMPLE(w.desc.samples = 0, LSAMP_ERR_DESC, "desc.samples is 0; it must be 1..65536");
+    SAMPLE(w.desc.sample_count = 0, LSAMP_ERR_DESC, "desc.sample_count is 0; it must be 1..65536");
     SAMPLE(w.desc.sampling = LSAMP_SAMPLING_COUNT, LSAMP_ERR_DESC,
            "desc.sampling is 4; it must be a LSAMP_SAMPLING_...");
     SAMPLE(w.points.positions = NULL, LSAMP_ERR_ARGUMENT, "points.positions is NULL");
@@ -241,8 +241,8 @@ static void arrays_and_strides_of_points_are_named(void **state)
            "points.position_stride is 8; it must be 0 or a multiple of 4 from 12 on");
     SAMPLE(w.points.normal_stride = 13, LSAMP_ERR_ARGUMENT,
            "points.normal_stride is 13; it must be 0 or a multiple of 4 from 12 on");
-    SAMPLE(w.points.view_stride = 4, LSAMP_ERR_ARGUMENT,
-           "points.view_stride is 4; it must be 0 or a multiple of 4 from 12 on");
+    SAMPLE(w.points.to_eye_stride = 4, LSAMP_ERR_ARGUMENT,
+           "points.to_eye_stride is 4; it must be 0 or a multiple of 4 from 12 on");
     SAMPLE(w.points.tangent_stride = 4, LSAMP_ERR_ARGUMENT,
            "points.tangent_stride is 4; it must be 0 or a multiple of 4 from 12 on");
     SAMPLE(w.points.material_stride = 8, LSAMP_ERR_ARGUMENT,
@@ -261,8 +261,8 @@ static void elements_of_points_are_named(void **state)
     (void)state;
     SAMPLE(w.normals[4] = 2, LSAMP_ERR_INPUT,
            "points.normals[1] has the length 2; it must be 1 (0.97..1.03), or 0");
-    SAMPLE(w.points.views = w.positions; w.positions[4] = 1.04f; w.positions[1] = 1, LSAMP_ERR_INPUT,
-           "points.views[1] has the length 1.04; it must be 1 (0.97..1.03), or 0");
+    SAMPLE(w.points.to_eye = w.positions; w.positions[4] = 1.04f; w.positions[1] = 1, LSAMP_ERR_INPUT,
+           "points.to_eye[1] has the length 1.04; it must be 1 (0.97..1.03), or 0");
     SAMPLE(w.points.tangents = w.tangents; w.tangents[3] = 0.5f, LSAMP_ERR_INPUT,
            "points.tangents[1] has the length 0.5; it must be 1 (0.97..1.03), or 0");
 #define MATERIAL(of, change, text)                                                                      \
@@ -301,7 +301,7 @@ static void a_point_without_or_with_endless_vectors_is_left_out(void **state)
             open_world(&w);
             memset(w.directions, 0x31, sizeof w.directions);
             memset(w.weights, 0x31, sizeof w.weights);
-            w.points.views = views;
+            w.points.to_eye = views;
             w.points.tangents = w.tangents;
             spoilt = array == 0 ? w.positions : array == 1 ? w.normals : array == 2 ? views : w.tangents;
             if (array == 0 && i == 0) continue;         /* a position may be 0 0 0 */
@@ -373,7 +373,7 @@ static void calls_without_a_log_refuse_as_well(void **state)
     assert_int_equal(lsamp_progressive_mean(&p, sums), LSAMP_ERR_ORDER);
     assert_int_equal(lsamp_progressive_mean(&p, NULL), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_progressive_add(&p, NULL), LSAMP_ERR_ARGUMENT);
-    p.frames = UINT32_MAX;
+    p.frame_count = UINT32_MAX;
     assert_int_equal(lsamp_progressive_add(&p, sums), LSAMP_ERR_LIMIT);
     assert_true(totals[0] == 0);
     assert_true(sums[0] == 7);

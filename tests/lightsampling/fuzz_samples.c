@@ -99,7 +99,7 @@ static void take_mesh(input *in, room *r, lsamp_light_desc *d)
     r->mesh.indices16 = k == 2 ? r->indices16 : NULL;
     r->mesh.index_count = take(in) % 8u ? INDICES : take(in) % INDICES;
     d->mesh = &r->mesh;
-    d->places = take(in);
+    d->place_count = take(in);
 }
 
 static void take_light(input *in, room *r, lsamp_light_desc *d)
@@ -131,7 +131,7 @@ static void take_light(input *in, room *r, lsamp_light_desc *d)
         d->texels = r->texels;
         d->width = take(in) % 9u;
         d->height = d->kind == LSAMP_LIGHT_LINE ? 1 : take(in) % 9u;
-        d->frames = take(in) % 4u;
+        d->frame_count = take(in) % 4u;
         d->loop = (int)(take(in) & 1u);
         d->frames_per_second = (float)take(in);
     }
@@ -167,7 +167,7 @@ static void take_points(input *in, room *r, lsamp_points *p)
     p->count = POINTS;
     p->positions = r->positions;
     p->normals = r->normals;
-    p->views = take(in) & 1u ? r->views : NULL;
+    p->to_eye = take(in) & 1u ? r->views : NULL;
     p->tangents = take(in) & 1u ? r->tangents : NULL;
     p->materials = r->materials;
     p->material_stride = take(in) % 4u ? sizeof(lsamp_material) : 0;
@@ -182,7 +182,7 @@ static int is_unit(const float *v)
 /* Is point i a receiver: finite, and no vector of it 0 0 0? */
 static int is_receiver(const lsamp_points *p, size_t i)
 {
-    const float *vector[4] = { p->positions + 3 * i, p->normals + 3 * i, p->views ? p->views + 3 * i : NULL,
+    const float *vector[4] = { p->positions + 3 * i, p->normals + 3 * i, p->to_eye ? p->to_eye + 3 * i : NULL,
                                p->tangents ? p->tangents + 3 * i : NULL };
     int k;
     for (k = 0; k < 4; k++) {
@@ -208,12 +208,12 @@ static void use_light(input *in, room *r, const lsamp_light *light, int *lines)
     float sums[3 * POINTS] = { 0 };
     memset(&d, 0, sizeof d);
     take_points(in, r, &p);
-    d.samples = 1 + take(in) % SAMPLES;
+    d.sample_count = 1 + take(in) % SAMPLES;
     d.sampling = (lsamp_sampling)(take(in) % (LSAMP_SAMPLING_COUNT + (take(in) == 255 ? 1u : 0u)));
     d.seed = take(in);
     d.frame = take(in) * take(in);
     if (take(in) & 1u) {
-        need(lsamp_patterns_build(d.samples, d.seed, r->patterns, sizeof r->patterns) == LSAMP_OK);
+        need(lsamp_patterns_build(d.sample_count, d.seed, r->patterns, sizeof r->patterns) == LSAMP_OK);
         d.patterns = r->patterns;
     }
     out.directions = r->directions;
@@ -226,16 +226,16 @@ static void use_light(input *in, room *r, const lsamp_light *light, int *lines)
         need(useful == 77);
         return;
     }
-    need(useful <= (size_t)POINTS * d.samples);
-    for (i = 0; i < (size_t)POINTS * d.samples; i++) {
+    need(useful <= (size_t)POINTS * d.sample_count);
+    for (i = 0; i < (size_t)POINTS * d.sample_count; i++) {
         const float *w = r->weights + 3 * i, *u = r->directions + 3 * i;
         int k;
         need(r->distances[i] > 0);
-        need(is_receiver(&p, i / d.samples) ? is_unit(u) : u[0] == 0 && u[1] == 0 && u[2] == 0);
+        need(is_receiver(&p, i / d.sample_count) ? is_unit(u) : u[0] == 0 && u[1] == 0 && u[2] == 0);
         need(in_unit(r->coords + 3 * i));
         for (k = 0; k < 3; k++) need(w[k] >= 0 && w[k] <= 3.4e38f);
     }
-    need(lsamp_accumulate(POINTS, d.samples, r->weights, NULL, sums, 0) == LSAMP_OK);
+    need(lsamp_accumulate(POINTS, d.sample_count, r->weights, NULL, sums, 0) == LSAMP_OK);
     for (i = 0; i < 3 * POINTS; i++) need(sums[i] >= 0);
 }
 

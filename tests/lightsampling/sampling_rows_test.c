@@ -105,14 +105,14 @@ static estimate estimate_at(const lsamp_light *light, const lsamp_material *m, c
     memset(&d, 0, sizeof d);
     memset(&points, 0, sizeof points);
     memset(&e, 0, sizeof e);
-    d.samples = samples;
+    d.sample_count = samples;
     d.sampling = sampling;
     d.seed = 7;
     d.patterns = patterns;
     points.count = runs;
     points.positions = p;
     points.normals = n;
-    points.views = wo;
+    points.to_eye = wo;
     points.materials = m;
     /* one point for all: the strides must be 12 at least, so copies it is */
     {
@@ -124,8 +124,8 @@ static estimate estimate_at(const lsamp_light *light, const lsamp_material *m, c
         }
         points.positions = copy;
         points.normals = copy + 3;
-        points.views = copy + 6;
-        points.position_stride = points.normal_stride = points.view_stride = 36;
+        points.to_eye = copy + 6;
+        points.position_stride = points.normal_stride = points.to_eye_stride = 36;
         out.directions = (float *)malloc(total * 12u);
         out.distances = (float *)malloc(total * 4u);
         out.coords = (float *)malloc(total * 12u);
@@ -642,7 +642,7 @@ static void test_wall_and_roof(void **state)
 
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = S;
+    desc.sample_count = S;
     points.count = 1;
     points.positions = p;
     points.normals = up;
@@ -969,7 +969,7 @@ static void test_time(void **state)
             lsamp_emission e;
             double want = loop ? looped[i] : held[i];
 
-            d.frames = 3;
+            d.frame_count = 3;
             d.frames_per_second = 2.0f;
             d.loop = loop;
             d.time = (float)times[i];
@@ -1100,7 +1100,7 @@ static void test_meshes(void **state)
     box_triangles(box_corners);
     mesh.positions = box_corners;
     mesh.vertex_count = 3 * BOX_TRIANGLES;
-    d.places = PLACES;
+    d.place_count = PLACES;
     d.radius = 0.25f;
     box = make_light(&d);
     count = lsamp_light_triangles(box.light, NULL);
@@ -1136,7 +1136,7 @@ static void test_meshes(void **state)
 
     bad = d, bad.mesh = NULL;
     assert_true(lsamp_light_bytes(&bad) == 0);
-    bad = d, bad.places = (1u << 24) + 1u;
+    bad = d, bad.place_count = (1u << 24) + 1u;
     assert_true(lsamp_light_bytes(&bad) == 0);
     bad = d, bad.radius = -1.0f;
     assert_true(lsamp_light_bytes(&bad) == 0);
@@ -1334,7 +1334,7 @@ static void test_progressive(void **state)
         total.count = 3;
         memset(&desc, 0, sizeof desc);
         memset(&points, 0, sizeof points);
-        desc.samples = 16;
+        desc.sample_count = 16;
         desc.patterns = with ? patterns : NULL;
         points.count = 1;
         points.positions = p;
@@ -1364,7 +1364,7 @@ static void test_progressive(void **state)
                       (double)mean[1] - 0.23945647, sd);
         check_near("converged", (double)mean[1], 0.23945647, 4.0 * sd / sqrt(with ? 256.0 : 600.0));
         check_ok(lsamp_progressive_reset(&total));
-        assert_true(total.frames == 0 && sums[0] == 0.0);
+        assert_true(total.frame_count == 0 && sums[0] == 0.0);
     }
     free(box.memory);
     {   /* a float sum stops: 1e6 frames of 1e-3 */
@@ -1409,8 +1409,8 @@ static void test_batches(void **state)
     }
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = S;
-    points.position_stride = points.normal_stride = points.view_stride = 12;
+    desc.sample_count = S;
+    points.position_stride = points.normal_stride = points.to_eye_stride = 12;
     points.material_stride = sizeof(lsamp_material);
     for (step = N; step >= 1; step = step == N ? 5 : 0) {
         float(*to)[N * S * 3] = step == N ? whole : parts;
@@ -1418,7 +1418,7 @@ static void test_batches(void **state)
             points.count = i + step < N ? step : N - i;
             points.positions = p + 3 * i;
             points.normals = n + 3 * i;
-            points.views = wo + 3 * i;
+            points.to_eye = wo + 3 * i;
             points.materials = m + i;
             points.pixels = pixels + i;
             out.directions = to[0] + 3 * S * i;
@@ -1489,7 +1489,7 @@ static void test_bad_input(void **state)
         int k;
         small_sky.texels = NULL;
         small_sky.width = small_sky.height = 0;
-        small_sky.frames = 1;
+        small_sky.frame_count = 1;
         for (k = 0; k < 2; k++)
             assert_int_equal(lsamp_light_init(&small_sky, room + k, sizeof room - 8, &light, NULL), LSAMP_OK);
         assert_int_equal(lsamp_light_init(&small_sky, (char *)room + 4, sizeof room - 8, &light, NULL),
@@ -1502,7 +1502,7 @@ static void test_bad_input(void **state)
 
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = 1;
+    desc.sample_count = 1;
     points.count = 1;
     points.positions = zero;
     points.normals = up;
@@ -1524,9 +1524,9 @@ static void test_bad_input(void **state)
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &points, NULL, &useful));
     none = out, none.weights = NULL;
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &points, &none, &useful));
-    wrong = desc, wrong.samples = 0;
+    wrong = desc, wrong.sample_count = 0;
     REFUSED(LSAMP_ERR_DESC, lsamp_sample(&wrong, box.light, &points, &out, &useful));
-    wrong = desc, wrong.samples = 65537;
+    wrong = desc, wrong.sample_count = 65537;
     REFUSED(LSAMP_ERR_DESC, lsamp_sample(&wrong, box.light, &points, &out, &useful));
     wrong = desc, wrong.sampling = (lsamp_sampling)17;
     REFUSED(LSAMP_ERR_DESC, lsamp_sample(&wrong, box.light, &points, &out, &useful));
@@ -1534,7 +1534,7 @@ static void test_bad_input(void **state)
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     q = points, q.position_stride = 13;
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &q, &out, &useful));
-    q = points, q.views = shorter, q.view_stride = 12;
+    q = points, q.to_eye = shorter, q.to_eye_stride = 12;
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     q = points, q.count = SIZE_MAX / 8;
     REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &q, &out, &useful));
@@ -1602,8 +1602,8 @@ static void test_messages_name_what_was_refused(void **state)
     points.normals = normals;
     points.materials = &m;
     assert_int_equal(lsamp_sample(&desc, light, &points, &out, NULL), LSAMP_ERR_DESC);
-    assert_string_equal(last, "lsamp_sample: desc.samples is 0; it must be 1..65536");
-    desc.samples = 1;
+    assert_string_equal(last, "lsamp_sample: desc.sample_count is 0; it must be 1..65536");
+    desc.sample_count = 1;
     last[0] = 0;
     assert_int_equal(lsamp_sample(&desc, light, &points, &out, NULL), LSAMP_ERR_INPUT);
     assert_string_equal(last, "lsamp_sample: points.normals[1] has the length 0.5; it must be 1 (0.97..1.03), or 0");
@@ -1623,7 +1623,7 @@ static void test_a_normal_of_zeros_is_no_receiver(void **state)
     (void)state;
     memset(&desc, 0, sizeof desc);
     memset(&points, 0, sizeof points);
-    desc.samples = 1;
+    desc.sample_count = 1;
     desc.sampling = LSAMP_SAMPLING_BRDF;
     points.count = 2;
     points.positions = at;
@@ -1648,7 +1648,7 @@ static void test_short_indices_make_the_same_light(void **state)
     for (i = 0; i < 2; i++) {
         lsamp_light_desc d = light_desc(LSAMP_LIGHT_MESH, 1.0);
         d.mesh = &mesh[i];
-        d.places = 8;
+        d.place_count = 8;
         box[i] = make_light(&d);
         count[i] = lsamp_light_triangles(box[i].light, NULL);
         pieces[i] = (float *)malloc(count[i] * 36);

@@ -99,7 +99,7 @@ static int files_with(const char *text)
 }
 
 #define KNOT "csm builtin:knot --set side=10 --set map_side=32 "
-#define FIELD "shadowfield builtin:cornell --set position_side=3 --set shells=5 "
+#define FIELD "shadowfield builtin:cornell --set position_side=3 --set shell_count=5 "
 
 static void shards_and_parts_are_the_whole(void **state)
 {
@@ -141,13 +141,14 @@ static void files_are_described_and_verified(void **state)
     assert_int_equal(run(text, sizeof text, "info @/v.csm"), 0);
     assert_non_null(strstr(text, "\"maps\": 100, \"map_side\": 32"));
     assert_int_equal(run(text, sizeof text, "info @/v.sf"), 0);
-    assert_non_null(strstr(text, "\"shells\": 5, \"position_side\": 3"));
+    assert_non_null(strstr(text, "\"shell_count\": 5, \"position_side\": 3"));
     assert_int_equal(run(text, sizeof text, "verify @/v.csm builtin:knot"), 0);
     assert_non_null(strstr(text, "\"entries\": 102400, \"wrong\": 0"));
     assert_int_equal(run(text, sizeof text, "verify @/v.csm builtin:plant"), 1);
     assert_non_null(strstr(text, "bake: wrong: "));
-    assert_int_equal(run(text, sizeof text, "verify @/v.sf builtin:cornell --set position_side=3 --set shells=5"), 0);
-    assert_int_equal(run(text, sizeof text, "verify @/v.sf builtin:knot --set position_side=3 --set shells=5"), 1);
+    assert_int_equal(run(text, sizeof text, "verify @/v.sf builtin:cornell --set position_side=3 "
+                                            "--set shell_count=5"), 0);
+    assert_int_equal(run(text, sizeof text, "verify @/v.sf builtin:knot --set position_side=3 --set shell_count=5"), 1);
 }
 
 /* The size of maps is found for so many bytes in memory, in every shard alike; a larger budget is used. */
@@ -178,8 +179,8 @@ static void a_budget_of_memory_chooses_the_size(void **state)
     assert_int_equal(files_with("b.none"), 0);
 }
 
-#define LAMP "shadowfield builtin:cornell --set position_side=3 --set shells=5 --set node=lamp --set kind=source "
-#define LAMP_SETTINGS "--set position_side=3 --set shells=5 --set node=lamp"
+#define LAMP "shadowfield builtin:cornell --set position_side=3 --set shell_count=5 --set node=lamp --set kind=source "
+#define LAMP_SETTINGS "--set position_side=3 --set shell_count=5 --set node=lamp"
 
 /* What an object shines, and what it hides from its own points: one file or shards of it; the file says what it is. */
 static void sources_and_points_are_baked(void **state)
@@ -202,7 +203,7 @@ static void sources_and_points_are_baked(void **state)
     assert_non_null(strstr(text, "\"wrong\": 0"));
     assert_int_equal(run(text, sizeof text, "verify @/lamp2.sf builtin:cornell " LAMP_SETTINGS), 0);
     assert_int_equal(run(text, sizeof text, "verify @/lamp.sf builtin:robots --set node=bullet --set position_side=3 "
-                                            "--set shells=5"), 1);
+                                            "--set shell_count=5"), 1);
     assert_non_null(strstr(text, "bake: wrong: "));
     assert_int_equal(run(text, sizeof text, "verify @/lamp.sf builtin:knot"), 1);
     assert_non_null(strstr(text, "nothing shines there"));

@@ -207,7 +207,8 @@ static void render_arguments(void **state)
         { KNOT "--set materials=shiny", "diffuse|full" }, { KNOT "--set aa=0", "1 to 16" },
         { KNOT_OF("rsm") "--set interleave=3", "0|1|2|4|8" }, { KNOT_OF("rsm") "--set step=9", "8|16" },
         { KNOT_OF("ism") "--set tile_side=9", "8|16" }, { KNOT_OF("ism") "--samples 0", "1 to 16384" },
-        { FIELD "--set shells=1", "0 or an integer from 2 to 64" }, { FIELD "--set position_side=1", "from 2 to 64" },
+        { FIELD "--set shell_count=1", "0 or an integer from 2 to 64" },
+        { FIELD "--set position_side=1", "from 2 to 64" },
     };
     static const char *const bad_reference[][2] = {
         { KNOT_REFERENCE "--set bounces=-1", "0 to 1000" }, { KNOT_REFERENCE "--set bounces=1.5", "an integer" },
@@ -289,10 +290,10 @@ static void programs_help(void **state)
 {
     (void)state;
     expect_help("render", "--help", "usage: render");
-    expect_help("render", "--list", "  shells               0|2..64 [0] ");
+    expect_help("render", "--list", "  shell_count          0|2..64 [0] ");
     expect_help("compare", "--help", "usage: compare");
     expect_help("bake", "--help", "usage: bake");
-    expect_help("bake", "--help", "  shells               0|2..64 [0] ");
+    expect_help("bake", "--help", "  shell_count          0|2..64 [0] ");
     expect_help("bake", "csm --help", "  position_side        0|2..64 [0] ");
     expect_help("bake", "verify --help", "usage: bake");
     expect_line("bake", "magic --help", 2, "or --help");

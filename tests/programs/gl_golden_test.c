@@ -19,7 +19,7 @@
 static const struct { const char *name, *arguments; float gain; } pictures[] = {
     { "csm", "csm --scene builtin:cornell --samples 4 --set light_side=2 --set light_map_side=32", 4 },
     { "sfield",
-      "shadowfield --scene builtin:chess --set position_side=2 --set shells=2 --set point_spacing=0.2 --set bands=2", 2 },
+      "shadowfield --scene builtin:chess --set position_side=2 --set shell_count=2 --set point_spacing=0.2 --set bands=2", 2 },
     { "envsh", "envshadow --scene builtin:chess --set light_count=16 --set map_side=64 --set filter=smooth", 2 },
     { "rsm", "rsm --scene builtin:cornell --samples 32 --set side=32 --set light_point_count=2", 4 },
     { "ism", "ism --scene builtin:cornell --set vpl_count=16 --set surfel_count=32 --set tile_side=16 "

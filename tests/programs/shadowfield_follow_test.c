@@ -88,7 +88,7 @@ static double difference(const ex_image *a, const ex_image *b)
 }
 
 /* An even number of positions: none in the plane of a rectangle, where rounding says on which side they are. */
-#define SMALL "--set", "position_side=4", "--set", "shells=5", "--set", "point_spacing=0.2"
+#define SMALL "--set", "position_side=4", "--set", "shell_count=5", "--set", "point_spacing=0.2"
 
 /* After each change the picture that follows against the one that is opened anew, and against the one before. */
 static void follows(stage *s, ex_image *before, const char *what, double bound)

@@ -10,7 +10,7 @@ static void agree(const char *scene)
 }
 
 /* Small fields: this is about agreement, not about quality. */
-#define SMALL " --set position_side=2 --set shells=3 --set point_spacing=0.2"
+#define SMALL " --set position_side=2 --set shell_count=3 --set point_spacing=0.2"
 
 static void sky_on_instances(void **state)
 {

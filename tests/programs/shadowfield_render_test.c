@@ -4,7 +4,7 @@
 #include "program.h"
 
 /* Small fields: this is about what follows the time, not about quality. */
-#define SMALL " --set position_side=2 --set shells=3 --set point_spacing=0.1"
+#define SMALL " --set position_side=2 --set shell_count=3 --set point_spacing=0.1"
 
 /* Where render kept the first frame's field, the mean was 1.37 at frame 8 (and 26 at frame 40). 0.15: frames 8 and 16
    with fields this small are off by 0.01 and 0.09, frame 40 with position_side=6 by 0.02. */
@@ -17,7 +17,7 @@ static void video_follows_time(void **state)
     snprintf(line, sizeof line, "--technique reference --samples 256 %s ref.pfm", scene);
     expect(0, "", line);
     snprintf(line, sizeof line, "--technique shadowfield %s a.pfm" SMALL " --set source_position_side=3 "
-             "--set source_shells=6", scene);
+             "--set source_shell_count=6", scene);
     expect(0, "", line);
     assert_int_equal(run("compare", "a.pfm ref.pfm"), 0);
     printf("frame 8 of a blast: mean_ratio %.3f\n", number("mean_ratio"));
@@ -37,7 +37,7 @@ static void deforming_meshes_are_refused(void **state)
 static void lazy_frames_are_the_same(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:knot --set still=1 --env builtin:overcast "
-                                "--size 32x18 --set position_side=2 --set shells=3 --set point_spacing=0.4";
+                                "--size 32x18 --set position_side=2 --set shell_count=3 --set point_spacing=0.4";
     char line[400];
     (void)state;
     snprintf(line, sizeof line, "%s --set lamp_count=2 --frames 3 --out a.pfm", scene);
@@ -60,10 +60,10 @@ static void lazy_frames_are_the_same(void **state)
 static void baked_fields_are_used(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:knot --env builtin:overcast --size 32x18 "
-                                "--set shells=3 --set point_spacing=0.4";
+                                "--set shell_count=3 --set point_spacing=0.4";
     char line[400];
     (void)state;
-    if (run("bake", "shadowfield builtin:knot -o knot.sf --set shells=3 --set position_side=4") != 0)
+    if (run("bake", "shadowfield builtin:knot -o knot.sf --set shell_count=3 --set position_side=4") != 0)
         fail_msg("%s", output);
     snprintf(line, sizeof line, "%s --set position_side=4 --out built.pfm", scene);
     expect(0, "", line);
@@ -110,7 +110,7 @@ static void bake(const char *arguments)
 }
 
 #define LAMP "--technique shadowfield --size 48x27 --camera 0,1.4,3.5,0,0.2,0,40 --set ground=0 " \
-             "--set point_spacing=0.1 --set shells=4 "
+             "--set point_spacing=0.1 --set shell_count=4 "
 
 /* Of one lamp: with what bake wrote the picture is that of what render builds, to the bit; of another lamp the file is
    refused. position_side=2 would give another picture. */
@@ -128,7 +128,7 @@ static void baked_sources_are_used(void **state)
     for (int b = 0; b < 2; b++) {
         snprintf(line, sizeof line,
                  "shadowfield lamp.gltf -o source.sf --set kind=source --set node=lamp --set basis=%s "
-                 "--set shells=4 --set position_side=3", bases[b]);
+                 "--set shell_count=4 --set position_side=3", bases[b]);
         bake(line);
         snprintf(line, sizeof line,
                  LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 --out built.pfm --json -",
@@ -157,12 +157,12 @@ static void baked_sources_are_used(void **state)
 /* All three kinds at once, of objects that share a mesh; the points are those of render's spacing. */
 static void baked_files_go_together(void **state)
 {
-    static const char scene[] = "--technique shadowfield --scene builtin:robots --size 32x18 --set shells=4 "
+    static const char scene[] = "--technique shadowfield --scene builtin:robots --size 32x18 --set shell_count=4 "
                                 "--set point_spacing=0.2 --set position_side=3 ";
     char line[500];
     (void)state;
-    bake("shadowfield builtin:robots -o body.sf --set node=body --set shells=4 --set position_side=3");
-    bake("shadowfield builtin:robots -o bullet.sf --set kind=source --set node=bullet --set shells=4 "
+    bake("shadowfield builtin:robots -o body.sf --set node=body --set shell_count=4 --set position_side=3");
+    bake("shadowfield builtin:robots -o bullet.sf --set kind=source --set node=bullet --set shell_count=4 "
          "--set position_side=3");
     bake("shadowfield builtin:robots -o points.sf --set kind=self --set node=body --set point_spacing=0.2");
     snprintf(line, sizeof line, "%s --out built.pfm", scene);
@@ -182,10 +182,10 @@ static void baked_files_go_together(void **state)
 static void baked_video_goes_on(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:explosion --size 32x18 "
-                                "--set source_position_side=2 --set source_shells=3" SMALL;
+                                "--set source_position_side=2 --set source_shell_count=3" SMALL;
     char line[500];
     (void)state;
-    bake("shadowfield builtin:explosion -o fire.sf --set kind=source --set node=fire --set shells=3 "
+    bake("shadowfield builtin:explosion -o fire.sf --set kind=source --set node=fire --set shell_count=3 "
          "--set position_side=2");
     for (int frames = 1; frames < 4; frames += 2) {
         snprintf(line, sizeof line, "%s --frames %d --out built.pfm", scene, frames);

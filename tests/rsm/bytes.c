@@ -51,9 +51,9 @@ static int bytes_filter(const rsm_map *map, const rsm_points *points, float *e)
     pixels.position_stride = points->position_stride;
     pixels.normals = points->normals;
     pixels.normal_stride = points->normal_stride;
-    g.samples = 100;
+    g.sample_count = 100;
     g.interleave = 2;
-    f.view_projection = matrix;
+    f.world_to_clip = matrix;
     f.rows = GIFILT_ROWS_TOP_FIRST;
     f.passes = 3;
     if (gifilt_create(&size, &filter) != GIFILT_OK) return 0;
@@ -96,7 +96,7 @@ static int bytes_lines(FILE *lines)
     points.normals = n;
     if (rsm_blue_noise(16, 1, NULL, noise) != RSM_OK) return 1;
     fprintf(lines, "noise %08x\n", (unsigned)bytes_hash(2166136261u, noise, 256));
-    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_KIND_COUNT; kind++) {
+    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_COUNT; kind++) {
         rsm_desc desc;
         rsm_map *map;
         uint32_t h = 2166136261u;
@@ -113,7 +113,7 @@ static int bytes_lines(FILE *lines)
         desc.side = 32;
         if (rsm_map_create(&desc, &map) != RSM_OK || rsm_rasterize(map, &mesh, 1) != RSM_OK) return 1;
         if (rsm_finish(map, NULL) != RSM_OK) return 1;
-        if (rsm_get_info(map, &info) != RSM_OK) return 1;
+        rsm_get_info(map, &info);
         texels = info.texel_count;
         for (at = 0; at < texels; at++) {
             const rsm_texel *t = rsm_map_texels(map) + at;
@@ -130,7 +130,7 @@ static int bytes_lines(FILE *lines)
             rsm_gather_stats stats;
             memset(&g, 0, sizeof g);
             g.pattern = near_texels ? RSM_PATTERN_MIXED : (rsm_pattern)pattern;
-            g.samples = pattern == RSM_PATTERN_COUNT ? 0 : 100;
+            g.sample_count = pattern == RSM_PATTERN_COUNT ? 0 : 100;
             g.near_limit = 0.5f;
             g.near_field = near_texels ? 6.0f : 0.0f;
             g.interleave = near_texels ? 1 : 2;

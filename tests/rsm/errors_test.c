@@ -69,7 +69,7 @@ static void lights_out_of_range(void **state)
     REFUSED(d.side = 3);
     REFUSED(d.side = 4097);
     REFUSED(d.side = UINT32_MAX);
-    REFUSED(d.light.kind = RSM_LIGHT_KIND_COUNT);
+    REFUSED(d.light.kind = RSM_LIGHT_COUNT);
     REFUSED(d.light.kind = (rsm_light_kind)1000);
     REFUSED(d.light.radius = 0);
     REFUSED(d.light.radius = -1);
@@ -124,7 +124,7 @@ static void meshes(void **state)
     DRAWN(RSM_ERR_ARGUMENT, m.positions = NULL);
     DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 8);
     DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 13);
-    DRAWN(RSM_ERR_ARGUMENT, m.taps = 17);
+    DRAWN(RSM_ERR_ARGUMENT, m.tap_side = 17);
     DRAWN(RSM_ERR_INPUT, m.index_count = 4);
     DRAWN(RSM_ERR_INPUT, m.indices = bad_index; m.index_count = 3);
     DRAWN(RSM_ERR_INPUT, m.albedo[0] = -1);
@@ -222,8 +222,8 @@ static void gathers_out_of_range(void **state)
     do { rsm_gather_desc g = base; change; assert_int_equal(gather(&g, &points), expected); } while (0)
     GATHERED(RSM_OK, g.seed = UINT32_MAX);
     GATHERED(RSM_ERR_DESC, g.pattern = RSM_PATTERN_COUNT);
-    GATHERED(RSM_ERR_DESC, g.samples = (1 << 20) + 1);
-    GATHERED(RSM_ERR_DESC, g.pattern = RSM_PATTERN_POISSON; g.samples = 5000);
+    GATHERED(RSM_ERR_DESC, g.sample_count = (1 << 20) + 1);
+    GATHERED(RSM_ERR_DESC, g.pattern = RSM_PATTERN_POISSON; g.sample_count = 5000);
     GATHERED(RSM_ERR_DESC, g.r_min = 1);
     GATHERED(RSM_ERR_DESC, g.interleave = 3);
     GATHERED(RSM_ERR_DESC, g.interleave = 16);
@@ -283,21 +283,21 @@ static void pictures_out_of_range(void **state)
     DONE(RSM_OK, i.step = 0);
     DONE(RSM_ERR_DESC, i.step = 3);
     DONE(RSM_ERR_DESC, i.step = 128);
-    DONE(RSM_ERR_DESC, i.levels = 7);
+    DONE(RSM_ERR_DESC, i.level_count = 7);
     DONE(RSM_ERR_DESC, i.normal_cosine = NOT_A_NUMBER);
     DONE(RSM_ERR_DESC, i.plane_slope = -1);
     DONE(RSM_ERR_DESC, i.distance = INF);
     DONE(RSM_ERR_DESC, i.contrast = NOT_A_NUMBER);
-    DONE(RSM_ERR_DESC, i.reach = INF);
-    DONE(RSM_OK, i.reach = -1);
+    DONE(RSM_ERR_DESC, i.light_share = INF);
+    DONE(RSM_OK, i.light_share = -1);
     DONE(RSM_ERR_ARGUMENT, p.width = 0);
     DONE(RSM_ERR_ARGUMENT, p.width = 7);
     p.width = SIDE;
     DONE(RSM_ERR_DESC, g.interleave = 2);
     rsm_map_free(NULL);
-    direct.taps = 16;
+    direct.tap_side = 16;
     assert_int_equal(rsm_direct(good, &direct, &points, result), RSM_ERR_DESC);
-    direct.taps = 1;
+    direct.tap_side = 1;
     direct.bias = NOT_A_NUMBER;
     assert_int_equal(rsm_direct(good, &direct, &points, result), RSM_ERR_DESC);
     assert_int_equal(rsm_direct(NULL, &direct, &points, result), RSM_ERR_ARGUMENT);
@@ -326,7 +326,7 @@ static void odd_receivers(void **state)
         else if (i == 9) set3(p + 3 * i, 0, 2, 0);       /* the lamp itself */
         else if (i == 10) memcpy(p + 3 * i, rsm_map_texels(good)[64 * 32 + 32].position, 12);
     }
-    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_KIND_COUNT; kind++) {
+    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_COUNT; kind++) {
         d.light.kind = (rsm_light_kind)kind;
         set3(d.light.position, 0, 2, 0);
         set3(d.light.direction, 0, kind == RSM_LIGHT_SUN ? 1 : -1, 0);
@@ -447,8 +447,8 @@ static void limits_of_gathers_are_exact(void **state)
     TAKEN(g.materials = &edge; g.material_count = 1);
     edge.specular[0] = -0.1f;
     LEFT(g.materials = &edge; g.material_count = 1);
-    TAKEN(g.samples = 1);
-    LEFT(g.pattern = RSM_PATTERN_POISSON; g.samples = 4097);
+    TAKEN(g.sample_count = 1);
+    LEFT(g.pattern = RSM_PATTERN_POISSON; g.sample_count = 4097);
     p.indices = one;
     p.index_count = 1;
     TAKEN(g.seed = 1);
@@ -512,7 +512,7 @@ static void limits_of_pictures_are_exact(void **state)
     GRID(RSM_OK, i.step = 2);
     GRID(RSM_OK, i.step = 64);
     GRID(RSM_ERR_DESC, i.step = 1);
-    GRID(RSM_OK, i.levels = 6);
+    GRID(RSM_OK, i.level_count = 6);
     GRID(RSM_OK, i.normal_cosine = 1);
     GRID(RSM_OK, i.normal_cosine = -1);
     GRID(RSM_ERR_DESC, i.normal_cosine = -1.1f);
@@ -523,8 +523,8 @@ static void limits_of_pictures_are_exact(void **state)
     GRID(RSM_ERR_DESC, i.distance = -1);
     GRID(RSM_OK, i.contrast = -1e6f);
     GRID(RSM_ERR_DESC, i.contrast = 1.1e6f);
-    GRID(RSM_OK, i.reach = 1e6f);
-    GRID(RSM_ERR_DESC, i.reach = -1.1e6f);
+    GRID(RSM_OK, i.light_share = 1e6f);
+    GRID(RSM_ERR_DESC, i.light_share = -1.1e6f);
     p.indices = one;
     p.index_count = 1;
     GRID(RSM_ERR_ARGUMENT, i.step = 0);
@@ -542,7 +542,7 @@ static void limits_of_pictures_are_exact(void **state)
     /* direct light */
 #define LIGHTED(expected, change) \
     do { rsm_direct_desc q = d0; change; assert_int_equal(rsm_direct(good, &q, &points, result), expected); } while (0)
-    LIGHTED(RSM_OK, q.taps = 15);
+    LIGHTED(RSM_OK, q.tap_side = 15);
     LIGHTED(RSM_OK, q.bias = 1e6f);
     LIGHTED(RSM_ERR_DESC, q.bias = 1.1e6f);
     LIGHTED(RSM_OK, q.bias = -1);
@@ -599,7 +599,7 @@ static void fractions_of_levels_never_fall(void **state)
         record r;
         memset(&in, 0, sizeof in);
         memset(&r, 0, sizeof r);
-        in.levels = levels;
+        in.level_count = levels;
         in.step = 16;
         in.contrast = 1e-6f;                     /* every level has something to evaluate */
         g.system.progress = record_fraction;
@@ -995,7 +995,7 @@ static void textures(void **state)
     uint32_t i, n = 0;
     (void)state;
     m.surface_fn = checker;
-    m.taps = 16;
+    m.tap_side = 16;
     m.has_holes = 1;
     map = map_of(&d, &m, 1, &stats);
     assert_non_null(map);
@@ -1057,7 +1057,7 @@ static void taps_of_a_texel(void **state)
     m.vertex_count = m.index_count = 3;
     m.surface_fn = record_tap;
     m.user = &seen;
-    m.taps = 2;
+    m.tap_side = 2;
     map = map_of(&d, &m, 1, NULL);
     assert_non_null(map);
     for (i = 0; i < TAPPED * TAPPED; i++) {
@@ -1183,7 +1183,7 @@ static void glossy(void **state)
     assert_non_null(map);
     g.materials = &shiny;
     g.material_count = 1;
-    g.samples = 256;
+    g.sample_count = 256;
     assert_true(gather_at(map, &g, 0, 3, 0, 0, -1, 0) == 0);      /* black to the diffuse part: no flux to choose by */
     rsm_map_free(map);
     set3(m.albedo, 1e-6, 1e-6, 1e-6);

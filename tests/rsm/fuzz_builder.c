@@ -12,14 +12,16 @@ typedef struct input { const uint8_t *data; size_t size, at; } input;
 
 static uint32_t side_of(const rsm_map *map)
 {
-    rsm_info info;
-    return rsm_get_info(map, &info) == RSM_OK ? info.side : 0;
+    rsm_info info = { 0 };
+    rsm_get_info(map, &info);
+    return info.side;
 }
 
 static uint32_t faces_of(const rsm_map *map)
 {
-    rsm_info info;
-    return rsm_get_info(map, &info) == RSM_OK ? info.face_count : 0;
+    rsm_info info = { 0 };
+    rsm_get_info(map, &info);
+    return info.face_count;
 }
 
 static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
@@ -43,7 +45,7 @@ static void take_desc(input *in, rsm_desc *d)
                                       { 0, -1, 0 }, { 1, 0, 0 } };
     uint32_t i;
     memset(d, 0, sizeof *d);
-    d->light.kind = (rsm_light_kind)(take(in) % (RSM_LIGHT_KIND_COUNT + 1u));
+    d->light.kind = (rsm_light_kind)(take(in) % (RSM_LIGHT_COUNT + 1u));
     memcpy(d->light.direction, axes[take(in) % 6u], sizeof d->light.direction);
     for (i = 0; i < 3; i++) {
         d->light.position[i] = take_float(in);
@@ -90,7 +92,7 @@ static int draw(input *in, rsm_map *map)
     mesh.material = take(in) % 4u;
     if (take(in) & 1u) mesh.surface_fn = hole_or_not;
     mesh.has_holes = (int)(take(in) & 1u);
-    mesh.taps = take(in) % 18u;
+    mesh.tap_side = take(in) % 18u;
     return rsm_rasterize(map, &mesh, 1) == RSM_OK;
 }
 
@@ -153,7 +155,7 @@ static void use(input *in, const rsm_map *map)
     points.positions = p;
     points.normals = n;
     g.pattern = (rsm_pattern)(take(in) % RSM_PATTERN_COUNT);
-    g.samples = take(in) % 70u;
+    g.sample_count = take(in) % 70u;
     g.r_max = fabsf(take_float(in));
     g.offset = fabsf(take_float(in));
     g.near_limit = fabsf(take_float(in));
@@ -167,7 +169,7 @@ static void use(input *in, const rsm_map *map)
     if (rsm_interpolate(&map, 1, &g, &inter, &points, e, NULL) == RSM_OK) check(e, 3 * POINTS);
     g.interleave = 1u << take(in) % 4u;
     if (rsm_gather(&map, 1, &g, &points, e, NULL) == RSM_OK) check(e, 3 * POINTS);
-    direct.taps = take(in) % 6u;
+    direct.tap_side = take(in) % 6u;
     if (rsm_direct(map, &direct, &points, e) == RSM_OK) check(e, 3 * POINTS);
     if (rsm_cluster(rsm_map_texels(map), (size_t)side_of(map) * side_of(map), 8, NULL, clusters, &count) ==
             RSM_OK &&

@@ -134,7 +134,7 @@ static void r_min_is_the_inner_disc(void **state)
         lit_gather(map, &g, &points, e[k]);
     }
     g.pattern = RSM_PATTERN_FLUX;
-    g.samples = 0;
+    g.sample_count = 0;
     lit_gather(map, &g, &points, all);
     assert_memory_equal(e[0], e[1], sizeof e[0]);
     assert_true(memcmp(e[0], e[2], sizeof e[0]) != 0);
@@ -161,7 +161,7 @@ static void distance_bounds_interpolation(void **state)
         memset(&in, 0, sizeof in);
         in.mask = mask;
         in.distance = distances[k];
-        in.contrast = in.reach = -1;
+        in.contrast = in.light_share = -1;
         share[k] = lit_interpolate(map, &g, &in, &points, some_e);
     }
     print_message("evaluated: %.4f, %.4f, %.4f\n", share[0], share[1], share[2]);
@@ -195,7 +195,7 @@ static void mixed_in_a_corner(void **state)
     g.near_limit = 0.3f;
     lit_gather(map, &g, &points, all);
     g.pattern = RSM_PATTERN_MIXED;
-    g.samples = 400;
+    g.sample_count = 400;
     for (g.seed = 0; g.seed < SEEDS; g.seed++) {
         lit_gather(map, &g, &points, e);
         for (i = 0; i < POINTS; i++) {

@@ -89,7 +89,7 @@ static void a_wrong_light_is_named(void **state)
     SAYS(glbk_rsm_map_create(gl, &l, 4, NULL), GLBK_ERR_ARGUMENT, "glbk_rsm_map_create: out is NULL");
     SAYS(glbk_rsm_map_create(gl, NULL, 4, &m), GLBK_ERR_ARGUMENT, "glbk_rsm_map_create: light is NULL");
     SAYS(glbk_rsm_map_create(gl, &l, 3, &m), no, "glbk_rsm_map_create: side is 3; it must be 0 or 4..4096");
-    SAYS_OF(l.kind, RSM_LIGHT_KIND_COUNT, MAP, no,
+    SAYS_OF(l.kind, RSM_LIGHT_COUNT, MAP, no,
             "glbk_rsm_map_create: light.kind is 6; it must be one of rsm_light_kind");
     SAYS_OF(l.position[1], 2e9f, MAP, no, "glbk_rsm_map_create: light.position[1] is 2000000000; it must be -1e9..1e9");
     SAYS_OF(l.up[2], NAN, MAP, no, "glbk_rsm_map_create: light.up[2] is not a number; it must be -1e9..1e9");
@@ -179,7 +179,7 @@ static void a_wrong_desc_of_light_is_named(void **state)
     memset(&g, 0, sizeof g);
 #define DIRECT glbk_rsm_direct(gl, &s.full, &s.seen, seen, 1, &d)
 #define GATHER glbk_rsm_gather(gl, &s.full, &s.seen, maps, 1, &g)
-    SAYS_OF(d.taps, 16, DIRECT, no, "glbk_rsm_direct: desc.taps is 16; it must be 0..15");
+    SAYS_OF(d.tap_side, 16, DIRECT, no, "glbk_rsm_direct: desc.tap_side is 16; it must be 0..15");
     SAYS_OF(d.bias, 2e6f, DIRECT, no, "glbk_rsm_direct: desc.bias is 2000000; it must be -1000000..1000000");
     SAYS_OF(d.slope_bias, NAN, DIRECT, no,
             "glbk_rsm_direct: desc.slope_bias is not a number; it must be -1000000..1000000");
@@ -219,12 +219,12 @@ static void tables_of_another_desc_are_named(void **state)
     open_stage(t);
     memset(&g, 0, sizeof g);
     g.pattern = RSM_PATTERN_LOG_RADIAL;
-    g.samples = 8;
+    g.sample_count = 8;
 #define TABLES glbk_rsm_tables_upload(gl, &s.full, &g, points)
 #define GATHER glbk_rsm_gather(gl, &s.full, &s.seen, maps, 1, &g)
     SAYS(glbk_rsm_tables_upload(gl, &s.full, &g, NULL), GLBK_ERR_ARGUMENT,
          "glbk_rsm_tables_upload: points is NULL, and the pattern needs some");
-    SAYS_OF(g.samples, 0, TABLES, GLBK_ERR_ARGUMENT,
+    SAYS_OF(g.sample_count, 0, TABLES, GLBK_ERR_ARGUMENT,
             "glbk_rsm_tables_upload: points is not NULL, and the pattern needs none");
     g.noise = noise;
     SAYS_OF(g.noise_side, 1025, TABLES, GLBK_ERR_LIMIT,
@@ -242,8 +242,8 @@ static void tables_of_another_desc_are_named(void **state)
     assert_glbk(t, TABLES);
     SAYS_OF(g.pattern, RSM_PATTERN_EQUATION3, GATHER, other,
             "glbk_rsm_gather: desc.pattern is 2; it must be 3, which glbk_rsm_tables_upload was given last");
-    SAYS_OF(g.samples, 12, GATHER, other,
-            "glbk_rsm_gather: desc.samples is 12; it must be 8, which glbk_rsm_tables_upload was given last");
+    SAYS_OF(g.sample_count, 12, GATHER, other,
+            "glbk_rsm_gather: desc.sample_count is 12; it must be 8, which glbk_rsm_tables_upload was given last");
     SAYS_OF(g.interleave, 2, GATHER, other,
             "glbk_rsm_gather: desc.interleave is 2; it must be 1, which glbk_rsm_tables_upload was given last");
     SAYS_OF(g.seed, 3, GATHER, other,
@@ -288,7 +288,7 @@ static void a_wrong_filter_is_named(void **state)
 #define FILTER glbk_rsm_denoise(gl, &s.full, &s.seen, &f, NULL)
     SAYS_OF(i.step, 12, GRID, no,
             "glbk_rsm_interpolate: interpolation.step is 12; it must be 0 or a power of two, 2..64");
-    SAYS_OF(i.levels, 7, GRID, no, "glbk_rsm_interpolate: interpolation.levels is 7; it must be 0..6");
+    SAYS_OF(i.level_count, 7, GRID, no, "glbk_rsm_interpolate: interpolation.level_count is 7; it must be 0..6");
     SAYS_OF(i.mask, &mask, GRID, no,
             "glbk_rsm_interpolate: interpolation.mask is not NULL: alpha of glbk_rsm_read says what each pixel is");
     g.noise = noise;
@@ -308,9 +308,9 @@ static void a_wrong_filter_is_named(void **state)
          "glbk_rsm_denoise: motion was not created");
     SAYS_OF(f.passes, 7, FILTER, no, "glbk_rsm_denoise: frame.passes is 7; it must be -1000000000..6");
     SAYS_OF(f.motion, matrix, FILTER, no, "glbk_rsm_denoise: frame.motion is not NULL: on GL motion is a texture");
-    f.view_projection = matrix;
+    f.world_to_clip = matrix;
     SAYS_OF(matrix[15], INFINITY, FILTER, no,
-            "glbk_rsm_denoise: frame.view_projection[15] is infinity; it must be finite");
+            "glbk_rsm_denoise: frame.world_to_clip[15] is infinity; it must be finite");
     assert_glbk(t, FILTER);
     SAYS(FILTER, GLBK_ERR_ORDER, "glbk_rsm_denoise: bounced light was filtered already");
 #undef GRID

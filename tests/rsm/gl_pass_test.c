@@ -104,7 +104,7 @@ static rsm_gather_desc by_flux(uint32_t samples)
     rsm_gather_desc d;
     memset(&d, 0, sizeof d);
     d.pattern = RSM_PATTERN_FLUX;
-    d.samples = samples;
+    d.sample_count = samples;
     return d;
 }
 
@@ -125,7 +125,7 @@ static void bad_arguments_are_refused(void **state)
     float point[3] = { 0, 0, 0 };
     int i;
     memset(&direct, 0, sizeof direct);
-    direct.taps = 16;
+    direct.tap_side = 16;
     look(t);
     memset(&pass, 0, sizeof pass);
     for (i = 0; i < 9; i++) {
@@ -134,7 +134,7 @@ static void bad_arguments_are_refused(void **state)
         if (i == 1) bad.direction[1] = 0;
         if (i == 2) bad.value[2] = -1;
         if (i == 3) bad.position[0] = NAN;
-        if (i == 4) bad.kind = RSM_LIGHT_KIND_COUNT;
+        if (i == 4) bad.kind = RSM_LIGHT_COUNT;
         if (i == 5) bad.kind = RSM_LIGHT_SPOT, bad.cone_half_angle = 3.5f;
         if (i == 6) bad.near_depth = 2, bad.far_depth = 1;
         if (i == 7) bad.kind = RSM_LIGHT_SQUARE_SPOT, bad.cone_half_angle = 1.25f;
@@ -237,7 +237,7 @@ static glbk_result frame(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r, co
     glbk_result result = GLBK_OK;
     memset(&filter, 0, sizeof filter);
     memset(&pass, 0, sizeof pass);
-    filter.view_projection = view;
+    filter.world_to_clip = view;
     pass.target = target;
     GL_THEN_SAME(t, result, glbk_rsm_tables_upload(&t->gl, r, NULL, NULL));
     GL_THEN_SAVED(t, result, glbk_rsm_map_draw(&t->gl, r, map, draw, NULL));

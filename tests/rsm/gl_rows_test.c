@@ -155,7 +155,7 @@ static void gather(lit *l, const rsm_gather_desc *d, const rsm_interpolation *ho
     glbk_rsm_map *maps[1];
     maps[0] = &l->map;
     look(points);
-    seen_by.lights_per_pass = d->samples ? 4096 : 32768;        /* every texel of 512 x 512 */
+    seen_by.lights_per_pass = d->sample_count ? 4096 : 32768;        /* every texel of 512 x 512 */
     upload_tables(now, &seen_by, d);
     if (how) assert_glbk(now, glbk_rsm_interpolate(&now->gl, &seen_by, &sight, maps, 1, d, how));
     else assert_glbk(now, glbk_rsm_gather(&now->gl, &seen_by, &sight, maps, 1, d));

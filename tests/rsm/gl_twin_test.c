@@ -305,7 +305,7 @@ static void direct_light_agrees(void **state)
         upload(t, map, kind, &m);
         for (i = 0; i < 3; i++) {
             rsm_direct_desc d = direct_desc();
-            d.taps = i == 0 ? 1 : i == 1 ? 2 : 5;
+            d.tap_side = i == 0 ? 1 : i == 1 ? 2 : 5;
             d.slope_bias = i == 2 ? 0.5f : 1;
             assert_int_equal(rsm_direct(map, &d, &w.points, expected), RSM_OK);
             d.add = 1;
@@ -333,7 +333,7 @@ static rsm_gather_desc way_of(int way)
     rsm_gather_desc d = gather_desc((rsm_pattern)(RSM_PATTERN_FLUX + way % 6), 96);
     d.seed = (uint32_t)way;
     d.near_limit = 0.5f;
-    if (way == 6) d.samples = 0;
+    if (way == 6) d.sample_count = 0;
     if (way == 7) d.interleave = 4, d.paper_weights = 1;
     if (way == 8) d.interleave = 2, d.noise = w.noise, d.noise_side = 16;
     if (way == 9) d.r_max = 0.3f, d.clamp = 2, d.noise = w.noise, d.noise_side = 16;
@@ -345,7 +345,7 @@ static rsm_gather_desc way_of(int way)
     }
     if (way >= SURFACES) {      /* every texel; MIXED; every texel; log-radial */
         d.pattern = way == 16 ? RSM_PATTERN_MIXED : RSM_PATTERN_LOG_RADIAL;
-        d.samples = way == 15 || way == 17 ? 0 : 96;
+        d.sample_count = way == 15 || way == 17 ? 0 : 96;
         d.near_field = way == 17 ? 32 : 6;
         d.near_limit = way == 17 ? 0 : 0.5f;
         d.offset = way == 18 ? 0.05f : 0;
@@ -372,7 +372,7 @@ static void gathered_light_agrees(void **state)
         upload(t, map, kind, &m);
         for (way = 0; way < WAYS; way++) {
             rsm_gather_desc d = way_of(way);
-            int lists = d.pattern == RSM_PATTERN_FLUX || d.samples == 0;
+            int lists = d.pattern == RSM_PATTERN_FLUX || d.sample_count == 0;
             /* each pattern for every other kind of light, each knob for one or two, near texels of all kinds */
             if (way < 6 ? way && (way + kind) % 2 : way < SURFACES && way % 6 != kind) continue;
             r.lights_per_pass = way == 6 ? 1000 : 4096;
@@ -530,7 +530,7 @@ static void own_programs_agree(void **state)
             rsm_gather_desc d = way_of(way == 1 ? 0 : 2);
             if (way == 0) {
                 rsm_direct_desc direct = direct_desc();
-                direct.taps = 3;
+                direct.tap_side = 3;
                 assert_int_equal(rsm_direct(map, &direct, &points, expected), RSM_OK);
                 ask_own(t, way, &mine, NULL, &m);
             } else {
@@ -560,9 +560,9 @@ static rsm_interpolation grid_way(int way)
     rsm_interpolation g;
     memset(&g, 0, sizeof g);
     g.step = steps[way];
-    g.levels = way == 2 ? 1 : 0;
+    g.level_count = way == 2 ? 1 : 0;
     g.contrast = way == 2 ? -1.0f : 0.0f;
-    g.reach = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
+    g.light_share = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
     return g;
 }
 
@@ -575,7 +575,7 @@ static rsm_gather_desc grid_samples(int way)
     d.near_limit = 0.3f;
     if (way == 1 || way == 2) d.near_field = 6;
     if (way == 4) {                                 /* every texel: a list a map, since surfaces ask for its light */
-        d.samples = 0;
+        d.sample_count = 0;
         d.near_field = 6;
     }
     return d;
@@ -692,7 +692,7 @@ static void filter_agrees(void **state)
         md.width = md.height = SIDE;
         md.data = moved;
         assert_glbk(t, glbk_texture_create(&t->gl, &md, &motion));
-        f.view_projection = w.view;
+        f.world_to_clip = w.view;
         f.motion = frame == 4 ? moved : NULL;
         f.passes = frame == 2 ? -1 : 0;
         assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, filtered, NULL), RSM_OK);
@@ -894,7 +894,7 @@ static void compute_has_every_size(void **state)
             rsm_interpolation grid;
             memset(&grid, 0, sizeof grid);
             grid.step = steps[way][0];
-            grid.levels = steps[way][1];
+            grid.level_count = steps[way][1];
             grid.contrast = size ? 0 : 1e-30f;
             g.near_limit = 0.3f;
             gather_both(&p, &kind, 1, &g, 0, &grid);
@@ -924,7 +924,7 @@ static void compute_filters_as_draws_do(void **state)
         d.interleave = 4;
         d.near_limit = 0.3f;
         d.seed = (uint32_t)frame;
-        n.view_projection = w.view;
+        n.world_to_clip = w.view;
         n.passes = frame == 1 ? 6 : 2;
         for (i = 0; i < 2; i++) upload_points(p.t[i], &p.seen[i]);
         gather_both(&p, &kind, 1, &d, 0, NULL);

@@ -517,7 +517,7 @@ static double irradiance(const rsm_desc *d, const rsm_direct_desc *o, int which,
     uint32_t face = face_seen(whole, p);
     vec l = towards(whole, p), q, r = minus(p, whole->at);
     double cosine = dot(n, l), out = -dot(whole->axis, l), light = cosine, lit = 0, all = 0, texel, slope, bias;
-    int s, t, taps = o->taps ? (int)o->taps : 2;
+    int s, t, taps = o->tap_side ? (int)o->tap_side : 2;
     frame f;
     if (fabs(cosine) < 1e-5) *sure = 0;
     if (!(cosine > 0)) return 0;
@@ -574,7 +574,7 @@ static void direct_light_is_filtered_by_area(void **state)
             rsm_direct_desc o = direct_desc();
             int compared = 0, between = 0;
             assert_non_null(map);
-            o.taps = (uint32_t)taps;
+            o.tap_side = (uint32_t)taps;
             if (taps == 3) o.slope_bias = -1;    /* none */
             if (taps == 4) o.bias = -1;
             o.add = taps == 5;

@@ -275,7 +275,7 @@ static void normalised(void **state)
     double first, other;
     g.r_max = 0.45f;
     first = mean_above(map, g, 1);
-    g.samples = 8192;
+    g.sample_count = 8192;
     other = mean_above(map, g, 1);
     CONFORM("T27", "result of twice the samples / result", 1, other / first, 0.01);
     g.r_max = 0.9f;
@@ -565,9 +565,9 @@ static void interpolation_stops_at_edges(void **state)
             int i;
             memset(&in, 0, sizeof in);
             in.mask = mask;
-            in.levels = paper ? 1 : 0;
+            in.level_count = paper ? 1 : 0;
             in.contrast = paper ? -1.0f : 0.0f;
-            in.reach = paper ? -1.0f : 0.0f;
+            in.light_share = paper ? -1.0f : 0.0f;
             share = lit_interpolate(map, &g, &in, &points, some_e);
             for (i = 0; i < WIDE * HIGH; i++) {
                 double off = fabs((double)full_e[3 * i] - (double)some_e[3 * i]);
@@ -606,7 +606,7 @@ static void reach_refines(void **state)
         double square = 0, sum = 0;
         memset(&in, 0, sizeof in);
         in.mask = mask;
-        in.reach = bounded ? 0.0f : -1.0f;
+        in.light_share = bounded ? 0.0f : -1.0f;
         (void)lit_interpolate(map, &g, &in, &points, some_e);
         for (i = 0; i < 3 * WIDE * HIGH; i++) {
             double off = (double)full_e[i] - (double)some_e[i];

@@ -278,7 +278,7 @@ static void far_lights_take_no_light_from_near_ones(void **state)
     list[0] = map;
     for (k = 0; k < 2; k++) {
         memset(&g, 0, sizeof g);
-        g.samples = k ? 64 : 0;
+        g.sample_count = k ? 64 : 0;
         assert_int_equal(rsm_gather(list, 1, &g, &receiver, e, NULL), RSM_OK);
         if (k == 0 && fabs((double)e[0] - expected) > 1e-4 * expected)
             fail_msg("map: %g, not %g", (double)e[0], expected);
@@ -468,8 +468,8 @@ static void gather_brute(const rsm_map *const *list, size_t list_count, const rs
     const uint32_t k = g->interleave ? g->interleave : 1, sets = k * k,
                    set = (uint32_t)(pixel % WIDE % k + k * (pixel / WIDE % k));
     const int mixed = g->pattern == RSM_PATTERN_MIXED;
-    const uint32_t about = g->pattern == RSM_PATTERN_FLUX ? 0 : mixed ? 3 * g->samples / 5 : g->samples;
-    const uint32_t by_flux = g->samples - about, centred = (about + sets - 1) / sets * sets;
+    const uint32_t about = g->pattern == RSM_PATTERN_FLUX ? 0 : mixed ? 3 * g->sample_count / 5 : g->sample_count;
+    const uint32_t by_flux = g->sample_count - about, centred = (about + sets - 1) / sets * sets;
     static float pattern[3 * 1024];
     double turn = 0;
     size_t m, place = 0;
@@ -486,14 +486,14 @@ static void gather_brute(const rsm_map *const *list, size_t list_count, const rs
     for (m = 0; m < list_count; m++) {
         const rsm_map *map = list[m];
         const uint32_t all = (uint32_t)texels_of(map);
-        for (i = 0, placed = 0; i < (g->samples ? by_flux : all); i++) {
+        for (i = 0, placed = 0; i < (g->sample_count ? by_flux : all); i++) {
             double weight = 1, share = 1;
-            const rsm_texel *t = g->samples ? pick(map, i, by_flux, g->seed, &weight, &place, &s->sure)
+            const rsm_texel *t = g->sample_count ? pick(map, i, by_flux, g->seed, &weight, &place, &s->sure)
                                             : rsm_map_texels(map) + (place = i);
             if (!(flux_of(t) > 0)) continue;
             if ((placed + rsm__hash_combine(g->seed, placed / sets)) % sets == set) {
                 if (mixed && centred) share = share_by_flux(map, g, by_flux, centred, place, pixel);
-                add_light(s, g, map, t, pixel, weight, share * sets, g->samples == 0);
+                add_light(s, g, map, t, pixel, weight, share * sets, g->sample_count == 0);
             }
             placed++;
         }
@@ -548,7 +548,7 @@ static void compare(const rsm_map *const *list, size_t count, const rsm_gather_d
     rsm_gather_stats stats;
     rsm_points p = points;
     double full = 0, lost = 0, outside = 0, near = 0;
-    size_t i, m, sure = 0, padded = (g->samples + 7) / 8 * 8;
+    size_t i, m, sure = 0, padded = (g->sample_count + 7) / 8 * 8;
     int c;
     for (i = 0; i < PIXELS; i++) {
         occlusion[i] = (float)i / 30 - 0.1f;     /* below 0 and above 1 too */
@@ -572,13 +572,13 @@ static void compare(const rsm_map *const *list, size_t count, const rsm_gather_d
                 fail_msg("%s, pixel %d: %g, not %g", what, (int)i, (double)got[3 * i + (size_t)c], expected);
         }
     }
-    if ((near > 0) != (g->near_field > 0 && (g->pattern != RSM_PATTERN_FLUX || !g->samples)))
+    if ((near > 0) != (g->near_field > 0 && (g->pattern != RSM_PATTERN_FLUX || !g->sample_count)))
         fail_msg("%s: %g near texels", what, near);
     if (sure < PIXELS / 3) fail_msg("%s: only %d pixels are sure", what, (int)sure);
     assert_int_equal(stats.evaluated, PIXELS);
     assert_int_equal(stats.bad_points, 0);
-    if (g->pattern != RSM_PATTERN_MIXED && g->samples && g->interleave < 2)
-        assert_int_equal(stats.pairs, PIXELS * count * (g->pattern == RSM_PATTERN_FLUX ? padded : g->samples));
+    if (g->pattern != RSM_PATTERN_MIXED && g->sample_count && g->interleave < 2)
+        assert_int_equal(stats.pairs, PIXELS * count * (g->pattern == RSM_PATTERN_FLUX ? padded : g->sample_count));
     if (g->clamp > 0 || g->near_limit > 0) {
         if (!(lost > 0)) fail_msg("%s: nothing is lost", what);
         if (sure == PIXELS) assert_true(fabs(stats.clamped_share - lost / full) < 1e-5);
@@ -648,10 +648,10 @@ static void every_texel_and_several_maps(void **state)
     g.pattern = RSM_PATTERN_MIXED;
     g.materials = NULL;
     g.material_count = 0;
-    g.samples = 100;
+    g.sample_count = 100;
     g.interleave = 2;
     compare((const rsm_map *const *)maps, 2, &g, "mixed, four sets, two maps");
-    g.samples = 1;                               /* too few to mix: by flux */
+    g.sample_count = 1;                               /* too few to mix: by flux */
     g.interleave = 0;
     g.pattern = RSM_PATTERN_FLUX;
     assert_int_equal(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, got, NULL), RSM_OK);
@@ -785,7 +785,7 @@ static int suits(int pixel, int sample, const rsm_interpolation *in)
 {
     const float *p = at + 3 * pixel, *n = facing + 3 * pixel, *q = at + 3 * sample, *m = facing + 3 * sample;
     double d2 = 0, off = 0, other = 0, cosine = 0, slope = in->plane_slope > 0 ? (double)in->plane_slope : 0.05;
-    double reach = in->reach < 0 ? 0 : in->reach > 0 ? (double)in->reach : 0.25;
+    double reach = in->light_share < 0 ? 0 : in->light_share > 0 ? (double)in->light_share : 0.25;
     int c;
     for (c = 0; c < 3; c++) {
         double d = (double)q[c] - (double)p[c];
@@ -808,7 +808,7 @@ static int line_after(int at_, int step, int size)
 /* 0 none, 1 open, 2 interpolated, 3 evaluated */
 static void interpolate_brute(const rsm_interpolation *in)
 {
-    int step = in->step ? (int)in->step : 8, levels = in->levels ? (int)in->levels : 6, x, y, k, c;
+    int step = in->step ? (int)in->step : 8, levels = in->level_count ? (int)in->level_count : 6, x, y, k, c;
     double contrast = in->contrast < 0 ? 1e30 : in->contrast > 0 ? (double)in->contrast : 0.25;
     for (; step > 1 && levels > 0; step /= 2, levels--) {
         static uint8_t wanted[N];
@@ -940,15 +940,17 @@ static void grids_are_section_four(void **state)
         in.mask = mask;
         if (way == 1) in.step = 4;
         if (way == 2) in.step = 16;
-        if (way == 3) in.levels = 1;
-        if (way == 4) in.levels = 2;
+        if (way == 3) in.level_count = 1;
+        if (way == 4) in.level_count = 2;
         if (way == 5) in.contrast = -1;
         if (way == 6) in.contrast = 0.02f;
-        if (way == 7) in.reach = -1;
-        if (way == 8) in.reach = 0.6f;
+        if (way == 7) in.light_share = -1;
+        if (way == 8) in.light_share = 0.6f;
         if (way == 9) in.distance = 0.15f;
         if (way == 10) in.normal_cosine = 0.6f;
-        if (way == 11) { in.plane_slope = 0.4f; in.step = 64; in.contrast = in.reach = -1; in.normal_cosine = 0.8f; }
+        if (way == 11) {
+            in.plane_slope = 0.4f; in.step = 64; in.contrast = in.light_share = -1; in.normal_cosine = 0.8f;
+        }
         p.occlusion = way % 2 ? occlusion : NULL;
         for (i = 0; i < N; i++) {
             double n2 = 0;

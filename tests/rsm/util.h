@@ -152,7 +152,7 @@ UNUSED_OK rsm_gather_desc gather_desc(rsm_pattern pattern, uint32_t samples)
     rsm_gather_desc d;
     memset(&d, 0, sizeof d);
     d.pattern = pattern;
-    d.samples = samples;
+    d.sample_count = samples;
     return d;
 }
 
@@ -161,7 +161,7 @@ UNUSED_OK rsm_direct_desc direct_desc(void)
 {
     rsm_direct_desc d;
     memset(&d, 0, sizeof d);
-    d.taps = 2;
+    d.tap_side = 2;
     d.bias = 0.5f;
     d.slope_bias = 1;
     return d;
@@ -169,14 +169,16 @@ UNUSED_OK rsm_direct_desc direct_desc(void)
 
 UNUSED_OK uint32_t map_side(const rsm_map *map)
 {
-    rsm_info info;
-    return rsm_get_info(map, &info) == RSM_OK ? info.side : 0;
+    rsm_info info = { 0 };
+    rsm_get_info(map, &info);
+    return info.side;
 }
 
 UNUSED_OK uint32_t map_faces(const rsm_map *map)
 {
-    rsm_info info;
-    return rsm_get_info(map, &info) == RSM_OK ? info.face_count : 0;
+    rsm_info info = { 0 };
+    rsm_get_info(map, &info);
+    return info.face_count;
 }
 
 #endif

@@ -30,7 +30,7 @@ static sfield_result run(int which, sfield_allocator *a)
     sfield_field *f = (sfield_field *)(void *)bytes, *untouched = f;
     sfield_result r = SFIELD_OK;
     d.system.allocator = system.allocator = *a;
-    d.shells = 2;
+    d.shell_count = 2;
     d.position_side = 2;
     d.cube_side = 4;
     memset(&light, 0, sizeof light);
@@ -123,7 +123,7 @@ static int setup(void **state)
     mesh = mesh_of(&soup);
     for (b = 1; b < 3; b++) {
         d = small_desc((sfield_basis)b);
-        d.shells = 2;
+        d.shell_count = 2;
         d.position_side = 2;
         assert_int_equal(sfield_build(&d, &mesh, &field[b], NULL), SFIELD_OK);
     }
@@ -302,7 +302,7 @@ static void scratch_of_many_entities(void **state)
     memset(&light, 0, sizeof light);
     memset(&none, 0, sizeof none);
     light.radius = 1;
-    small.shells = 2;
+    small.shell_count = 2;
     small.position_side = 2;
     assert_int_equal(sfield_build_emitter(&small, &light, &lamp, NULL), SFIELD_OK);
     d.system.allocator.alloc_fn = most_alloc;

@@ -56,7 +56,7 @@ static int bytes_case(int i, char *line, size_t size)
     mesh.positions = p;
     mesh.vertex_count = 3 * BYTES_TRIANGLES;
     d.basis = i & 1 ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
-    d.shells = 4;
+    d.shell_count = 4;
     d.position_side = 4;
     d.cube_side = 16;
     d.bands = i & 1 ? 0 : i == 8 ? 6 : 4;
@@ -75,7 +75,7 @@ static int bytes_case(int i, char *line, size_t size)
     e.radiance[2] = 1.5f;
     if (i < 2 || i >= 8) r = sfield_build(&d, &mesh, &f, NULL);
     else if (i < 4) {
-        d.frames = 2;
+        d.frame_count = 2;
         r = sfield_build_emissive(&d, &mesh, radiance, &f, NULL);
     } else if (i < 6) r = sfield_build_emitter(&d, &e, &f, NULL);
     else {

@@ -41,7 +41,7 @@ static sfield_field *field_of(const char *path)
 
     memset(&desc, 0, sizeof desc);
     memset(&mesh, 0, sizeof mesh);
-    desc.shells = 6;
+    desc.shell_count = 6;
     desc.position_side = 4;
     mesh.positions = corners;
     mesh.vertex_count = 6;

@@ -78,8 +78,8 @@ static void descs(void **state)
         case 1: d.bands = 9; break;
         case 2: d.cube_side = 12; break;
         case 3: d.cube_side = 128; break;
-        case 4: d.shells = 1; break;
-        case 5: d.shells = 65; break;
+        case 4: d.shell_count = 1; break;
+        case 5: d.shell_count = 65; break;
         case 6: d.position_side = 1; break;
         case 7: d.position_side = 65; break;
         case 8: d.spacing = SFIELD_SPACING_COUNT; break;
@@ -88,7 +88,7 @@ static void descs(void **state)
         case 11: d.outer = NAN; break;
         case 12: d.keep = 2; break;
         case 13: d.window = -1; break;
-        case 14: d.frames = 2; break;                                 /* occluders do not change */
+        case 14: d.frame_count = 2; break;                                 /* occluders do not change */
         case 15: d.frames_per_second = -1; break;
         case 16: d.radius = -1; break;
         case 17: d.center[1] = INFINITY; break;
@@ -130,7 +130,7 @@ static void spheres_too_small(void **state)
         assert_int_equal(sfield_build_emissive(&d, &mesh, radiance, &f, NULL), cases[i].result);
         sfield_free(f);
         f = NULL;
-        d.shells = d.position_side = 0;
+        d.shell_count = d.position_side = 0;
         assert_int_equal(sfield_build_self(&d, &mesh, AT(point, normal, 1), 0.1f, &f, NULL), SFIELD_OK);
         sfield_free(f);
     }
@@ -199,7 +199,7 @@ static void degenerate_meshes(void **state)
             sfield_result r, expected = SFIELD_OK;
             uint32_t skipped = 0;
             int k;
-            d.shells = 2;
+            d.shell_count = 2;
             d.position_side = 2;
             d.cube_side = 4;
             switch (i) {

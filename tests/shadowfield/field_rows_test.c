@@ -37,7 +37,7 @@ static void t72_sphere_occluder(void **state)
     sfield_get_info(f, &info);
     print_message("T72: default field %lu bytes, inscribed sphere %.4f\n", (unsigned long)info.bytes,
                   (double)info.inscribed);
-    assert_true(info.samples == 16 * 6 * 9 && info.bytes == 16 * info.samples + 2240);
+    assert_true(info.sample_count == 16 * 6 * 9 && info.bytes == 16 * info.sample_count + 2240);
     assert_true(info.inscribed > 0.99f && info.inscribed <= 1);
     for (k = 0; k < 4; k++) {
         rnd_direction(&seed, dir);
@@ -83,9 +83,9 @@ static void t73_sphere_light(void **state)
     light.radiance[0] = 1;
     light.radiance[1] = 2;
     desc.basis = SFIELD_BASIS_HAAR;
-    desc.shells = 8;
+    desc.shell_count = 8;
     desc.position_side = 3;
-    desc.shells = 12;
+    desc.shell_count = 12;
     desc.inner = 1.2f;
     desc.keep = 0.2f;
     assert_int_equal(sfield_build_emitter(&desc, &light, &f, NULL), SFIELD_OK);
@@ -133,7 +133,7 @@ static void t74_outside_and_inside(void **state)
     assert_true(fabsf(c[0] - 3.5449077f) < 1e-6f && c[5] == 0);
     sfield_free(f);
     desc.keep_inside = 1;
-    desc.shells = 8;
+    desc.shell_count = 8;
     f = field_of_sphere(&desc);
     for (i = 0; i < 50; i++) {
         double s = share_hidden(f, 0.02 * i, dir);
@@ -162,7 +162,7 @@ static void t77_ranges(void **state)
     uint32_t i, k, n = 6 * 8 * 8;
     (void)state;
     memset(&desc, 0, sizeof desc);
-    desc.shells = 2;
+    desc.shell_count = 2;
     desc.inner = 1.2f;
     desc.outer = 1.5f;
     desc.position_side = 8;
@@ -241,7 +241,7 @@ static void t81_budgets(void **state)
         sfield_info info;
         memset(&desc, 0, sizeof desc);
         desc.basis = SFIELD_BASIS_HAAR;
-        desc.shells = 4;
+        desc.shell_count = 4;
         desc.position_side = 3;
         desc.keep = keeps[i];
         assert_int_equal(sfield_build(&desc, &mesh, &f, &stats), SFIELD_OK);
@@ -249,7 +249,7 @@ static void t81_budgets(void **state)
         if (keeps[i] == 0.01f) CONFORM_NOTE("T81", "relative L2 error of 40 triangles where 1 % is kept", stats.lost);
         assert_true(stats.lost < before);
         assert_true(i < 3 || stats.lost == 0);
-        assert_true(stats.coefficients == info.coefficients && stats.triangles == 40);
+        assert_true(stats.coefficients == info.coefficient_count && stats.triangles == 40);
         before = stats.lost;
         sfield_free(f);
     }
@@ -329,7 +329,7 @@ static uint64_t moved_of(model m, const sfield_desc *desc, uint64_t *all)
     sfield_field *f;
     assert_int_equal(sfield_build(desc, &mesh, &f, &stats), SFIELD_OK);
     sfield_get_info(f, &info);
-    *all = info.samples;
+    *all = info.sample_count;
     sfield_free(f);
     model_free(&m);
     return stats.moved;
@@ -358,7 +358,7 @@ static void only_inside_closed_meshes_positions_move(void **state)
     (void)state;
     desc.inner = 0.2f;
     desc.outer = 3;
-    desc.shells = 5;                                                  /* 0.2, 0.39, 0.77, 1.52, 3 */
+    desc.shell_count = 5;                                                  /* 0.2, 0.39, 0.77, 1.52, 3 */
     desc.position_side = 2;
     desc.radius = 1;
     sphere = moved_of(model_sphere(16, 8, 1), &desc, &all);
@@ -439,7 +439,7 @@ static void beside_a_slab(void **state)
     desc.cube_side = 8;
     desc.position_side = 8;
     desc.outer = 2;
-    desc.shells = 8;
+    desc.shell_count = 8;
     sfield_sh_cosine(4, factors);
     sfield_sh_basis(4, up, y);
     assert_int_equal(sfield_build(&desc, &mesh, &f, NULL), SFIELD_OK);
@@ -476,7 +476,7 @@ static void emissive_meshes(void **state)
     for (i = 0; i < m.indices / 3; i++) radiance[3 * i + 1] = 2;
     desc.inner = 1.2f;
     desc.cube_side = 16;
-    desc.frames = 2;                                                  /* second frame: twice as bright */
+    desc.frame_count = 2;                                                  /* second frame: twice as bright */
     desc.frames_per_second = 10;
     for (i = 0; i < m.indices / 3; i++) radiance[m.indices + 3 * i + 1] = 4;
     assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
@@ -503,7 +503,7 @@ static void emissive_meshes(void **state)
         m.i[i] = m.i[i + 1];
         m.i[i + 1] = swap;
     }
-    desc.frames = 1;
+    desc.frame_count = 1;
     assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
     sfield_query(f, 1, p, 0, c);
     assert_true(fabsf(c[16]) < 0.01f);                                /* its far half is hidden by the near one */
@@ -624,7 +624,7 @@ static void ambient_of_wavelets(void **state)
     for (keep = 0; keep < 2; keep++) {
         memset(&desc, 0, sizeof desc);
         desc.basis = SFIELD_BASIS_HAAR;
-        desc.shells = 16;
+        desc.shell_count = 16;
         desc.keep = keep ? 1 : 0;                                     /* all, or the default's hundredth */
         f = field_of_sphere(&desc);
         for (i = 0; i < 18; i++) {
@@ -656,7 +656,7 @@ static void flat_lights(void **state)
     (void)state;
     desc.cube_side = 16;
     desc.position_side = 5;
-    desc.shells = 16;
+    desc.shell_count = 16;
     memset(&e, 0, sizeof e);
     e.kind = SFIELD_EMITTER_RECTANGLE;
     e.u[0] = e.v[1] = 0.5f;                                           /* one by one, along +z */

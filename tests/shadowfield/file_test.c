@@ -47,7 +47,7 @@ static int make_files(void **state)
     for (k = 0; k < FILES; k++) {
         sfield_desc d = small_desc(k & 1 ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
         sfield_field *f = NULL;
-        d.shells = 2;
+        d.shell_count = 2;
         d.position_side = 2;
         d.cube_side = 4;
         d.bands = k & 1 ? 0 : 3;
@@ -55,7 +55,7 @@ static int make_files(void **state)
         if (k > 6) d.shard_begin = k == 7 || k == 9 ? 0 : 1;
         if (k > 6) d.shard_end = k == 7 ? 1 : 2;
         if (k == 2 || k == 3) {
-            d.frames = 2;
+            d.frame_count = 2;
             assert_int_equal(sfield_build_emissive(&d, &mesh, radiance, &f, NULL), SFIELD_OK);
         } else if (k == 4 || k == 5)
             assert_int_equal(sfield_build_self(&d, &mesh, AT(points, normals, 3), 0.01f, &f, NULL), SFIELD_OK);
@@ -153,16 +153,16 @@ static void shards_merge_to_the_same_bytes(void **state)
     for (i = 0; i < 36; i++) radiance[i] = (float)(i % 5);
     for (haar = 0; haar < 2; haar++) {
         sfield_desc d = small_desc(haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
-        d.shells = 4;
+        d.shell_count = 4;
         d.position_side = 3;
         d.cube_side = 8;
         d.bands = haar ? 0 : 3;
         merge_case(d, &m, NULL, one, 1);
         merge_case(d, &m, NULL, two, 2);
         merge_case(d, &m, NULL, four, 4);
-        d.frames = 2;
+        d.frame_count = 2;
         merge_case(d, &m, radiance, frames, 3);
-        d.frames = 1;
+        d.frame_count = 1;
         d.shard_begin = 2;
         d.shard_end = 5;        /* one beyond, none, and of a kind without shells */
         for (i = 0; i < 3; i++) {

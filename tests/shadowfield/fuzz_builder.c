@@ -32,7 +32,7 @@ static void take_desc(input *in, sfield_desc *d)
     d->basis = (sfield_basis)(take(in) % (SFIELD_BASIS_COUNT + 1));
     d->bands = take(in) % 5;
     d->cube_side = 4u << take(in) % 3;
-    d->shells = 2 + take(in) % 3;
+    d->shell_count = 2 + take(in) % 3;
     d->position_side = 2 + take(in) % 2;
     d->spacing = (sfield_spacing)(take(in) % (SFIELD_SPACING_COUNT + 1));
     if (take(in) & 1u) {
@@ -42,7 +42,7 @@ static void take_desc(input *in, sfield_desc *d)
         d->window = take_float(in);
     }
     d->logarithm = (int)(take(in) & 1u);
-    d->frames = take(in) % 3;
+    d->frame_count = take(in) % 3;
     if (take(in) & 1u) {
         d->center[0] = take_float(in);
         d->radius = take_float(in);
@@ -98,7 +98,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         e.radiance[i] = radiance[i];
     }
     if (what == 0 && sfield_build(&d, &mesh, &f, NULL) == SFIELD_OK) check(f);
-    if (what == 1 && d.frames < 3 && sfield_build_emissive(&d, &mesh, radiance, &f, NULL) == SFIELD_OK) check(f);
+    if (what == 1 && d.frame_count < 3 && sfield_build_emissive(&d, &mesh, radiance, &f, NULL) == SFIELD_OK) check(f);
     if (what == 2 && sfield_build_emitter(&d, &e, &f, NULL) == SFIELD_OK) check(f);
     if (what == 3 && sfield_build_self(&d, &mesh, AT(p, p + 12, 4), 0.01f, &f, NULL) == SFIELD_OK) check(f);
     return 0;

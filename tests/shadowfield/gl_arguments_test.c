@@ -36,7 +36,7 @@ static sfield_desc tiny_desc(void)
     memset(&d, 0, sizeof d);
     d.bands = BANDS;
     d.cube_side = 4;
-    d.shells = 2;
+    d.shell_count = 2;
     d.position_side = 2;
     return d;
 }

@@ -384,7 +384,7 @@ static void whole_fields(void **state)
     model soup = model_soup(40, 0.5, 4);
     float *radiance = radiance_of(&soup, 8);
     sfield_desc d = harmonics(8, 4);
-    d.shells = 3;
+    d.shell_count = 3;
     d.position_side = 4;
     one_field(t, d, &soup, NULL);
     one_field(t, d, &soup, radiance);
@@ -426,7 +426,7 @@ static void by_a_callback(void **state)
     object o;
     size_t i;
 
-    fit.shells = fit.position_side = 2;
+    fit.shell_count = fit.position_side = 2;
     assert_int_equal(sfield_build(&fit, &mesh, &f, NULL), SFIELD_OK);
     sfield_get_info(f, &info);
     sfield_free(f);
@@ -502,7 +502,7 @@ static void bad_descs_are_named(void **state)
     CASE(r.field.cube_side = 12, desc, "desc.field->cube_side is 12; it must be 0 or a power of two of 4..64");
     CASE(r.field.bands = 9, desc, "desc.field->bands is 9; it must be 0..8");
     CASE(r.field.basis = SFIELD_BASIS_COUNT, desc, "desc.field->basis is 3; it must be 0..2");
-    CASE(r.field.frames = 2, desc,
+    CASE(r.field.frame_count = 2, desc,
          "desc.field->frames is 2; it must be 0 or 1 with a mesh: other frames are drawn by draw_fn");
     CASE(r.d.mesh = NULL, argument, "desc.mesh is NULL, like desc.draw_fn");
     CASE(r.d.radiance = NULL, argument, "desc.radiance is NULL");

@@ -40,14 +40,14 @@ static void open_world(gl_test *t, world *w, uint32_t bands, float reach)
     memset(&g, 0, sizeof g);
     d.bands = bands;
     d.cube_side = 4;
-    d.shells = 4;
+    d.shell_count = 4;
     d.position_side = 3;
     for (i = 0; i < 2 * 3 * 100; i++) radiance[i] = (float)(1 + i % 7 + i / 300);
     assert_int_equal(sfield_algebra_create(bands, NULL, &w->algebra), SFIELD_OK);
     assert_int_equal(sfield_build(&d, &of_box, &w->field[0], NULL), SFIELD_OK);
     assert_int_equal(sfield_build(&d, &of_soup, &w->field[1], NULL), SFIELD_OK);
     assert_int_equal(sfield_build_emissive(&d, &of_ball, radiance, &w->field[2], NULL), SFIELD_OK);
-    d.frames = 2;
+    d.frame_count = 2;
     d.frames_per_second = 10;
     assert_int_equal(sfield_build_emissive(&d, &of_soup, radiance, &w->field[3], NULL), SFIELD_OK);
     g.algebra = w->algebra;

@@ -28,7 +28,7 @@ static void test_desc(sfield_desc *d, uint32_t bands)
     memset(d, 0, sizeof *d);
     d->bands = bands;
     d->cube_side = 4;
-    d->shells = 4;
+    d->shell_count = 4;
     d->position_side = 3;
 }
 
@@ -84,7 +84,7 @@ static void build_fields(both *b, uint32_t bands)
     assert_int_equal(sfield_build_emissive(&d, &of_soup, radiance, &b->field[3], NULL), SFIELD_OK);
     d.spacing = SFIELD_SPACING_UNIFORM;
     assert_int_equal(sfield_build_emissive(&d, &of_box, radiance, &b->field[4], NULL), SFIELD_OK);
-    d.frames = 3;
+    d.frame_count = 3;
     d.frames_per_second = 10;
     d.loop = 1;
     assert_int_equal(sfield_build_emissive(&d, &of_ball, radiance, &b->field[5], NULL), SFIELD_OK);
@@ -489,7 +489,7 @@ static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye
         sets[i].positions = local[i];
         sets[i].normals = facing[i];
         sets[i].entity = on_entity ? 1 : 0;
-        sets[i].views = views[i];
+        sets[i].to_eye = views[i];
         sets[i].exponents = &exponent;
         sets[i].rgb = s->rgb[i];
         sets[i].gloss = exponent > 0 ? s->gloss[i] : NULL;

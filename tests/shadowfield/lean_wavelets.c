@@ -26,7 +26,7 @@ static int print_harmonics(void)
     memset(&desc, 0, sizeof desc);
     memset(&mesh, 0, sizeof mesh);
     memset(&points, 0, sizeof points);
-    desc.shells = desc.position_side = 4;
+    desc.shell_count = desc.position_side = 4;
     mesh.positions = corners;
     mesh.vertex_count = 4;
     mesh.indices = triangles;

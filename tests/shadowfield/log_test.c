@@ -56,10 +56,10 @@ static void a_desc_says_which_field_has_which_value(void **state)
     d.keep = -0.5f;
     said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_DESC, "sfield_build: desc.keep is -0.5; it must be 0..1");
     d.keep = 0;
-    d.frames = 2;
+    d.frame_count = 2;
     said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_DESC,
-         "sfield_build: desc.frames is 2; it must be 0..256 for sources, else 0 or 1");
-    d.frames = 0;
+         "sfield_build: desc.frame_count is 2; it must be 0..256 for sources, else 0 or 1");
+    d.frame_count = 0;
     said(&n, sfield_build(&d, NULL, &f, NULL), SFIELD_ERR_ARGUMENT, "sfield_build: mesh is NULL");
     memset(&e, 0, sizeof e);
     e.radius = 1;

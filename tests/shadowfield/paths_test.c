@@ -33,7 +33,7 @@ static sfield_field *glow_field(const sfield_desc *from)
     uint64_t seed = 3;
     int i;
     for (i = 0; i < 72; i++) radiance[i] = rnd_in(&seed, 0, 9);
-    d.frames = 2;
+    d.frame_count = 2;
     d.frames_per_second = 1;
     d.logarithm = 0;
     assert_int_equal(sfield_build_emissive(&d, &mesh, radiance, &f, NULL), SFIELD_OK);
@@ -299,7 +299,7 @@ static void shade_frames(const stage *s, const sfield_scene_desc *sd, int simd, 
             set[i].ambient = to + 3 * POINTS;
             if (!scene->algebra || cached) continue;
             set[i].gloss = to + 4 * POINTS;
-            set[i].views = s->view;
+            set[i].to_eye = s->view;
             set[i].exponents = s->exponent;
         }
         if (frame == 1) e[3].transform[12] -= 0.4f;

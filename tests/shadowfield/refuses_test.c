@@ -386,19 +386,19 @@ static void scenes(void **state)
         case 1: set.normals = NULL; break;
         case 2: set.count = (size_t)0x7fffffff + 1; break;
         case 3: set.normal_stride = 6; break;
-        case 4: set.view_stride = 2; break;
+        case 4: set.to_eye_stride = 2; break;
         case 5: set.exponent_stride = 1; break;
         case 6: set.position_stride = 4; break;                       /* vectors that run into each other */
         case 7: set.position_stride = 14; break;
         case 8: set.normal_stride = 8; break;
-        case 9: set.views = n; set.view_stride = 4; break;
+        case 9: set.to_eye = n; set.to_eye_stride = 4; break;
         default: set.entity = 7; break;
         }
         REFUSED(sfield_shade(sh, &set, 1, NULL));
         REFUSED(sfield_incident(sh, &set, coefs));
     }
     set = good;
-    set.view_stride = 4;                        /* of no views */
+    set.to_eye_stride = 4;                        /* of no views */
     IS(sfield_shade(sh, &set, 1, NULL), OK);
     set.count = 0;
     set.positions = NULL;

@@ -241,7 +241,7 @@ static void t14_t75_walk_across_edges(void **state)
     uint64_t seed = 2;
     assert_non_null(p);
     memset(&desc, 0, sizeof desc);
-    desc.shells = 3;
+    desc.shell_count = 3;
     desc.inner = 1.5f;
     desc.outer = 4;
     assert_int_equal(sfield_build(&desc, &mesh, &field, NULL), SFIELD_OK);

@@ -24,7 +24,7 @@ static sfield_field *make_field(const model *m, sfield_basis basis, int logarith
     sfield_desc d;
     memset(&d, 0, sizeof d);
     d.basis = basis;
-    d.shells = 12;
+    d.shell_count = 12;
     d.position_side = 7;
     d.cube_side = 16;
     d.keep = 0.1f;
@@ -47,7 +47,7 @@ static int make_fields(void **state)
     e.radiance[0] = 1;
     e.radiance[1] = 0.5f;
     e.radiance[2] = 0.25f;
-    d.shells = 12;
+    d.shell_count = 12;
     d.position_side = 7;
     d.cube_side = 16;
     d.keep = 0.1f;
@@ -893,7 +893,7 @@ static void phong_lobe(void **state)
     set.count = 3;
     set.positions = p;
     set.normals = n;
-    set.views = n;
+    set.to_eye = n;
     set.exponents = exponents;
     set.exponent_stride = 4;
     set.entity = 0;
@@ -990,7 +990,7 @@ static void phong_lobe_is_mirrored(void **state)
         set.positions = p;
         set.normals = up;
         set.entity = 0;
-        set.views = views[i];
+        set.to_eye = views[i];
         set.exponents = &exponent;
         set.rgb = rgb;
         set.gloss = gloss[i];
@@ -1262,7 +1262,7 @@ static void a_glow_changes_nothing_of_its_own(void **state)
                 sfield_scene_entities(s[glows], e, 4);
                 if (round == 1) assert_int_equal(sfield_cache_create(s[glows], GLOW, 4, &q->cache), SFIELD_OK);
                 if (round == 4 && b == 1) {     /* no cache with a lobe */
-                    q->views = p;
+                    q->to_eye = p;
                     q->exponents = &exponent;
                     q->gloss = out[glows] + 6 * GLOW;
                     assert_int_equal(sfield_incident(s[glows], q, coefs[glows]), SFIELD_OK);

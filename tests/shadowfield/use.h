@@ -41,7 +41,7 @@ static inline int use_in_a_scene(const sfield_field *f, const sfield_info *info,
     if (info->kind == SFIELD_KIND_SELF) set.self = f;
     e.time = 0.31f;
     sfield_scene_environment(s, sky, 1, 1, NULL);
-    set.count = info->kind == SFIELD_KIND_SELF ? info->samples : 4;
+    set.count = info->kind == SFIELD_KIND_SELF ? info->sample_count : 4;
     set.positions = p;
     set.normals = n;
     set.entity = 0;
@@ -71,11 +71,12 @@ static inline int use_field(const sfield_field *f)
         sfield_field *whole = NULL;
         sfield_result r = sfield_merge(&f, 1, NULL, &whole);
         good = sfield_query(f, 1, p, 0, out) == SFIELD_ERR_MISMATCH &&
-               r == (info.shard_begin || info.shard_end != info.shells * info.frames ? SFIELD_ERR_MISMATCH : SFIELD_OK);
+               r == (info.shard_begin || info.shard_end != info.shell_count * info.frame_count ? SFIELD_ERR_MISMATCH
+                                                                                               : SFIELD_OK);
         if (r == SFIELD_OK) good = good && sfield_query(whole, 5, p, 0.2f, out) == SFIELD_OK;
         sfield_free(whole);
     } else if (info.kind == SFIELD_KIND_SELF) {
-        good = sfield_self(f, 0, info.samples < 5 ? info.samples : 5, out) == SFIELD_OK;
+        good = sfield_self(f, 0, info.sample_count < 5 ? info.sample_count : 5, out) == SFIELD_OK;
     } else {
         good = sfield_query(f, 5, p, 0.2f, out) == SFIELD_OK &&
                use_all_finite(out, (info.kind == SFIELD_KIND_SOURCE ? 15u : 5u) * size);

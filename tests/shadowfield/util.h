@@ -214,7 +214,7 @@ UNUSED_OK sfield_desc small_desc(sfield_basis basis)
     sfield_desc d;
     memset(&d, 0, sizeof d);
     d.basis = basis;
-    d.shells = 4;
+    d.shell_count = 4;
     d.position_side = 4;
     d.cube_side = 8;
     d.inner = 0.5f;

@@ -64,7 +64,7 @@ static int see(void *user, const sfield_views *views)
 static sfield_desc desc_within(sfield_basis basis)
 {
     sfield_desc d = small_desc(basis);
-    d.shells = 2;
+    d.shell_count = 2;
     d.position_side = 2;
     d.inner = 0.2f;
     d.outer = 0.9f;                     /* where every texel is asked */
@@ -90,7 +90,7 @@ static void same_as_by_directions(void **state)
         if (i == 0) d.position_side = 7;            /* 294 points: more than one call a shell */
         if (i % 3 == 1) d.window = 0.1f;
         if (i == 1) d.logarithm = 1;
-        if (source) d.frames = 2;
+        if (source) d.frame_count = 2;
         memset(&v, 0, sizeof v);
         v.bands = d.bands;
         v.channels = source ? 3 : 1;
@@ -299,7 +299,7 @@ static void positions_inside_are_asked_again(void **state)
     in_box box;
     (void)state;
     d.radius = 0;
-    d.shells = 3;
+    d.shell_count = 3;
     d.inner = 0.4f;                     /* 0.4, 0.69, 1.2: all of one inside, some of the next */
     d.outer = 1.2f;
     d.position_side = 3;
@@ -340,9 +340,9 @@ static void refused(void **state)
     d.radius = 0;
     assert_int_equal(sfield_build_views(&d, 0, NULL, see, &v, &f, NULL), SFIELD_ERR_DESC);
     d.radius = 1;
-    d.frames = 2;                                               /* occluders do not change */
+    d.frame_count = 2;                                               /* occluders do not change */
     assert_int_equal(sfield_build_views(&d, 0, NULL, see, &v, &f, NULL), SFIELD_ERR_DESC);
-    d.frames = 0;
+    d.frame_count = 0;
     d.position_side = 7;
     v.calls = 0;
     v.stop_at = 2;                                              /* within a shell */

@@ -21,7 +21,7 @@ static int make_ball(void **state)
     (void)state;
     memset(&d, 0, sizeof d);
     d.basis = SFIELD_BASIS_HAAR;
-    d.shells = 12;
+    d.shell_count = 12;
     d.position_side = 7;
     d.cube_side = SIDE;
     d.keep = 0.1f;

@@ -419,7 +419,7 @@ static void domains_of_lights_have_the_numbers_of_csm(void **state)
     assert_int_equal(LSAMP_DOMAIN_SPHERE, COHSM_DOMAIN_SPHERE);
     assert_int_equal(LSAMP_DOMAIN_TABLE, COHSM_DOMAIN_TABLE);
     assert_int_equal(LSAMP_DOMAIN_LIST, COHSM_DOMAIN_LIST);
-    assert_int_equal(LSAMP_DOMAIN_KIND_COUNT, COHSM_DOMAIN_KIND_COUNT);
+    assert_int_equal(LSAMP_DOMAIN_COUNT, COHSM_DOMAIN_COUNT);
 }
 
 
@@ -507,7 +507,7 @@ static void ambient_occlusion_of_a_field(void **state)
     float least = 1;
     (void)state;
     memset(&desc, 0, sizeof desc);
-    desc.shells = 8;
+    desc.shell_count = 8;
     desc.position_side = 8;
     desc.cube_side = 8;
     desc.inner = 1;

@@ -159,7 +159,7 @@ static void shadowfield_threads(void **state)
             d.basis = sd.basis = (sfield_basis)basis;
             d.cube_side = 8;
             if (basis == SFIELD_BASIS_HAAR) sd.cube_side = 8;
-            d.shells = 3;
+            d.shell_count = 3;
             d.position_side = 4;
             if (k) {
                 d.system.parallel_for = sd.system.parallel_for = crew_for;
@@ -247,7 +247,7 @@ static void rsm_threads(void **state)
             d.light.radius = 1.6f;
             d.side = 64;
             g.pattern = (rsm_pattern)pattern;
-            g.samples = 50;
+            g.sample_count = 50;
             if (k) {
                 d.system.parallel_for = g.system.parallel_for = crew_for;
                 d.system.user = g.system.user = &runs;
