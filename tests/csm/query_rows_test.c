@@ -642,6 +642,41 @@ static void scenes_multiply_their_objects(void **state)
     model_free(&m);
 }
 
+/* Of two spheres, one stands between point and light, and the other has the light inside: whoever is asked first
+   decides between shadowed and refused. Entity 0, and one beyond the list, ask in the order of the list; entity k asks
+   instance k - 1 first. */
+static void points_of_no_entity_lie_on_none(void **state)
+{
+    static const uint32_t entity[5] = { 0, 1, 2, 3, UINT32_MAX };
+    static const float point[3] = { -3, 0, 0 }, light[3] = { 5, 0, 0 };
+    model m = model_sphere(20, 12, 0);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 16, 32);
+    cohsm_maps *maps = build(&d, &m);
+    cohsm_instance inst[2];
+    cohsm_query q = query_of(point, 1, light, COHSM_LIGHT_POSITION, COHSM_FILTER_NEAREST);
+    int shadows, k;
+    (void)state;
+    for (shadows = 0; shadows < 2; shadows++) {             /* the number of the instance that shadows */
+        for (k = 0; k < 2; k++) {
+            inst[k].maps = maps;
+            identity(inst[k].transform);
+            inst[k].transform[12] = k == shadows ? 0.0f : 5.0f;
+        }
+        for (k = -1; k < 5; k++) {
+            const int first = k >= 0 && entity[k] == 2 ? 1 : 0;
+            const float expected = first == shadows ? 0.0f : COHSM_REFUSED;
+            float v = 7;
+            size_t refused = 9;
+            q.entities = k < 0 ? NULL : entity + k;
+            assert_int_equal(cohsm_visible_scene(inst, 2, &q, &v, &refused), COHSM_OK);
+            if (!(v == expected)) fail_msg("entity %d: %g, not %g", k, (double)v, (double)expected);
+            assert_int_equal(refused, expected < 0);
+        }
+    }
+    cohsm_free(maps);
+    model_free(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -656,6 +691,7 @@ int main(void)
         cmocka_unit_test(lights_that_are_not_finite_give_1),
         cmocka_unit_test(directions_find_their_cells),
         cmocka_unit_test(scenes_multiply_their_objects),
+        cmocka_unit_test(points_of_no_entity_lie_on_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
