@@ -5623,8 +5623,7 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__draw_boxes COHSM__NAME_IN_SET(cohsm__draw_boxes, COHSM__SET)
 #define cohsm__draw_alone COHSM__NAME_IN_SET(cohsm__draw_alone, COHSM__SET)
 #define cohsm__draw_some COHSM__NAME_IN_SET(cohsm__draw_some, COHSM__SET)
-#define cohsm__draw_whole COHSM__NAME_IN_SET(cohsm__draw_whole, COHSM__SET)
-#define cohsm__draw_all COHSM__NAME_IN_SET(cohsm__draw_all, COHSM__SET)
+#define cohsm__draw_queue COHSM__NAME_IN_SET(cohsm__draw_queue, COHSM__SET)
 #define cohsm__corner_load COHSM__NAME_IN_SET(cohsm__corner_load, COHSM__SET)
 #define cohsm__fixed COHSM__NAME_IN_SET(cohsm__fixed, COHSM__SET)
 #define cohsm__depths COHSM__NAME_IN_SET(cohsm__depths, COHSM__SET)
@@ -6879,24 +6878,27 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
 }
 
-/* Draws triangles as long as there is one for each lane, and moves those that are left to the front. */
-COHSM__KERNEL static void cohsm__draw_whole(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+/* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
+   front. If all is not 0, draws those too. There is one function for both, since compilers need a second for
+   each copy of cohsm__draw_some. */
+COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q,
+                                            int all)
 {
+    const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
     uint32_t at;
     int k;
-    for (at = 0; at + COHSM__LANE_COUNT <= q->count; at += COHSM__LANE_COUNT) cohsm__draw_some(t, cam, q, at);
+    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_some(t, cam, q, at);
+    if (at >= q->count) {
+        q->count = 0;
+        return;
+    }
     for (k = 0; k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
     }
     q->count -= at;
-}
-
-COHSM__KERNEL static void cohsm__draw_all(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
-{
-    cohsm__draw_whole(t, cam, q);
-    if (q->count) cohsm__draw_some(t, cam, q, 0);
 }
 
 /* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
@@ -6969,7 +6971,7 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
         holds = cohsm__mask_and(holds, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
         if (COHSM__WIDTH == 1 && !cohsm__mask_any(holds)) continue;
         cohsm__queue_add(q, &p, holds);
-        if (q->count > COHSM__MANY) cohsm__draw_whole(t, cam, q);
+        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
 
@@ -7594,7 +7596,7 @@ typedef struct cohsm__kernels {
                  cohsm__sight *sight);
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
-    void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+    void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
 #endif
 } cohsm__kernels;
 
@@ -7608,7 +7610,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
-    k.draw_all = cohsm__draw_all_plain;
+    k.draw_queue = cohsm__draw_queue_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
@@ -7619,7 +7621,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
-        k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+        k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
 #endif
     }
 #else
@@ -8176,7 +8178,7 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
         kernels.enqueue(t, cam, soup, &sight, &q);
     }
-    kernels.draw_all(t, cam, &q);
+    kernels.draw_queue(t, cam, &q, 1);
 }
 
 /* ==== src/csm/build.h ==== */

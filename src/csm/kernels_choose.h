@@ -11,7 +11,7 @@ typedef struct cohsm__kernels {
                  cohsm__sight *sight);
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
-    void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+    void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
 #endif
 } cohsm__kernels;
 
@@ -25,7 +25,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
-    k.draw_all = cohsm__draw_all_plain;
+    k.draw_queue = cohsm__draw_queue_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
@@ -36,7 +36,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
-        k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+        k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
 #endif
     }
 #else

@@ -202,24 +202,27 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
 }
 
-/* Draws triangles as long as there is one for each lane, and moves those that are left to the front. */
-COHSM__KERNEL static void cohsm__draw_whole(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+/* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
+   front. If all is not 0, draws those too. There is one function for both, since compilers need a second for
+   each copy of cohsm__draw_some. */
+COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q,
+                                            int all)
 {
+    const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
     uint32_t at;
     int k;
-    for (at = 0; at + COHSM__LANE_COUNT <= q->count; at += COHSM__LANE_COUNT) cohsm__draw_some(t, cam, q, at);
+    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_some(t, cam, q, at);
+    if (at >= q->count) {
+        q->count = 0;
+        return;
+    }
     for (k = 0; k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
     }
     q->count -= at;
-}
-
-COHSM__KERNEL static void cohsm__draw_all(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
-{
-    cohsm__draw_whole(t, cam, q);
-    if (q->count) cohsm__draw_some(t, cam, q, 0);
 }
 
 /* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
@@ -292,7 +295,7 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
         holds = cohsm__mask_and(holds, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
         if (COHSM__WIDTH == 1 && !cohsm__mask_any(holds)) continue;
         cohsm__queue_add(q, &p, holds);
-        if (q->count > COHSM__MANY) cohsm__draw_whole(t, cam, q);
+        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
 

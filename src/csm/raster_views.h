@@ -166,5 +166,5 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
         kernels.enqueue(t, cam, soup, &sight, &q);
     }
-    kernels.draw_all(t, cam, &q);
+    kernels.draw_queue(t, cam, &q, 1);
 }
