@@ -49,7 +49,9 @@
 
    Coordinates are right-handed and +Y is up (turn the lights by envlt_rotate for a scene whose up is Z);
    matrices are column-major float[16]; directions have unit length and point to the light; angles are in
-   radians, radiance in W/(sr m^2), irradiance in W/m^2.
+   radians, radiance in W/(sr m^2), irradiance in W/m^2. A vector that is called unit may have a length from
+   0.97 to 1.03 and is used as it is; any other length is an error. Directions that this header makes are unit
+   within 1e-6.
 
      map        the environment: radiance of all directions, latitude-longitude or six cube faces, one float
                 RGB a texel
@@ -75,16 +77,19 @@
 
    From the paper to the code
 
-     Knuth 2005, 3, Fig. 1, importance     envlt_create                            T17 T18 T19 T20 T22
-     Knuth 2005, 3, rotation of the map    envlt_rotate                            T21
-     Knuth 2005, 3, jitter in a stratum    envlt_jitter                            T15
-     Knuth 2005, 6, size of the light      envlt__find_extent; axis_u, axis_v of envlt_light
-     Agarwal 2003, structured sampling     envlt__run_structured (ENVLT_METHOD_STRUCTURED)
-     Debevec 2005, median cut              envlt__run_median (ENVLT_METHOD_MEDIAN_CUT)
-     Viriyothai 2009, minimum variance     envlt__best_cut (ENVLT_METHOD_VARIANCE)
-     inversion of the distribution         envlt__run_inversion (ENVLT_METHOD_CDF)
-     solid angles                          envlt_texel_solid_angle                 T11 T12 T13
-     sums over large maps                  envlt_create                            T16
+     Knuth 2005, 3, Fig. 1, importance     envlt_create                                T17 T18 T19 T20 T22
+     Knuth 2005, 3, rotation of the map    envlt_rotate                                T21
+     Knuth 2005, 3, jitter in a stratum    envlt_jitter                                T15
+     Knuth 2005, 6, size of the light      envlt__find_extent; axes of envlt_light     -
+     Agarwal 2003, structured sampling     envlt__run_structured                       T19 T20 T21
+     Debevec 2005, median cut              envlt__run_median                           T19 T20 T21
+     Viriyothai 2009, minimum variance     envlt__best_cut                             T19 T20 T21
+     inversion of the distribution         envlt__run_inversion                        T19 T20 T21
+     solid angles                          envlt_texel_solid_angle                     T11 T12 T13
+     sums over large maps                  envlt_create                                T16
+
+   The last column names the rows of docs/conformance.md that test a line. A - says that there is none;
+   extents are held to a disc's radius by tests/envlights/lights_rows_test.c.
 
    The knobs, and what each trades:
 
@@ -100,16 +105,17 @@
    Configuration
 
      ENVLIGHTS_IMPLEMENTATION   in one source file: compiles the code
-     ENVLT_STATIC               everywhere it is included: a private copy, all functions static
+     ENVLT_STATIC               beside it: a private copy for this file, all functions static
      ENVLT_DEF                  everywhere: your own linkage instead
 
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched and nothing
-   leaks. There are no globals: any number of threads may read the same lights at once; a call that changes
-   them needs them to itself. Lights have the same bytes on every compiler and byte order (not with x87
-   arithmetic, nor clang's -ffast-math).
+   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched, nothing leaks,
+   and a call that has a desc or an envlt_lights tells its system.log which field is wrong. There are no
+   globals: any number of threads may read the same lights at once; a call that changes them needs them to
+   itself. Lights have the same bytes on every compiler and byte order (not with x87 arithmetic, nor clang's
+   -ffast-math).
 
    Cost: docs/measured/envlights.md, build/bench envshadow_lights.   History: CHANGELOG.md.
    Licence: end of this file. */
@@ -206,8 +212,11 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
    desc    NULL = all defaults: 128 lights by minimum variance
    out     receives the lights, on ENVLT_OK only; give them back by envlt_free. A black map gives 0 lights
    stats   may be NULL; receives what the call counted, on ENVLT_OK only
-   Errors  ENVLT_ERR_ARGUMENT (NULL, a side of 0, the stride), ENVLT_ERR_DESC, ENVLT_ERR_INPUT (the
-           projection, or faces that are not squares), ENVLT_ERR_LIMIT (too many texels), ENVLT_ERR_ALLOC
+   Errors  ENVLT_ERR_ARGUMENT: map, map->rgb or out is NULL, a side is 0, or the stride is out of range.
+           ENVLT_ERR_DESC: a field of desc is out of range.
+           ENVLT_ERR_INPUT: there is no such projection, or the faces of a cube are not squares.
+           ENVLT_ERR_LIMIT: the map has more than 2^27 texels.
+           ENVLT_ERR_ALLOC: the allocator returned no memory.
    Cost    about 20 ms for 1024 x 512 texels and 300 lights; the time is O(texels log k) */
 
 ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32_t *count);
@@ -219,19 +228,20 @@ ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32
 ENVLT_DEF envlt_result envlt_follow(envlt_lights *lights, const envlt_map *map, uint32_t light_count,
                                     envlt_stats *stats);
 /* Changes the lights to those of the next frame of a video map, or to another number of lights. Each light
-   keeps its stratum, so that it moves only by what changed there. If the video has made the shares of the
-   lights very uneven, the stratum that spreads most is split, and the two neighbours that lose least by it
-   are merged, for at most an eighth of the lights a call; lights that come of a split have a new id. The map
-   and count of the call before change nothing (but for the first call after ENVLT_METHOD_CDF, from which on
-   these lights take mean directions).
+   keeps its stratum, so that a light moves only by what changed in its stratum. If the video has made the
+   shares of the lights very uneven, the stratum that spreads most is split, and the two neighbours that lose
+   least by it are merged, for at most an eighth of the lights a call; lights that come of a split have a new
+   id. A call with the same map and the same count as the call before leaves the lights as they are (except
+   for the first call after ENVLT_METHOD_CDF, from which on these lights take mean directions).
    map          of the size and projection that envlt_create was given
    light_count  the number of lights wanted, 1..ENVLT_MAX_LIGHTS; 0 = as many as there are. If an earlier map
                 had fewer lit texels than lights were wanted, as a nearly black sky does, 0 still wants that
                 number: the first map with more lit texels builds all lights anew, with new ids. So a copy of
                 the lights needs room for the number wanted, not for the number that came
    stats        may be NULL; receives what the call counted, on ENVLT_OK only
-   Errors       those of envlt_create; ENVLT_ERR_ARGUMENT also for light_count; ENVLT_ERR_MISMATCH (a map of
-                another size or projection). The lights stay as they were
+   Errors       those of envlt_create for the map, and these, after all of which the lights are as they were.
+                ENVLT_ERR_ARGUMENT: lights is NULL, or light_count is above ENVLT_MAX_LIGHTS.
+                ENVLT_ERR_MISMATCH: the map has another size or projection.
    Cost         time is O(texels + k^2), and for each split the time of the stratum's texels; memory
                 meanwhile is 32 bytes a texel, 37 with split_sun */
 
@@ -290,9 +300,10 @@ struct envlt_desc {                 /* zero it, then set what you care about */
     envlt_method method;
     int          hemisphere;        /* not 0: only directions with y > 0 count */
     int          split_sun;         /* not 0: the brightest spot becomes light 0, with a stratum of its own,
-                                       if it is smaller than 0.03 sr and has at least a light's share of the
-                                       energy. A spot that comes up later does so in envlt_follow; after a
-                                       spot went out, light 0 stays where it was until there is one again */
+                                       if the spot is smaller than 0.03 sr and has at least a light's share of
+                                       the energy. If such a spot comes up in a later map, envlt_follow makes
+                                       it light 0; if it goes out, light 0 keeps its place until a spot comes
+                                       up again */
 };
 
 struct envlt_stats {                /* what envlt_create and envlt_follow counted */
@@ -313,7 +324,9 @@ ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const f
 /* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
    lengths of extents do not change.
    rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
-   Errors    ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_INPUT (not a rotation) */
+   Errors    this call has no log.
+             ENVLT_ERR_ARGUMENT: rotation is NULL, or lights is NULL and count is not 0.
+             ENVLT_ERR_INPUT: the matrix is not a rotation, or a light's direction is not unit. */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
                                     envlt_light *out);
@@ -324,7 +337,7 @@ ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, 
    frame   the number of the frame
    seed    another seed gives other directions
    out     receives as many lights as there are
-   Errors  ENVLT_ERR_ARGUMENT (NULL) */
+   Errors  ENVLT_ERR_ARGUMENT: lights or out is NULL. */
 
 ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previous_count, envlt_light *lights,
                                    uint32_t count);
@@ -332,14 +345,16 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
    id, for maps that change their size or method. The previous lights, brightest first, give their place and
    id to the nearest light that is left. If there are more previous lights than new ones, the faintest
    previous lights are forgotten, and a light whose place is beyond count takes the place of a forgotten one.
-   If there are fewer, the other new lights follow with new ids.
-   Errors  ENVLT_ERR_ARGUMENT (NULL)
+   If there are fewer previous lights, the other new lights follow with new ids.
+   Errors  this call has no log.
+           ENVLT_ERR_ARGUMENT: an array is NULL and its count is not 0.
+           ENVLT_ERR_INPUT: a light's direction is not unit.
    Cost    O(previous_count x count) */
 
 /* ---- what a light stands for, and what all of them leave out ---- */
 
-#define ENVLT_NO_LIGHT UINT32_MAX   /* in place of the light of a texel that no light stands for: below the
-                                       horizon with hemisphere, or in a black map */
+#define ENVLT_NO_LIGHT UINT32_MAX   /* stands for a texel that no light stands for: below the horizon with
+                                       desc.hemisphere, or in a black map */
 
 ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
 /* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
@@ -352,31 +367,38 @@ ENVLT_DEF envlt_result envlt_residual(const envlt_lights *lights, const envlt_ma
    renderer may add by other means, glossy or without shadows. The integral over every stratum is 0 in every
    channel.
    rgb     receives 3 floats a texel, negative ones too
-   Errors  ENVLT_ERR_ARGUMENT, ENVLT_ERR_INPUT, ENVLT_ERR_LIMIT (as for envlt_create), ENVLT_ERR_MISMATCH (a
-           map of another size or projection) */
+   Errors  those of envlt_create for the map, and these.
+           ENVLT_ERR_ARGUMENT: lights, map or rgb is NULL.
+           ENVLT_ERR_MISMATCH: the map has another size or projection than that of the lights. */
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *lights, const envlt_map *map, float sh[27]);
 /* Writes the radiance of the map minus that of the lights, each light at its direction, as 9 spherical
    harmonics for each channel. If you add envlt_sh_irradiance of them, shading without shadows is exact to
    that order.
-   sh      receives sh[3 j + channel] for harmonic j; j = 0 is 0 but for rounding, since energy is exact
-   Errors  those of envlt_residual */
+   sh      receives sh[3 j + channel] for harmonic j. Harmonic 0 comes out as 0 but for rounding, since the
+           lights have the energy of the map
+   Errors  those of envlt_residual; ENVLT_ERR_ARGUMENT also if sh is NULL. */
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3]);
 /* Writes the irradiance that radiance given as harmonics makes on a surface, W/m^2. It may be negative if the
    harmonics are those of a residual.
-   normal  unit */
+   normal  unit. This function returns no result and checks no length: the irradiance is that of the vector as
+           it is */
 
 /* ---- glTF ---- */
 
 ENVLT_DEF size_t envlt_gltf_bytes(const envlt_light *lights, uint32_t count);
-/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text; 0 for NULL. */
+/* Returns the bytes that envlt_gltf_write needs, the zero at the end of the text included, or 0 if lights is
+   NULL. */
 
 ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t count, char *text, size_t bytes);
 /* Writes a glTF 2.0 document with a node and a directional light of KHR_lights_punctual for each light, and a
    zero at the end of the text. Intensities are written in W/m^2, where glTF expects lux. Numbers that are not
    finite become 0.
-   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY (fewer bytes than envlt_gltf_bytes returns) */
+   Errors  this call has no log.
+           ENVLT_ERR_ARGUMENT: lights or text is NULL.
+           ENVLT_ERR_INPUT: a light's direction is not unit.
+           ENVLT_ERR_MEMORY: bytes is less than envlt_gltf_bytes returns. */
 
 /* ---- texels of a map ---- */
 
@@ -389,9 +411,9 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
                                      uint32_t face, float x, float y, float direction[3]);
 /* Writes the unit direction towards the point x, y of a map.
    face    0..5 of a cube, else 0
-   x, y    in texels from the top left corner: x + 0.5, y + 0.5 is the centre of texel x, y. Beyond the map
-           the direction goes on round the sphere, or on the plane of the face, to 8 times the map's size; a
-           number that is not finite counts as 0 */
+   x, y    in texels from the top left corner: the centre of texel (i, j) is at (i + 0.5, j + 0.5). Beyond the
+           map the point goes on round the sphere, or on the plane of the face, up to 8 times the map's size.
+           A number that is not finite counts as 0 */
 
 #ifdef __cplusplus
 }
@@ -708,6 +730,11 @@ static inline int envlt__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
+static inline int envlt__v3_finite(envlt__v3 a)
+{
+    return envlt__finite(a.x) && envlt__finite(a.y) && envlt__finite(a.z);
+}
+
 /* Writes b1 and b2, which are orthonormal and right-handed together with a unit n; n.z may be -0 or -1. Duff
    et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. */
 static inline void envlt__v3_basis(envlt__v3 n, envlt__v3 *b1, envlt__v3 *b2)
@@ -717,6 +744,18 @@ static inline void envlt__v3_basis(envlt__v3 n, envlt__v3 *b1, envlt__v3 *b2)
     *b1 = envlt__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
     *b2 = envlt__v3_make(b, s + n.y * n.y * a, -n.y);
 }
+
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
+#define ENVLT__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define ENVLT__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int envlt__is_unit2(float length2) { return length2 >= ENVLT__UNIT_LEAST2 && length2 <= ENVLT__UNIT_MOST2; }
 
 /* ==== src/shared/m4.h ==== */
 
@@ -960,7 +999,7 @@ static envlt__logger envlt__make_logger(const envlt_system *system, const char *
     return logger;
 }
 
-/* Logs that a field has a value that it must not have, and returns the result. */
+/* Logs that a field has a value which is out of its range, and returns the result. */
 static envlt_result envlt__refuse(const envlt__logger *logger, const char *field, double value,
                                   const char *wanted, envlt_result result)
 {
@@ -968,14 +1007,14 @@ static envlt_result envlt__refuse(const envlt__logger *logger, const char *field
     return result;
 }
 
-/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
+/* Returns the result of a call whose arguments were right, and logs if the allocator returned no memory. */
 static envlt_result envlt__end_call(const envlt__logger *logger, envlt_result result)
 {
     if (result == ENVLT_ERR_ALLOC) envlt__log_text(logger, "system.allocator", "returned no memory");
     return result;
 }
 
-/* Does what envlt__refuse does, with a text in place of the value. */
+/* Logs that a field is what the text says, as in "map is NULL", and returns the result. */
 static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *field, const char *text,
                                        envlt_result result)
 {
@@ -989,7 +1028,8 @@ static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *
 
 #define ENVLT__PI 3.14159265358979324
 
-/* Writes sine and cosine for |x| <= 100, by Taylor series over an eighth of a turn. */
+/* Writes sine and cosine of x, |x| <= 100. x is taken to an eighth of a turn about 0, with pi / 2 in two
+   parts so that nothing cancels, and Taylor series of ten terms do the rest. */
 static void envlt__sincos64(double x, double *sine, double *cosine)
 {
     int k = (int)(x * (2.0 / ENVLT__PI) + (x < 0.0 ? -0.5 : 0.5)), j;
@@ -1004,7 +1044,8 @@ static void envlt__sincos64(double x, double *sine, double *cosine)
     *cosine = (k + 1) & 2 ? -(k & 1 ? s : c) : k & 1 ? s : c;
 }
 
-/* Returns the arc tangent: atan x = 4 atan(x''), each ' by tan(a / 2) = tan a / (1 + sqrt(1 + tan^2 a)). */
+/* Returns the arc tangent. The angle is halved twice, by tan(a / 2) = tan a / (1 + sqrt(1 + tan^2 a)), so
+   that the series converges quickly, and the result is four times the angle found. */
 static double envlt__atan64(double x)
 {
     double y = x / (1.0 + sqrt(1.0 + x * x)), z, sum = 0.0;
@@ -1020,16 +1061,19 @@ static double envlt__atan64(double x)
 /* ---- texels: directions and solid angles ---- */
 
 /* Returns the solid angle of the rectangle from the face's centre to (a, b), for a face at distance 1. */
-static double envlt__corner_angle(double a,
-                                  double b) { return envlt__atan64(a * b / sqrt(1.0 + a * a + b * b)); }
+static double envlt__corner_angle(double a, double b)
+{
+    return envlt__atan64(a * b / sqrt(1.0 + a * a + b * b));
+}
 
+/* Returns the solid angle of the rectangle [a0, a1] x [b0, b1] of a face at distance 1. */
 static double envlt__rectangle_angle(double a0, double a1, double b0, double b1)
 {
     return envlt__corner_angle(a1, b1) - envlt__corner_angle(a0, b1) - envlt__corner_angle(a1, b0) +
            envlt__corner_angle(a0, b0);
 }
 
-/* Returns the solid angle of a texel: of its part above the horizon, or of all of it. */
+/* Returns the solid angle of a texel; with `upper` that of the part of the texel above the horizon. */
 static double envlt__solid_angle(const envlt_map *map, uint32_t face, uint32_t x, uint32_t y, int upper)
 {
     double w = map->width;
@@ -1051,6 +1095,8 @@ static double envlt__solid_angle(const envlt_map *map, uint32_t face, uint32_t x
     return envlt__rectangle_angle(2.0 * x / w - 1.0, 2.0 * (x + 1.0) / w - 1.0, b0, b1);
 }
 
+/* Writes the unit direction to the point (a, b) of a cube's face, both -1..1 from the face's top left corner.
+   */
 static void envlt__cube_direction(uint32_t face, double a, double b, double *d)
 {
     double length = 1.0 / sqrt(1.0 + a * a + b * b);
@@ -1062,6 +1108,8 @@ static void envlt__cube_direction(uint32_t face, double a, double b, double *d)
     d[2] = z * length;
 }
 
+/* Writes the unit direction to the point (x, y) of the map, in texels from the top left corner of the face.
+   */
 static void envlt__direction(const envlt_map *map, uint32_t face, double x, double y, double *d)
 {
     double st, ct, sp, cp;
@@ -1076,7 +1124,8 @@ static void envlt__direction(const envlt_map *map, uint32_t face, double x, doub
     d[2] = st * sp;
 }
 
-/* Returns the texel of a face, or of the neighbouring face if x or y is one beyond it. */
+/* Returns the number of texel (x, y) of a cube's face. If x or y is one beyond the face, that is a texel of
+   the neighbouring face. */
 static uint32_t envlt__cube_texel(uint32_t side, uint32_t face, int64_t x, int64_t y)
 {
     double d[3], m[3], a, b;
@@ -1100,17 +1149,16 @@ static uint32_t envlt__cube_texel(uint32_t side, uint32_t face, int64_t x, int64
     return (face * side + (uint32_t)row) * side + (uint32_t)col;
 }
 
-/* Counts the texels of a map, and refuses one that cannot be used. */
+/* Checks whether a map can be used, and writes how many texels the map has. */
 static envlt_result envlt__check_map(const envlt_map *map, size_t *texels, const envlt__logger *logger)
 {
     uint64_t count;
     if (!map->rgb) return envlt__refuse_text(logger, "map.rgb", "is NULL", ENVLT_ERR_ARGUMENT);
-    if (!map->width || !map->height)
-        return envlt__refuse_text(logger, "map.width or map.height", "is 0", ENVLT_ERR_ARGUMENT);
+    if (!map->width) return envlt__refuse(logger, "map.width", 0.0, "1 or more", ENVLT_ERR_ARGUMENT);
+    if (!map->height) return envlt__refuse(logger, "map.height", 0.0, "1 or more", ENVLT_ERR_ARGUMENT);
     if (map->texel_stride && (map->texel_stride < 12 || map->texel_stride % 4))
         return envlt__refuse(logger, "map.texel_stride", (double)map->texel_stride,
-                             "0, or a multiple of 4 from 12 on",
-                             ENVLT_ERR_ARGUMENT);
+                             "0, or a multiple of 4 from 12 on", ENVLT_ERR_ARGUMENT);
     if ((unsigned)map->projection >= ENVLT_PROJECTION_COUNT)
         return envlt__refuse(logger, "map.projection", map->projection, "one of envlt_projection",
                              ENVLT_ERR_INPUT);
@@ -1120,15 +1168,19 @@ static envlt_result envlt__check_map(const envlt_map *map, size_t *texels, const
     count = map->width > 1u << 27 || map->height > 1u << 27 ? UINT64_MAX : (uint64_t)map->width * map->height;
     if (count <= 1u << 27 && map->projection == ENVLT_PROJECTION_CUBE) count *= 6u;
     if (count > 1u << 27)
-        return envlt__refuse_text(logger, "map", "has more than 2^27 texels", ENVLT_ERR_LIMIT);
+        return envlt__refuse(logger, "map.width x map.height", (double)map->width * map->height,
+                             "at most 2^27, all faces of a cube together", ENVLT_ERR_LIMIT);
     if (map->texel_stride && (size_t)count > SIZE_MAX / map->texel_stride)
-        return envlt__refuse_text(logger, "map", "has more bytes than there are addresses", ENVLT_ERR_LIMIT);
+        return envlt__refuse(logger, "map.texel_stride", (double)map->texel_stride,
+                             "less: the map has more bytes than there are addresses", ENVLT_ERR_LIMIT);
     *texels = (size_t)count;
     return ENVLT_OK;
 }
 
-/* Reads a texel's radiance, made fit for sums, and returns 1 if a channel had to be replaced. As integers,
-   negative values, NaN and what is above 1e30 are all greater than 1e30; -0 is greater too, but not bad. */
+/* Reads the radiance of a texel with 0 in place of channels that are negative, above 1e30 or not a number,
+   and returns 1 if there was such a channel. One comparison finds them all: read as integers, the bits of
+   negative floats and of NaN are greater than those of 1e30 (0x7149f2ca), as are those of larger floats. The
+   bits of -0 are too, but -0 is not counted. */
 static inline int envlt__fetch_texel(const envlt_map *map, size_t texel, float *rgb)
 {
     const char *p = (const char *)map->rgb + texel * (map->texel_stride ? map->texel_stride : 12);
@@ -1161,6 +1213,7 @@ ENVLT_DEF double envlt_texel_solid_angle(envlt_projection projection, uint32_t w
     return x < width && y < height ? envlt__solid_angle(&map, 0, x, y, 0) : 0.0;
 }
 
+/* Returns a coordinate within 8 times the map's size, for which sine and cosine are exact; 0 for NaN. */
 static double envlt__clamp_coordinate(float x, uint32_t size)
 {
     double most = 8.0 * size, d = envlt__finite(x) ? (double)x : 0.0;
@@ -1188,15 +1241,17 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
 
 typedef struct envlt__grid {
     envlt_map map;
-    uint32_t  width, height, faces, roll;   /* map column of the grid's column 0 */
-    size_t    count;
-    /* luminance; 0 where a texel does not count or belongs to the sun */
-    float    *lum;
-    float    *omega;                        /* solid angle that counts */
-    float    *dx, *dy, *dz;                 /* unit directions, columns counted from the roll */
-    double    total;                        /* luminance x solid angle */
-    uint64_t  bad;
-    float    *memory;
+    uint32_t  width, height, faces;
+    uint32_t  roll;                         /* the column of the map that is column 0 of the grid */
+    size_t    count;                        /* texels */
+    float    *lum;                          /* luminance; 0 where a texel does not count or belongs to the
+                                               sun */
+    float    *omega;                        /* the solid angle that counts */
+    float    *dx, *dy, *dz;                 /* unit directions, with azimuths counted from column 0 of the
+                                               grid, so that a turned map has the same */
+    double    total;                        /* the sum of luminance x solid angle */
+    uint64_t  bad;                          /* texels with a channel that was replaced by 0 */
+    float    *memory;                       /* of the five arrays */
 } envlt__grid;
 
 /* Returns the texel of the map for the grid's column x, in the row that begins at texel `row`. */
@@ -1205,6 +1260,7 @@ static size_t envlt__map_texel(const envlt__grid *g, size_t row, uint32_t x)
     return row + (x < g->width - g->roll ? x + g->roll : x + g->roll - g->width);
 }
 
+/* Fills in the directions of the texels' centres. */
 static void envlt__fill_directions(envlt__grid *g)
 {
     uint32_t f, x, y;
@@ -1222,7 +1278,7 @@ static void envlt__fill_directions(envlt__grid *g)
                 }
         return;
     }
-    /* the first row holds the azimuths until its own turn comes last */
+    /* The first row holds the azimuths until it is made itself, last. */
     for (x = 0; x < g->width; x++) {
         envlt__sincos64(2.0 * ENVLT__PI * (x + 0.5) / g->width, &sp, &cp);
         g->dx[x] = (float)cp;
@@ -1239,8 +1295,8 @@ static void envlt__fill_directions(envlt__grid *g)
     }
 }
 
-/* Cuts a latitude-longitude map open at the column with the least energy (T21). sums has width doubles,
-   zeroed. */
+/* Chooses the column with the least energy for column 0 of the grid, so that turning a latitude-longitude map
+   turns its lights (T21). sums is an array of width zeros. */
 static void envlt__choose_roll(envlt__grid *g, double *sums, int hemisphere)
 {
     uint32_t x, y;
@@ -1256,6 +1312,7 @@ static void envlt__choose_roll(envlt__grid *g, double *sums, int hemisphere)
         if (sums[x] < sums[g->roll]) g->roll = x;
 }
 
+/* Fills in luminance and solid angle of each texel, and their sums. */
 static void envlt__fill_weights(envlt__grid *g, int hemisphere)
 {
     uint32_t f, x, y;
@@ -1277,8 +1334,8 @@ static void envlt__fill_weights(envlt__grid *g, int hemisphere)
         }
 }
 
-/* Fills the grid from a map that envlt__check_map has passed. roll is ENVLT_NO_LIGHT for the column of least
-   energy. */
+/* Fills the grid from a map that envlt__check_map has passed. roll is the map's column for column 0 of the
+   grid, or ENVLT_NO_LIGHT for the column with the least energy. */
 static envlt_result envlt__make_grid(envlt__grid *g, const envlt_map *map, int hemisphere, uint32_t roll,
                                      const envlt__allocator *a)
 {
@@ -1310,8 +1367,11 @@ static envlt_result envlt__make_grid(envlt__grid *g, const envlt_map *map, int h
     return ENVLT_OK;
 }
 
-static double envlt__texel_weight(const envlt__grid *g,
-                                  size_t t) { return (double)g->lum[t] * (double)g->omega[t]; }
+/* Returns the energy of a texel, luminance x solid angle. */
+static double envlt__texel_weight(const envlt__grid *g, size_t t)
+{
+    return (double)g->lum[t] * (double)g->omega[t];
+}
 
 static double envlt__sum_weights(const envlt__grid *g)
 {
@@ -1321,7 +1381,8 @@ static double envlt__sum_weights(const envlt__grid *g)
     return total;
 }
 
-/* Writes the four neighbours of a texel, round the seam and over the poles, or across the cube's edges. */
+/* Writes the four neighbours of a texel. They go round the seam and over the poles of a latitude-longitude
+   map, and across the edges of a cube. */
 static void envlt__neighbours(const envlt__grid *g, uint32_t t, uint32_t *out)
 {
     uint32_t w = g->width;
@@ -1348,21 +1409,22 @@ static void envlt__neighbours(const envlt__grid *g, uint32_t t, uint32_t *out)
 /* ---- structured: structured importance sampling ---- */
 
 /* Agarwal, Ramamoorthi, Belongie and Jensen, "Structured importance sampling of environment maps", SIGGRAPH
-   2003. Thresholds i sigma, i = 5 .. 0, cut the map into layers. From the brightest down, each connected
-   region gets N L min(w, w0)^(1/4) / (L_all w0^(1/4)) samples, w0 = 0.01 sr: beyond it visibility is as good
-   as uncorrelated, so that size counts no more. Samples that it holds from brighter layers are counted in;
-   the others are spread by Hochbaum and Shmoys' farthest-first traversal. A texel belongs to the nearest
-   sample of the innermost region that got samples of its own. */
+   2003. Thresholds i sigma, i = 5 .. 0, cut the map into layers. From the brightest layer down, each
+   connected region of energy L and solid angle w gets N L min(w, w0)^(1/4) / (L_all w0^(1/4)) samples. w0 is
+   0.01 sr: across more than that, visibility is as good as uncorrelated, so that a larger size counts no
+   more. Samples that the region holds from brighter layers count among its samples; the others are spread by
+   Hochbaum and Shmoys' farthest-first traversal. A texel belongs to the nearest sample of the innermost
+   region that got samples of its own. */
 #define ENVLT__LAYERS 6u
-#define ENVLT__BLOCK 8u
-#define ENVLT__FROZEN 0x80u
-#define ENVLT__SAMPLE 0x40u
+#define ENVLT__BLOCK 8u             /* texels a side of a block, by which distances are skipped */
+#define ENVLT__FROZEN 0x80u         /* bit of a texel's layer: its sample does not change any more */
+#define ENVLT__SAMPLE 0x40u         /* bit of a texel's layer: the texel is a sample itself */
 
 typedef struct envlt__block {
-    float    center[3], radius;             /* cone of its texels' directions */
-    float    skip;                          /* a sample at this cosine or less from the centre changes nothing
-                                               here */
-    float    worst;                         /* least cosine of a candidate to its sample */
+    float    center[3], radius;             /* the cone that holds the directions of its texels */
+    float    skip;                          /* a sample whose cosine to the centre is this or less changes no
+                                               texel of the block */
+    float    worst;                         /* the least cosine of a candidate to its sample */
     uint32_t worst_texel;
     uint32_t face;
     uint32_t x0, y0, x1, y1;
@@ -1371,14 +1433,15 @@ typedef struct envlt__block {
 typedef struct envlt__structured {
     const envlt__grid *g;
     float        *best;                     /* cosine to the nearest sample of the region at hand */
-    uint32_t     *label, *owner, *queue;    /* owner: region that a texel is in */
+    uint32_t     *label, *owner, *queue;    /* owner is the region that a texel is in */
     uint8_t      *layer;
-    uint32_t     *sample;                   /* texel of each sample */
+    uint32_t     *sample;                   /* the texel of each sample */
     uint32_t      count, wanted, region;
     envlt__block *blocks;
     uint32_t      block_count, blocks_wide, blocks_high;
 } envlt__structured;
 
+/* Divides the grid into blocks and finds the cone of each. */
 static void envlt__make_blocks(envlt__structured *s)
 {
     const envlt__grid *g = s->g;
@@ -1409,8 +1472,9 @@ static void envlt__make_blocks(envlt__structured *s)
     }
 }
 
-/* Compares the sample with every texel of the block, then finds which candidate is worst off, and how far
-   away samples change nothing. A texel that is a sample itself, or no candidate, has best = 2. */
+/* Compares the sample with every texel of the block, then finds which candidate is farthest from its sample,
+   and how far away a further sample has no effect. A texel that is a sample itself, or no candidate, has best
+   = 2. */
 static void envlt__update_block(const envlt__structured *s, envlt__block *k, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -1440,6 +1504,7 @@ static void envlt__update_block(const envlt__structured *s, envlt__block *k, uin
     k->skip = farthest > 1.5f ? 2.0f : reach < 3.14f ? envlt__cos(reach) - 1e-5f : -2.0f;
 }
 
+/* Updates all blocks in which the new sample may be the nearest of some texel. */
 static void envlt__add_sample(envlt__structured *s, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -1451,9 +1516,9 @@ static void envlt__add_sample(envlt__structured *s, uint32_t id)
     }
 }
 
-/* Says whether there is an earlier sample within two degrees: samples of brighter layers that crowd together
-   count as one outside their region. Else a sun's hundred samples would each have to be tried on the whole
-   sky. */
+/* Returns whether the region has an earlier sample within two degrees. Samples of brighter layers that crowd
+   together count as one outside their own region: else each of the hundred samples of a sun would be compared
+   with the whole sky. */
 static int envlt__has_twin(const envlt__structured *s, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -1467,7 +1532,7 @@ static int envlt__has_twin(const envlt__structured *s, uint32_t id)
 }
 
 /* Spreads fresh samples, farthest first, over the region whose texels are queue[0..size), or over all texels
-   for size 0. */
+   if size is 0. brightest is where the first sample goes if there is none yet. */
 static void envlt__spread_samples(envlt__structured *s, uint32_t size, uint32_t brightest, uint32_t fresh)
 {
     uint32_t i, b;
@@ -1538,6 +1603,7 @@ static uint32_t envlt__flood_region(envlt__structured *s, uint32_t seed, uint32_
     return tail;
 }
 
+/* Sorts texels into layers by luminance, and writes the solid angle of all of them. */
 static void envlt__make_layers(envlt__structured *s, double *all_omega)
 {
     const envlt__grid *g = s->g;
@@ -1561,11 +1627,14 @@ static void envlt__make_layers(envlt__structured *s, double *all_omega)
     *all_omega = omega;
 }
 
+/* Returns the importance of a region, by which samples are shared out: see the head of this part. */
 static double envlt__importance(double energy, double omega)
 {
     return energy * sqrt(sqrt(omega < 0.01 ? omega : 0.01));
 }
 
+/* Places all samples: layer by layer from the brightest down, then what is left of them over the whole map.
+   */
 static void envlt__run_structured(envlt__structured *s)
 {
     const envlt__grid *g = s->g;
@@ -1603,14 +1672,14 @@ static void envlt__run_structured(envlt__structured *s)
     envlt__spread_samples(s, 0, (uint32_t)first, s->wanted - s->count);
 }
 
-/* Returns where the row of averages begins that row y of all faces belongs to. */
+/* Returns the first texel of the row of averages that holds row y of the grid, faces counted through. */
 static size_t envlt__coarse_row(const envlt__grid *g, const envlt__grid *coarse, uint32_t factor, uint32_t y)
 {
     return ((size_t)(y / g->height) * coarse->height + y % g->height / factor) * coarse->width;
 }
 
-/* Makes a grid of averages of factor x factor texels; what is left at the edges makes smaller ones. 0: no
-   memory. */
+/* Makes a grid of averages over factor x factor texels, fewer at the edges. Returns 0 if there is no memory.
+   */
 static int envlt__coarsen_grid(const envlt__grid *g, uint32_t factor, envlt__grid *out,
                                const envlt__allocator *a)
 {
@@ -1651,8 +1720,8 @@ static int envlt__coarsen_grid(const envlt__grid *g, uint32_t factor, envlt__gri
     return 1;
 }
 
-/* Labels texels by structured sampling. Maps of more than 2^17 texels are structured by averages, whose size
-   is then about half a degree. */
+/* Labels texels by structured sampling. A map of more than 2^17 texels is first reduced to averages of about
+   half a degree, which is far below the distance of samples. */
 static envlt_result envlt__label_structured(const envlt__grid *g, uint32_t k, uint32_t *label,
                                             const envlt__allocator *a)
 {
@@ -1704,20 +1773,22 @@ static envlt_result envlt__label_structured(const envlt__grid *g, uint32_t k, ui
 
 /* ---- regions: median cut, minimum variance and inversion, all by summed-area tables ---- */
 
-typedef struct envlt__moments { double w, x, y, z; } envlt__moments;    /* luminance x solid angle; times
-                                                                           direction */
+/* The sum over some texels of w = luminance x solid angle, and the sum of w times the texel's direction. */
+typedef struct envlt__moments { double w, x, y, z; } envlt__moments;
 
 typedef struct envlt__region {
     uint32_t face;
     uint32_t x0, y0, x1, y1;
-    uint32_t lights;                /* median cut: how many it is to become */
-    uint32_t cut_x, cut_y;          /* variance: where it is best cut; both 0: cannot be */
-    double   gain, rank;            /* scatter that the cut takes away; regions of high rank are cut first */
+    uint32_t lights;                /* of median cut: how many lights the region is to become */
+    uint32_t cut_x, cut_y;          /* of variance: the column or row of the best cut; both 0: there is none
+                                       */
+    double   gain, rank;            /* the scatter that the cut takes away; the region of highest rank is cut
+                                       first */
     envlt__moments sum;
 } envlt__region;
 
-/* Fills the summed-area table, of (width + 1) x (height + 1) entries a face; entry x, y holds what lies left
-   of and above its corner. */
+/* Fills the summed-area table of (width + 1) x (height + 1) entries a face. Entry (x, y) holds the sum over
+   all texels of the face with a lower column than x and a lower row than y. */
 static void envlt__fill_table(const envlt__grid *g, envlt__moments *table)
 {
     uint32_t f, x, y;
@@ -1743,8 +1814,8 @@ static void envlt__fill_table(const envlt__grid *g, envlt__moments *table)
     }
 }
 
-/* Fills a table of the energy alone: median cut and inversion ask for no more, and a quarter of the memory is
-   a good part of their time. */
+/* Fills a table of the energy alone. Median cut and inversion need no directions, and they are faster with a
+   quarter of the memory. */
 static void envlt__fill_energy(const envlt__grid *g, double *table)
 {
     uint32_t f, x, y;
@@ -1763,6 +1834,7 @@ static void envlt__fill_energy(const envlt__grid *g, double *table)
     }
 }
 
+/* Returns the energy of the columns x0..x1 and rows y0..y1, ends excluded, of the region's face. */
 static double envlt__area_energy(const envlt__grid *g, const double *table, const envlt__region *r,
                                  uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
 {
@@ -1772,6 +1844,7 @@ static double envlt__area_energy(const envlt__grid *g, const double *table, cons
     return (bottom[x1] - top[x1]) - (bottom[x0] - top[x0]);
 }
 
+/* Returns the moments of the columns x0..x1 and rows y0..y1, ends excluded, of the region's face. */
 static envlt__moments envlt__area_moments(const envlt__grid *g, const envlt__moments *table,
                                           const envlt__region *r, uint32_t x0, uint32_t y0, uint32_t x1,
                                           uint32_t y1)
@@ -1795,6 +1868,9 @@ static double envlt__scatter(const envlt__moments *m)
     return s > 0.0 ? s : 0.0;
 }
 
+/* Takes a cut for the region's best if it takes more scatter away than the best so far. `left` are the
+   moments of one half, `whole` is the scatter of the region, `least` the energy that each half must exceed.
+   */
 static void envlt__try_cut(envlt__region *r, const envlt__moments *left, double whole, double least,
                            uint32_t x, uint32_t y)
 {
@@ -1812,10 +1888,10 @@ static void envlt__try_cut(envlt__region *r, const envlt__moments *left, double 
     r->cut_y = y;
 }
 
-/* Viriyothai and Debevec, "Variance minimization light probe sampling", 2009: the cut that leaves the least
-   scatter. Which region is cut next is our own choice: the fourth root of w^3 gain is w (gain / w)^(1/4), the
-   importance of Agarwal et al. with the cut's gain for the solid angle. By gain alone a sun is never cut;
-   docs/envlights.md. */
+/* Finds the cut of a region that leaves the least scatter: Viriyothai and Debevec, "Variance minimization
+   light probe sampling", 2009. Which region is cut next is our own choice, since by gain alone a sun is never
+   cut (docs/envlights.md). The rank is w^3 gain; its fourth root is w (gain / w)^(1/4), the importance of
+   Agarwal et al. with the gain per energy in place of the solid angle. */
 static void envlt__best_cut(const envlt__grid *g, const envlt__moments *table, envlt__region *r)
 {
     double whole, least;
@@ -1836,6 +1912,7 @@ static void envlt__best_cut(const envlt__grid *g, const envlt__moments *table, e
     r->rank = r->cut_x | r->cut_y ? r->gain * r->sum.w * r->sum.w * r->sum.w : -1.0;
 }
 
+/* Cuts region a where it is best cut, and makes b of the far half. */
 static void envlt__cut_region(envlt__region *a, envlt__region *b)
 {
     *b = *a;
@@ -1843,6 +1920,7 @@ static void envlt__cut_region(envlt__region *a, envlt__region *b)
     else a->y1 = b->y0 = a->cut_y;
 }
 
+/* Cuts n regions into k, as far as cuts are found, and returns how many there are then. */
 static uint32_t envlt__run_variance(const envlt__grid *g, const envlt__moments *table, envlt__region *r,
                                     uint32_t n, uint32_t k)
 {
@@ -1860,8 +1938,8 @@ static uint32_t envlt__run_variance(const envlt__grid *g, const envlt__moments *
     return n;
 }
 
-/* Returns the column (row) in which the energy from the region's left (top) edge passes the target; *nearer
-   becomes the edge of it that is closer to the target. */
+/* Returns the column in which the energy from the region's left edge passes the target, and writes to *nearer
+   which edge of that column comes closer to the target. Without along_x it does so for rows from the top. */
 static uint32_t envlt__locate_energy(const envlt__grid *g, const double *table, const envlt__region *r,
                                      int along_x, double target, uint32_t *nearer)
 {
@@ -1883,8 +1961,8 @@ static uint32_t envlt__locate_energy(const envlt__grid *g, const double *table, 
     return lo;
 }
 
-/* Returns the line inside the region that comes nearest to the target; the region has two columns (rows) or
-   more. */
+/* Returns the line inside the region at which the energy comes nearest to the target. The region must have
+   two columns (with along_x) or two rows at least. */
 static uint32_t envlt__find_cut(const envlt__grid *g, const double *table, const envlt__region *r,
                                 int along_x, double target)
 {
@@ -1893,7 +1971,7 @@ static uint32_t envlt__find_cut(const envlt__grid *g, const double *table, const
     return line <= begin ? begin + 1 : line >= end ? end - 1 : line;
 }
 
-/* Shares the lights out among the faces by energy, at least one where there is any. */
+/* Shares the lights out among the faces by energy. A face with any energy gets at least one light. */
 static void envlt__share_faces(const envlt__grid *g, const double *table, envlt__region *r, uint32_t k)
 {
     uint32_t f, given = 0, lit = 0;
@@ -1906,15 +1984,16 @@ static void envlt__share_faces(const envlt__grid *g, const double *table, envlt_
     for (f = 0; f < g->faces; f++) {
         uint32_t until;
         before += r[f].sum.w;
-        /* The same additions in the same order: after the last lit face it is k - lit. */
+        /* before is summed as total was, so that after the last lit face this is exactly k - lit. */
         until = (uint32_t)((double)(k - lit) * (total > 0.0 ? before / total : 0.0) + 0.5);
         r[f].lights = r[f].sum.w > 0.0 ? until - given + 1 : 0;
         given = r[f].sum.w > 0.0 ? until : given;
     }
 }
 
-/* Debevec, "A median cut algorithm for light probe sampling", 2005, for any k: a region of n lights is cut
-   across its longer side into shares of n / 2 and n - n / 2. */
+/* Cuts regions by Debevec, "A median cut algorithm for light probe sampling", 2005, for any k: a region that
+   is to become n lights is cut across its longer side into shares of n / 2 and n - n / 2. Returns how many
+   regions there are then. */
 static uint32_t envlt__run_median(const envlt__grid *g, const double *table, envlt__region *r, uint32_t n,
                                   uint32_t k)
 {
@@ -1944,8 +2023,8 @@ static uint32_t envlt__run_median(const envlt__grid *g, const double *table, env
     return n;
 }
 
-/* Divides a strip of rows into cells of equal energy, and returns how many. chosen becomes the texel at the
-   centre of each, by inversion. */
+/* Divides a strip of rows into cells of equal energy, and returns how many. chosen receives the texel in the
+   middle of each cell's energy. */
 static uint32_t envlt__invert_strip(const envlt__grid *g, const double *table, const envlt__region *strip,
                                     uint32_t cells, uint32_t row, envlt__region *r, uint32_t *chosen)
 {
@@ -1980,8 +2059,8 @@ static uint32_t envlt__run_inversion(const envlt__grid *g, const double *table, 
         double part;
         strips = strips < 1 ? 1 : strips > g->height ? g->height : strips;
         part = all->sum.w / strips;
-        if (!lights) {                      /* a black face: its light is dropped, its texels go to the
-                                               nearest one */
+        if (!lights) {                      /* the light of a black face is dropped later, and its texels go
+                                               to the nearest light */
             chosen[n] = 0;
             r[n++] = *all;
             continue;
@@ -2001,8 +2080,8 @@ static uint32_t envlt__run_inversion(const envlt__grid *g, const double *table, 
     return n;
 }
 
-/* Labels each texel with its region. chosen becomes the texels that ENVLT_METHOD_CDF picks, and is untouched
-   by other methods. */
+/* Labels each texel with its region. chosen receives the texels that ENVLT_METHOD_CDF picks; other methods
+   leave it alone. */
 static envlt_result envlt__label_regions(const envlt__grid *g, envlt_method method, uint32_t k,
                                          uint32_t *label, uint32_t *chosen, const envlt__allocator *a)
 {
@@ -2041,38 +2120,45 @@ static envlt_result envlt__label_regions(const envlt__grid *g, envlt_method meth
 
 /* ---- lights: from strata to lights ---- */
 
-typedef struct envlt__sums {        /* over a stratum; w is luminance x solid angle, d the direction */
-    double rgb[3], omega, w;
+typedef struct envlt__sums {        /* sums over the texels of a stratum; d is a texel's direction */
+    double rgb[3];                  /* radiance x solid angle */
+    double omega;                   /* solid angle */
+    double w;                       /* energy: luminance x solid angle */
     double m[3];                    /* w d */
     double s[6];                    /* w d d^T: xx xy xz yy yz zz */
-    double o[3];                    /* omega d of dark texels: where a stratum without energy lies */
-    double texels;
+    double o[3];                    /* omega d of dark texels, which say where a stratum without energy lies
+                                       */
+    double texels;                  /* how many there are */
 } envlt__sums;
 
-/* Counts what an allocator holds, for envlt_stats.peak_bytes: the size stands in front of each block. */
+/* Counts the bytes that an allocator has given out, for envlt_stats.peak_bytes. The size of a block stands in
+   front of the block. */
 typedef struct envlt__meter { envlt__allocator inner; size_t now, peak; } envlt__meter;
 
 struct envlt_lights {
-    envlt__allocator allocator;     /* the caller's, with the meter in between */
+    envlt__allocator allocator;     /* the caller's, called through the meter */
     envlt__meter     meter;
     envlt_desc   desc;
-    envlt_map    map;               /* its sizes; rgb is not kept */
-    uint32_t     roll, count, next_id;
-    int          has_sun;           /* light 0 is the sun */
-    size_t       lit;               /* lit texels, the sun as one, where they were too few for all lights;
-                                       else 0 */
-    double       slack;             /* unevenness when built: follow acts on twice that; 0 = not known yet */
+    envlt_map    map;               /* the projection and sizes of the map; rgb is NULL */
+    uint32_t     roll;              /* the column of the map at which the grid begins */
+    uint32_t     count;             /* lights */
+    uint32_t     next_id;           /* the id of the next new light */
+    int          has_sun;           /* not 0: light 0 is the sun */
+    size_t       lit;               /* how many texels were lit, the sun counted as one, if they were too few
+                                       for all lights; else 0 */
+    double       slack;             /* how uneven the strata were when built, which envlt_follow tolerates
+                                       twice; 0 = not measured yet */
     envlt_light *list;
-    envlt__sums *sums;
+    envlt__sums *sums;              /* of each light's stratum */
     size_t       texels;
-    uint32_t    *strata;            /* by texel of the map */
-    uint32_t    *order;             /* texels of stratum i: order[start[i] .. start[i + 1]) */
+    uint32_t    *strata;            /* the light of each texel of the map */
+    uint32_t    *order;             /* the texels of stratum i are order[start[i] .. start[i + 1]) */
     uint32_t    *start;
-    double      *cdf;               /* of stratum i at start[i] + i: running sums of w */
+    double      *cdf;               /* running sums of w; those of stratum i begin at start[i] + i */
 };
 
-/* Adds everything of the grid to the sums of its labels. A run of one label is summed in a copy, for
-   speed. */
+/* Sums up all texels of the grid by label. While the label stays the same, sums are kept in a local copy,
+   which is faster than memory that each texel reads and writes. */
 static void envlt__accumulate_sums(const envlt__grid *g, const uint32_t *label, envlt__sums *sums,
                                    uint32_t count)
 {
@@ -2121,7 +2207,7 @@ static void envlt__accumulate_sums(const envlt__grid *g, const uint32_t *label, 
     if (held != ENVLT_NO_LIGHT) sums[held] = s;
 }
 
-/* Turns a direction from the grid's azimuths to the map's, exactly as texels lie. */
+/* Returns a direction of the grid, whose azimuths begin at the roll, as a direction of the map. */
 static envlt__v3 envlt__unroll_direction(const envlt__grid *g, double x, double y, double z)
 {
     double s, c;
@@ -2130,9 +2216,9 @@ static envlt__v3 envlt__unroll_direction(const envlt__grid *g, double x, double 
     return envlt__v3_make((float)(x * c - z * s), (float)y, (float)(x * s + z * c));
 }
 
-/* Finds the half axes of the stratum's radiance as seen from its light: twice the standard deviation, as a
-   uniform disc's radius is, by the eigenvectors of the 2 x 2 covariance in the tangent plane. A texel's own
-   size is part of it. */
+/* Finds the half axes of the ellipse over which the stratum's radiance spreads about its light's direction d:
+   the eigenvectors of the 2 x 2 covariance in the tangent plane, as long as twice the standard deviation,
+   which is the radius of a uniform disc. The size of a texel itself is added to the covariance. */
 static void envlt__find_extent(const envlt__sums *s, envlt__v3 d, envlt__v3 *major, envlt__v3 *minor)
 {
     envlt__v3 u, v;
@@ -2174,8 +2260,8 @@ static void envlt__find_extent(const envlt__sums *s, envlt__v3 d, envlt__v3 *maj
     *minor = envlt__v3_scale(*minor, (float)(2.0 * sqrt(along > root ? along - root : 0.0)));
 }
 
-/* Makes a light of a stratum's sums. It takes the direction of the texel `chosen`, or the mean direction for
-   ENVLT_NO_LIGHT. */
+/* Makes a light of a stratum's sums. Its direction is that of the texel `chosen`, or the stratum's mean
+   direction if chosen is ENVLT_NO_LIGHT. */
 static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32_t chosen, envlt_light *light)
 {
     double x = s->m[0];
@@ -2189,10 +2275,11 @@ static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32
         x = (double)g->dx[chosen];
         y = (double)g->dy[chosen];
         z = (double)g->dz[chosen];
-        least = 0.0;                                    /* of unit length, whatever the energy */
+        least = 0.0;                                    /* a texel's direction is unit, whatever its energy */
     }
     length = sqrt(x * x + y * y + z * z);
-    if (!(length > least)) {                            /* evenly from all round: any direction will do */
+    if (!(length > least)) {                            /* light comes evenly from all round: any direction
+                                                           will do */
         x = z = 0.0;
         y = length = 1.0;
     }
@@ -2208,8 +2295,8 @@ static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32
     light->solid_angle = (float)s->omega;
 }
 
-/* Gives strata without energy to the light whose mean direction is nearest, so that labels and sums become
-   dense, and returns how many are left. remap has count entries. */
+/* Gives the texels of strata without energy to the light whose mean direction is nearest, numbers the other
+   strata without gaps, and returns how many are left. remap is scratch of count entries. */
 static uint32_t envlt__drop_dark(const envlt__grid *g, uint32_t *label, envlt__sums *sums, uint32_t *chosen,
                                  uint32_t *remap, uint32_t count)
 {
@@ -2244,9 +2331,10 @@ static uint32_t envlt__drop_dark(const envlt__grid *g, uint32_t *label, envlt__s
 
 /* ---- sun ---- */
 
-/* Finds the sun: the connected spot of at least a tenth of the greatest luminance round the brightest texel,
-   if it is smaller than 0.03 sr (11 degrees across) and has a light's share of the energy. Returns how many
-   texels of it are in the queue, which has room for all; 0 if there is none. */
+/* Finds the sun: the connected spot about the brightest texel in which luminance is above a tenth of the
+   greatest. It must be smaller than 0.03 sr (11 degrees across) and have a light's share of the energy.
+   Writes its texels to the queue, which has room for all texels, and returns how many they are; 0 if there is
+   no sun. */
 static uint32_t envlt__find_sun(const envlt__grid *g, uint32_t k, uint32_t *queue, uint8_t *seen)
 {
     uint32_t head = 0, tail = 0, next[4], i;
@@ -2272,7 +2360,8 @@ static uint32_t envlt__find_sun(const envlt__grid *g, uint32_t k, uint32_t *queu
     return head == tail && omega < 0.03 && energy * k >= g->total && k > 1 ? tail : 0;
 }
 
-/* Counts lit texels; with labels, of all but label 0. */
+/* Returns how many texels are lit. If label is not NULL, texels with label 0, those of the sun, do not count.
+   */
 static size_t envlt__count_lit(const envlt__grid *g, const uint32_t *label)
 {
     size_t t, lit = 0;
@@ -2284,6 +2373,7 @@ static size_t envlt__count_lit(const envlt__grid *g, const uint32_t *label)
 
 /* ---- strata: what is kept of a map ---- */
 
+/* Writes which light each texel of the map belongs to, and lists the texels of each stratum. */
 static void envlt__sort_strata(envlt_lights *l, const envlt__grid *g, const uint32_t *label)
 {
     uint32_t i, x = 0;
@@ -2299,13 +2389,13 @@ static void envlt__sort_strata(envlt_lights *l, const envlt__grid *g, const uint
         l->start[i] = (uint32_t)t;
         t += i < l->count ? n : 0;
     }
-    for (t = 0; t < g->count; t++)          /* the grid's order within a stratum */
+    for (t = 0; t < g->count; t++)          /* texels of a stratum stand in the grid's order */
         if (g->omega[t] > 0.0f && l->count) l->order[l->start[label[t]]++] = (uint32_t)t;
     for (i = l->count; i > 0; i--) l->start[i] = l->start[i - 1];
     l->start[0] = 0;
 }
 
-/* Fills in the running sums that envlt_jitter asks, after the last change of the strata. */
+/* Fills in the running sums by which envlt_jitter chooses texels. The strata must not change afterwards. */
 static void envlt__fill_cdf(envlt_lights *l, const envlt__grid *g)
 {
     uint32_t i, j;
@@ -2319,11 +2409,12 @@ static void envlt__fill_cdf(envlt_lights *l, const envlt__grid *g)
     }
 }
 
+/* Makes the lights of their sums, each towards its chosen texel or, without any, its stratum's mean. */
 static void envlt__fill_lights(envlt_lights *l, const envlt__grid *g, const uint32_t *chosen)
 {
     uint32_t i;
     for (i = 0; i < l->count; i++) {
-        /* A stratum that a video has made black keeps the direction that it had. */
+        /* The light of a stratum that a video has made black keeps its direction. */
         if (l->sums[i].w > 0.0) {
             envlt__make_light(g, &l->sums[i], chosen ? chosen[i] : ENVLT_NO_LIGHT, &l->list[i]);
         } else {
@@ -2334,7 +2425,8 @@ static void envlt__fill_lights(envlt_lights *l, const envlt__grid *g, const uint
     }
 }
 
-/* Makes room for k lights, more or less than there are, and keeps those that there are. 0: no memory. */
+/* Makes room for k lights, more or less than there are, and keeps those that there are. Returns 0 if there is
+   no memory. */
 static int envlt__reserve_lights(envlt_lights *l, uint32_t k)
 {
     const envlt__allocator *a = &l->allocator;
@@ -2366,7 +2458,18 @@ static int envlt__reserve_lights(envlt_lights *l, uint32_t k)
     return 1;
 }
 
-/* Refuses a map that has not the size and projection of the one that the lights were made of. */
+/* Logs that a side of the map is not that of the map before, which is wanted. */
+static envlt_result envlt__refuse_other(const envlt__logger *logger, const char *field, uint32_t value,
+                                        uint32_t wanted)
+{
+    envlt__message text;
+    text.used = 0;
+    envlt__message_count(&text, wanted);
+    envlt__message_text(&text, ", as that of the map before");
+    return envlt__refuse(logger, field, value, text.text, ENVLT_ERR_MISMATCH);
+}
+
+/* Checks whether a map has the size and projection of the one that the lights were made of. */
 static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *map,
                                       const envlt__logger *logger)
 {
@@ -2376,9 +2479,9 @@ static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *ma
     result = envlt__check_map(map, &texels, logger);
     if (result != ENVLT_OK) return result;
     if (map->width != l->map.width)
-        return envlt__refuse(logger, "map.width", map->width, "that of the map before", ENVLT_ERR_MISMATCH);
+        return envlt__refuse_other(logger, "map.width", map->width, l->map.width);
     if (map->height != l->map.height)
-        return envlt__refuse(logger, "map.height", map->height, "that of the map before", ENVLT_ERR_MISMATCH);
+        return envlt__refuse_other(logger, "map.height", map->height, l->map.height);
     if (texels != l->texels)
         return envlt__refuse_text(logger, "map.projection", "is not that of the map before",
                                   ENVLT_ERR_MISMATCH);
@@ -2389,6 +2492,8 @@ static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *ma
 
 /* ---- build ---- */
 
+/* Labels texels by the method. A cube with fewer lights than faces goes to the structured method, since the
+   others give each face a light. */
 static envlt_result envlt__label_texels(const envlt__grid *g, envlt_method method, uint32_t k,
                                         uint32_t *label, uint32_t *chosen, const envlt__allocator *a)
 {
@@ -2397,7 +2502,8 @@ static envlt_result envlt__label_texels(const envlt__grid *g, envlt_method metho
     return envlt__label_regions(g, method, k, label, chosen, a);
 }
 
-/* Labels the sun, if it is to be split off, and by the method what is left beside it. */
+/* Gives label 0 to the sun, if desc.split_sun is set and there is a sun, and labels the other texels by the
+   method. Writes how many labels there may be. */
 static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g, uint32_t *label,
                                           uint32_t *chosen, uint32_t *labels)
 {
@@ -2422,7 +2528,8 @@ static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g,
             kept[i] = g->lum[queue[i]];
             g->lum[queue[i]] = 0.0f;
         }
-        /* Summed anew: beside a sun of 1e16 times the sky, a difference would be rounding, of either sign. */
+        /* The rest is summed anew. Beside a sun with 1e16 times the energy of the sky, the total less the sun
+           would be nothing but rounding, and perhaps negative. */
         if (size) rest.total = envlt__sum_weights(g);
         result = envlt__label_texels(&rest, l->desc.method, size ? k - 1 : k, label, chosen + (size != 0), a);
         for (t = 0; size && t < g->count; t++) label[t] += label[t] != ENVLT_NO_LIGHT;
@@ -2440,8 +2547,8 @@ static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g,
     return result;
 }
 
-/* Makes strata and lights of the grid. The labels lie where the running sums will be at the end, since fresh
-   memory costs as much time as what is done with it. */
+/* Makes strata and lights of the grid. The labels are kept in the memory of the running sums, which are
+   written last: to ask for fresh memory would cost as much time as to fill it with labels. */
 static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
 {
     const envlt__allocator *a = &l->allocator;
@@ -2462,7 +2569,7 @@ static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
             for (i = 0; i < l->count; i++) chosen[i] = ENVLT_NO_LIGHT;
         memcpy(l->sums, sums, l->count * sizeof *sums);
         l->lit = l->count < k ? envlt__count_lit(g, l->has_sun ? label : NULL) + (l->has_sun ? 1 : 0) : 0;
-        if (l->lit > k) l->lit = 0;         /* the method's rounding, not the map */
+        if (l->lit > k) l->lit = 0;         /* the method's rounding made lights fewer, not the map */
         envlt__sort_strata(l, g, label);
         envlt__fill_lights(l, g, chosen);
         envlt__fill_cdf(l, g);
@@ -2473,6 +2580,7 @@ static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
     return result;
 }
 
+/* Allocates through a meter, whose block begins with the size that was asked for. */
 static void *envlt__meter_alloc(size_t size, void *user)
 {
     envlt__meter *m = (envlt__meter *)user;
@@ -2519,7 +2627,7 @@ static envlt_result envlt__check_desc(const envlt_desc *d, const envlt__logger *
     return ENVLT_OK;
 }
 
-/* Returns an object without lights, whose memory goes through its meter. NULL: no memory. */
+/* Returns an object without lights, whose memory goes through its meter, or NULL if there is no memory. */
 static envlt_lights *envlt__make_empty(const envlt_desc *d, const envlt_map *map, size_t texels)
 {
     const envlt_allocator *a = &d->system.allocator;
@@ -2537,43 +2645,52 @@ static envlt_lights *envlt__make_empty(const envlt_desc *d, const envlt_map *map
     return l;
 }
 
-ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
-                                    envlt_stats *stats)
+/* Makes lights of a map; desc and map have been checked, and desc has its defaults. Fails with
+   ENVLT_ERR_ALLOC alone, which the caller logs. */
+static envlt_result envlt__make_lights(const envlt_desc *d, const envlt_map *map, size_t texels,
+                                       envlt_lights **out, envlt_stats *stats)
 {
-    envlt__logger logger;
     envlt__grid grid;
-    envlt_desc d;
-    envlt_lights *l;
     envlt_result result;
-    size_t texels = 0;
-
-    memset(&d, 0, sizeof d);
+    envlt_lights *l = envlt__make_empty(d, map, texels);
+    if (!l) return ENVLT_ERR_ALLOC;
     memset(&grid, 0, sizeof grid);
-    if (desc) d = *desc;
-    logger = envlt__make_logger(&d.system, "envlt_create");
-    if (!map || !out) return envlt__refuse_text(&logger, map ? "out" : "map", "is NULL", ENVLT_ERR_ARGUMENT);
-    result = envlt__check_desc(&d, &logger);
-    if (result == ENVLT_OK) result = envlt__check_map(map, &texels, &logger);
-    if (result != ENVLT_OK) return result;
-    if (!d.light_count) d.light_count = 128;
-    if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
-    l = envlt__make_empty(&d, map, texels);
-    if (!l) return envlt__end_call(&logger, ENVLT_ERR_ALLOC);
-    result = envlt__make_grid(&grid, map, d.hemisphere, ENVLT_NO_LIGHT, &l->allocator);
+    result = envlt__make_grid(&grid, map, d->hemisphere, ENVLT_NO_LIGHT, &l->allocator);
     l->roll = grid.roll;
     l->strata = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->strata);
     l->order = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->order);
-    if (result == ENVLT_OK && (!l->strata || !l->order || !envlt__reserve_lights(l, d.light_count + 6)))
+    if (result == ENVLT_OK && (!l->strata || !l->order || !envlt__reserve_lights(l, d->light_count + 6)))
         result = ENVLT_ERR_ALLOC;
     if (result == ENVLT_OK) result = envlt__build_lights(l, &grid);
     envlt__free(&l->allocator, grid.memory);
     if (result != ENVLT_OK) {
         envlt_free(l);
-        return envlt__end_call(&logger, result);
+        return result;
     }
     if (stats) envlt__fill_stats(l, &grid, stats);
     *out = l;
     return ENVLT_OK;
+}
+
+ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
+                                    envlt_stats *stats)
+{
+    envlt__logger logger;
+    envlt_desc d;
+    envlt_result result;
+    size_t texels = 0;
+
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    logger = envlt__make_logger(&d.system, "envlt_create");
+    if (!map) return envlt__refuse_text(&logger, "map", "is NULL", ENVLT_ERR_ARGUMENT);
+    if (!out) return envlt__refuse_text(&logger, "out", "is NULL", ENVLT_ERR_ARGUMENT);
+    result = envlt__check_desc(&d, &logger);
+    if (result == ENVLT_OK) result = envlt__check_map(map, &texels, &logger);
+    if (result != ENVLT_OK) return result;
+    if (!d.light_count) d.light_count = 128;
+    if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
+    return envlt__end_call(&logger, envlt__make_lights(&d, map, texels, out, stats));
 }
 
 ENVLT_DEF void envlt_free(envlt_lights *l)
@@ -2620,9 +2737,9 @@ ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *l, uint32_t frame, uint3
         envlt__cdf_sample s;
         double d[3], length;
         out[i] = l->list[i];
-        if (first == l->start[i + 1]) continue;         /* the sun has taken all of its texels */
-        /* The R2 sequence, shifted for each light: which texel, and how high in it; how far across is what is
-           left. */
+        if (first == l->start[i + 1]) continue;         /* the sun has taken all texels of this stratum */
+        /* Points of the R2 sequence, shifted by a hash of the light. The first coordinate chooses the texel,
+           and what is left of it says how far across the texel; the second says how far down. */
         a = 0x80000000u + frame * 3242174889u + hash;
         b = 0x80000000u + frame * 2447445413u + envlt__hash32(hash);
         cdf.sums = l->cdf + first + i;
@@ -2646,17 +2763,20 @@ ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *l, uint32_t frame, uint3
 typedef struct envlt__follow {
     envlt_lights      *l;
     const envlt__grid *g;
-    uint32_t *label;                /* by texel of the grid */
-    uint32_t *partner;              /* the stratum that i would merge with */
-    double   *cost, *gain;          /* importance that merging adds; that splitting takes away */
-    uint8_t  *touched, *seen;
-    uint32_t *queue;                /* this and seen: of the search for the sun; NULL without split_sun */
-    envlt_light *before;
-    uint32_t  changed;
+    uint32_t *label;                /* the stratum of each texel of the grid */
+    uint32_t *partner;              /* the stratum that each stratum would merge with */
+    double   *cost, *gain;          /* the importance that merging a stratum adds, and that splitting it takes
+                                       away */
+    uint8_t  *touched;              /* not 0: this stratum was changed in this round */
+    uint32_t *queue;                /* queue and seen are scratch of the search for the sun; NULL without
+                                       split_sun */
+    uint8_t  *seen;
+    envlt_light *before;            /* the lights as they were */
+    uint32_t  changed;              /* lights with a new id */
 } envlt__follow;
 
-/* Returns the greatest eigenvalue of a stratum's scatter, and writes its direction, by powers of the
-   matrix. */
+/* Returns the greatest eigenvalue of a stratum's scatter and writes its eigenvector, found by multiplying a
+   vector with the matrix 24 times. */
 static double envlt__main_axis(const envlt__sums *s, envlt__v3 *axis)
 {
     static const int at[3][3] = { { 0, 1, 2 }, { 1, 3, 4 }, { 2, 4, 5 } };
@@ -2675,7 +2795,7 @@ static double envlt__main_axis(const envlt__sums *s, envlt__v3 *axis)
     return length;
 }
 
-/* A plane that cuts a stratum in two, through its mean and across its main axis. */
+/* A plane that cuts a stratum in two: through the stratum's mean, across its main axis. */
 typedef struct envlt__plane { envlt__v3 axis; double mean; } envlt__plane;
 
 static envlt__plane envlt__plane_across(const envlt__sums *s)
@@ -2686,14 +2806,15 @@ static envlt__plane envlt__plane_across(const envlt__sums *s)
     return p;
 }
 
+/* Returns whether texel t lies on the far side of the plane. */
 static int envlt__is_beyond(const envlt__grid *g, const envlt__plane *p, uint32_t t)
 {
     return (double)(g->dx[t] * p->axis.x) + (double)(g->dy[t] * p->axis.y) +
            (double)(g->dz[t] * p->axis.z) > p->mean;
 }
 
-/* Says whether both sides of the cut have energy: the scatter of one lit texel, too, is rounding and not
-   always zero. */
+/* Returns whether both sides of a stratum's cut have energy. The scatter does not tell: by rounding, even a
+   single lit texel may have some. */
 static int envlt__is_divisible(const envlt__follow *f, uint32_t which)
 {
     envlt__plane p = envlt__plane_across(&f->l->sums[which]);
@@ -2703,11 +2824,12 @@ static int envlt__is_divisible(const envlt__follow *f, uint32_t which)
     return sides == 3;
 }
 
-/* Returns energy times the fourth root of the scatter per energy: the importance of envlt__best_cut. */
+/* Returns energy times the fourth root of the scatter per energy, the importance that envlt__best_cut ranks
+   by. */
 static double envlt__stratum_rank(double w, double scatter) { return sqrt(sqrt(w * w * w * scatter)); }
 
-/* Finds, as importance, what cutting each stratum takes away and what merging it with its best partner adds,
-   by Ward's criterion. The sun keeps to itself. */
+/* Finds for each stratum the importance that cutting it takes away, and the importance that merging it with
+   its best partner adds, by Ward's criterion. The sun is neither cut nor merged. */
 static void envlt__rate_strata(envlt__follow *f)
 {
     const envlt_lights *l = f->l;
@@ -2747,6 +2869,7 @@ static void envlt__rate_strata(envlt__follow *f)
     }
 }
 
+/* Returns the stratum that gains most by a cut, or ENVLT_NO_LIGHT. */
 static uint32_t envlt__pick_split(const envlt__follow *f)
 {
     uint32_t i, best = ENVLT_NO_LIGHT;
@@ -2756,6 +2879,7 @@ static uint32_t envlt__pick_split(const envlt__follow *f)
     return best;
 }
 
+/* Returns the stratum that loses least by a merge with its partner, or ENVLT_NO_LIGHT. */
 static uint32_t envlt__pick_merge(const envlt__follow *f)
 {
     uint32_t i, best = ENVLT_NO_LIGHT;
@@ -2765,7 +2889,7 @@ static uint32_t envlt__pick_merge(const envlt__follow *f)
     return best;
 }
 
-/* Makes stratum `other` of those texels of a stratum that lie beyond its mean along its main axis. */
+/* Gives the texels of a stratum that lie beyond its mean along its main axis to stratum `other`. */
 static void envlt__split_stratum(envlt__follow *f, uint32_t which, uint32_t other)
 {
     envlt__plane p = envlt__plane_across(&f->l->sums[which]);
@@ -2775,7 +2899,8 @@ static void envlt__split_stratum(envlt__follow *f, uint32_t which, uint32_t othe
     f->touched[which] = 1;
 }
 
-/* Gives the texels of the fainter of the pair to the other, and returns the number that is free then. */
+/* Gives the texels of the fainter stratum of the pair to the brighter one, and returns the number of the
+   fainter, which is free then. */
 static uint32_t envlt__merge_strata(envlt__follow *f, uint32_t a)
 {
     envlt_lights *l = f->l;
@@ -2795,14 +2920,15 @@ static void envlt__move_label(envlt__follow *f, uint32_t from, uint32_t to)
     l->list[to] = l->list[from];
 }
 
+/* Makes sums and lists of texels of the labels. */
 static void envlt__sum_strata(envlt__follow *f)
 {
     envlt__accumulate_sums(f->g, f->label, f->l->sums, f->l->count);
     envlt__sort_strata(f->l, f->g, f->label);
 }
 
-/* Does one round of splits or merges of strata that no earlier one of the round changed. Returns 0 if nothing
-   is left to do. */
+/* Does one round of splits or merges towards k lights. A stratum changes at most once a round, since its
+   rating is old then. Returns 0 if nothing is left to do. */
 static int envlt__change_count(envlt__follow *f, uint32_t k)
 {
     envlt_lights *l = f->l;
@@ -2835,8 +2961,8 @@ static int envlt__change_count(envlt__follow *f, uint32_t k)
     return 1;
 }
 
-/* Splits strata where that gains more than `ratio` times what the cheapest merge costs, and merges as
-   many. */
+/* Splits a stratum and merges a pair, as long as the split gains more than `ratio` times what the merge
+   costs, for at most an eighth of the lights. */
 static void envlt__rebalance_strata(envlt__follow *f, double ratio)
 {
     uint32_t split, merge;
@@ -2844,7 +2970,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     uint32_t done = 0;
     uint32_t i;
     envlt__rate_strata(f);
-    /* the sun has taken all texels of these: they are free for others */
+    /* Strata whose texels the sun has all taken are free for halves of others. */
     for (i = 0; i < f->l->count; i++) {
         if (f->l->start[i] < f->l->start[i + 1]) continue;
         f->touched[i] = 1;
@@ -2858,7 +2984,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     for (; fresh > 0; fresh--) {
         split = envlt__pick_split(f);
         if (split == ENVLT_NO_LIGHT) break;
-        f->touched[split] = 1;              /* it must not be one of the pair */
+        f->touched[split] = 1;              /* the stratum to split must not be one of the pair to merge */
         merge = envlt__pick_merge(f);
         if (merge == ENVLT_NO_LIGHT || !(f->gain[split] > ratio * f->cost[merge])) break;
         merge = envlt__merge_strata(f, merge);
@@ -2870,6 +2996,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     if (done) envlt__sum_strata(f);
 }
 
+/* Returns the gain of the best split over the cost of the cheapest merge, at least 1. */
 static double envlt__measure_unevenness(envlt__follow *f)
 {
     uint32_t split, merge;
@@ -2882,7 +3009,7 @@ static double envlt__measure_unevenness(envlt__follow *f)
     return f->cost[merge] > 1e-6 * f->gain[split] ? f->gain[split] / f->cost[merge] : 1e6;
 }
 
-/* Gives the texels of the sun's stratum to the nearest other lights. */
+/* Gives each texel of the sun's stratum to the other light that is nearest to the texel. */
 static void envlt__leave_sun(envlt__follow *f)
 {
     envlt_lights *l = f->l;
@@ -2904,8 +3031,8 @@ static void envlt__leave_sun(envlt__follow *f)
     }
 }
 
-/* Moves the sun's stratum where the sun is now; it stays where it was while there is none. A sun that comes
-   up becomes light 0; what was light 0 is the last one then. */
+/* Moves the sun's stratum to where the sun is now. While there is no sun, the stratum stays where it was. A
+   sun that comes up becomes light 0, and the light that was light 0 becomes the last one. */
 static void envlt__follow_sun(envlt__follow *f)
 {
     envlt_lights *l = f->l;
@@ -2926,6 +3053,7 @@ static void envlt__follow_sun(envlt__follow *f)
     for (i = 0; i < size; i++) f->label[f->queue[i]] = 0;
 }
 
+/* Brings the strata to the new map: labels, the sun, the count, then the balance. */
 static void envlt__run_follow(envlt__follow *f, uint32_t k)
 {
     envlt_lights *l = f->l;
@@ -2961,7 +3089,7 @@ static void envlt__measure_moves(const envlt_lights *l, const envlt_light *befor
     stats->mean_move = weight > 0.0 ? (float)(sum / weight) : 0.0f;
 }
 
-/* Builds all lights anew in place: the map was black before, or had too few texels for them. */
+/* Builds all lights anew in place, after a map that was black or had too few lit texels for them. */
 static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map, uint32_t k,
                                           envlt_stats *stats)
 {
@@ -2971,7 +3099,7 @@ static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map,
     envlt_result result;
     uint32_t i;
     d.light_count = k;
-    result = envlt_create(&d, map, &fresh, &s);
+    result = envlt__make_lights(&d, map, l->texels, &fresh, &s);
     if (result != ENVLT_OK) return result;
     kept = *l;
     *l = *fresh;
@@ -2987,8 +3115,8 @@ static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map,
     return ENVLT_OK;
 }
 
-/* Allocates what a follow needs beside the grid, with room for `most` lights. 0: no memory;
-   envlt__close_follow is called then too. */
+/* Allocates what a follow needs beside the grid, with room for `most` lights. Returns 0 if there is no
+   memory; the caller calls envlt__close_follow in any case. */
 static int envlt__open_follow(envlt__follow *f, uint32_t most)
 {
     const envlt_lights *l = f->l;
@@ -3021,8 +3149,9 @@ static void envlt__close_follow(envlt__follow *f)
     envlt__free(a, f->label);
 }
 
-/* Says whether this map has the texels for lights that an earlier one, nearly black, had too few for. */
-static int envlt__is_fed(const envlt__follow *f, uint32_t k)
+/* Returns whether an earlier map, nearly black, had too few lit texels for k lights, and this map has more.
+   */
+static int envlt__has_more_texels(const envlt__follow *f, uint32_t k)
 {
     const envlt_lights *l = f->l;
     size_t lit;
@@ -3052,7 +3181,7 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     if (result != ENVLT_OK) return result;
     k = light_count ? light_count : l->count;
     asked = light_count || (l->count && !l->lit) ? k : l->desc.light_count;
-    if (!l->count) return envlt__rebuild_lights(l, map, asked, stats);
+    if (!l->count) return envlt__end_call(&logger, envlt__rebuild_lights(l, map, asked, stats));
     memset(&f, 0, sizeof f);
     memset(&g, 0, sizeof g);
     old = l->count;
@@ -3062,7 +3191,7 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     f.g = &g;
     result = envlt__make_grid(&g, map, l->desc.hemisphere, l->roll, &l->allocator);
     if (!envlt__open_follow(&f, most)) result = ENVLT_ERR_ALLOC;
-    anew = result == ENVLT_OK && envlt__is_fed(&f, asked);
+    anew = result == ENVLT_OK && envlt__has_more_texels(&f, asked);
     if (result == ENVLT_OK && !anew && !envlt__reserve_lights(l, most)) result = ENVLT_ERR_ALLOC;
     if (result == ENVLT_OK && !anew) {
         memcpy(f.before, l->list, old * sizeof *f.before);
@@ -3078,7 +3207,8 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     }
     envlt__close_follow(&f);
     envlt__free(&l->allocator, g.memory);
-    return anew ? envlt__rebuild_lights(l, map, asked, stats) : envlt__end_call(&logger, result);
+    if (anew) result = envlt__rebuild_lights(l, map, asked, stats);
+    return envlt__end_call(&logger, result);
 }
 
 /* ==== src/envlights/match.h ==== */
@@ -3092,15 +3222,15 @@ static void envlt__swap_lights(envlt_light *lights, uint32_t a, uint32_t b)
     lights[b] = moved;
 }
 
-/* Returns the brightest light of those that come after the last one found, in order of luminance and then of
-   place. The first call is made with *bright infinite. */
+/* Returns the light that follows `last` in the order of falling luminance, equal ones in the order of the
+   list. *bright is the luminance of `last`; the first call is made with infinity and ENVLT_NO_LIGHT. */
 static uint32_t envlt__next_brightest(const envlt_light *list, uint32_t count, float *bright, uint32_t last)
 {
     uint32_t i, best = ENVLT_NO_LIGHT;
     float most = 0.0f;
     for (i = 0; i < count; i++) {
         float w = envlt__luminance(list[i].irradiance);
-        w = w > 0.0f ? w : 0.0f;                    /* NaN too */
+        w = w > 0.0f ? w : 0.0f;                    /* NaN counts as 0 too */
         if (w > *bright || (!(w < *bright) && last != ENVLT_NO_LIGHT && i <= last)) continue;
         if (best != ENVLT_NO_LIGHT && w <= most) continue;
         most = w;
@@ -3108,6 +3238,18 @@ static uint32_t envlt__next_brightest(const envlt_light *list, uint32_t count, f
     }
     *bright = most;
     return best;
+}
+
+/* Returns whether the directions of all lights are unit, 0 0 0 or not finite, by the rule of all headers. */
+static int envlt__directions_fit(const envlt_light *lights, uint32_t count)
+{
+    uint32_t i;
+    for (i = 0; i < count; i++) {
+        envlt__v3 d = envlt__v3_load(lights[i].direction);
+        float square = envlt__v3_dot(d, d);
+        if (square > 0.0f && !envlt__is_unit2(square) && envlt__v3_finite(d)) return 0;
+    }
+    return 1;
 }
 
 ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previous_count, envlt_light *lights,
@@ -3119,9 +3261,11 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
     uint32_t which = ENVLT_NO_LIGHT;
     float bright = envlt__from_bits(0x7f800000u);
     if ((!previous && previous_count) || (!lights && count)) return ENVLT_ERR_ARGUMENT;
+    if (!envlt__directions_fit(previous, previous_count) || !envlt__directions_fit(lights, count))
+        return ENVLT_ERR_INPUT;
     for (i = 0; i < previous_count; i++)
         if (previous[i].id >= next) next = previous[i].id + 1;
-    /* partners come first, with the previous light's place for an id */
+    /* First the lights that found a previous one come to the front, with its place in their ids. */
     for (i = 0; i < kept; i++) {
         uint32_t best = i;
         float most = -2.0f;
@@ -3137,8 +3281,9 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
         envlt__swap_lights(lights, i, best);
         lights[i].id = which;
     }
-    for (i = 0; i < kept; i++) {            /* to their places; where nobody has one, the first whose place is
-                                               gone */
+    /* Then each goes to that place. A place below `kept` that nobody has gets the light with the lowest place
+       among those whose own place is gone. */
+    for (i = 0; i < kept; i++) {
         uint32_t best = ENVLT_NO_LIGHT;
         for (j = i; j < kept && (best == ENVLT_NO_LIGHT || lights[best].id != i); j++)
             if (lights[j].id == i || (lights[j].id >= kept && (best == ENVLT_NO_LIGHT ||
@@ -3157,6 +3302,7 @@ ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const f
     if ((!lights && count) || !rotation) return ENVLT_ERR_ARGUMENT;
     if (!envlt__m4_is_rigid_uniform(rotation, &scale) || !(fabsf(scale - 1.0f) < 1e-3f))
         return ENVLT_ERR_INPUT;
+    if (!envlt__directions_fit(lights, count)) return ENVLT_ERR_INPUT;
     scale = 1.0f / scale;
     for (i = 0; i < count; i++) {
         envlt_light *l = &lights[i];
@@ -3174,6 +3320,7 @@ ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const f
 
 /* ---- gltf: text without the C library, whose numbers depend on the locale ---- */
 
+/* A text that is written, or only measured: length goes on where size ends. */
 typedef struct envlt__text { char *out; size_t size, length; } envlt__text;
 
 static void envlt__put_text(envlt__text *t, const char *s)
@@ -3194,8 +3341,8 @@ static void envlt__put_unsigned(envlt__text *t, uint32_t v)
     envlt__put_text(t, digits + n);
 }
 
-/* Writes nine significant digits, by which every float comes back the same. JSON has no infinity: what is not
-   finite becomes 0. */
+/* Writes a number with nine significant digits, from which the same float can be read back. JSON has no word
+   for infinity and NaN, which are written as 0. */
 static void envlt__put_float(envlt__text *t, float f)
 {
     double v = (double)f;
@@ -3241,8 +3388,8 @@ static void envlt__put_floats(envlt__text *t, const float *v, int n)
     envlt__put_text(t, "]");
 }
 
-/* Writes a node. Its light shines along its -Z, so it gets the shortest turn that brings +Z to the direction,
-   x y z w. */
+/* Writes a node. A light of glTF shines along the -Z of its node, so the node's rotation, a quaternion x y z
+   w, is the shortest turn that brings +Z to the light's direction. */
 static void envlt__put_node(envlt__text *t, const envlt_light *l, uint32_t i)
 {
     envlt__v3 d = envlt__v3_load(l->direction);
@@ -3315,6 +3462,7 @@ ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t coun
 {
     envlt__text t;
     if (!lights || !text) return ENVLT_ERR_ARGUMENT;
+    if (!envlt__directions_fit(lights, count)) return ENVLT_ERR_INPUT;
     if (bytes < envlt_gltf_bytes(lights, count)) return ENVLT_ERR_MEMORY;
     t.out = text;
     t.size = bytes;
@@ -3328,19 +3476,20 @@ ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t coun
 
 /* ---- residual: what the lights leave out ---- */
 
+/* Checks the arguments of a residual. `name` is that of the output, for the log. */
 static envlt_result envlt__check_residual(const envlt_lights *l, const envlt_map *map, const char *function,
-                                          const float *out)
+                                          const char *name, const float *out)
 {
     envlt__logger logger;
     if (!l) return ENVLT_ERR_ARGUMENT;
     logger = envlt__make_logger(&l->desc.system, function);
     return out ? envlt__check_same(l, map, &logger)
-               : envlt__refuse_text(&logger, "the output", "is NULL", ENVLT_ERR_ARGUMENT);
+               : envlt__refuse_text(&logger, name, "is NULL", ENVLT_ERR_ARGUMENT);
 }
 
 ENVLT_DEF envlt_result envlt_residual(const envlt_lights *l, const envlt_map *map, float *rgb)
 {
-    envlt_result result = envlt__check_residual(l, map, "envlt_residual", rgb);
+    envlt_result result = envlt__check_residual(l, map, "envlt_residual", "rgb", rgb);
     float texel[3];
     size_t t, c;
     if (result != ENVLT_OK) return result;
@@ -3355,6 +3504,7 @@ ENVLT_DEF envlt_result envlt_residual(const envlt_lights *l, const envlt_map *ma
     return ENVLT_OK;
 }
 
+/* Writes the nine real spherical harmonics of bands 0, 1 and 2 in a unit direction. */
 static void envlt__fill_harmonics(const double *d, double *y)
 {
     y[0] = 0.28209479177387814;
@@ -3370,7 +3520,7 @@ static void envlt__fill_harmonics(const double *d, double *y)
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *l, const envlt_map *map, float sh[27])
 {
-    envlt_result result = envlt__check_residual(l, map, "envlt_residual_sh", sh);
+    envlt_result result = envlt__check_residual(l, map, "envlt_residual_sh", "sh", sh);
     double sum[27], y[9], d[3], omega = 0.0;
     uint32_t w, h, x, row;
     uint32_t face, i, j, c;
@@ -3405,8 +3555,9 @@ ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *l, const envlt_map 
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3])
 {
-    static const double kernel[9] = { 3.1415926535897932, 2.0943951023931953, 2.0943951023931953,
-                                     2.0943951023931953,
+    /* The clamped cosine in the three bands: pi, 2 pi / 3 and pi / 4 (T10). */
+    static const double kernel[9] = { 3.1415926535897932,
+                                      2.0943951023931953, 2.0943951023931953, 2.0943951023931953,
                                       0.78539816339744831, 0.78539816339744831, 0.78539816339744831,
                                       0.78539816339744831, 0.78539816339744831 };
     double d[3], y[9], sum;

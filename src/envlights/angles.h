@@ -2,7 +2,8 @@
 
 #define ENVLT__PI 3.14159265358979324
 
-/* Writes sine and cosine for |x| <= 100, by Taylor series over an eighth of a turn. */
+/* Writes sine and cosine of x, |x| <= 100. x is taken to an eighth of a turn about 0, with pi / 2 in two
+   parts so that nothing cancels, and Taylor series of ten terms do the rest. */
 static void envlt__sincos64(double x, double *sine, double *cosine)
 {
     int k = (int)(x * (2.0 / ENVLT__PI) + (x < 0.0 ? -0.5 : 0.5)), j;
@@ -17,7 +18,8 @@ static void envlt__sincos64(double x, double *sine, double *cosine)
     *cosine = (k + 1) & 2 ? -(k & 1 ? s : c) : k & 1 ? s : c;
 }
 
-/* Returns the arc tangent: atan x = 4 atan(x''), each ' by tan(a / 2) = tan a / (1 + sqrt(1 + tan^2 a)). */
+/* Returns the arc tangent. The angle is halved twice, by tan(a / 2) = tan a / (1 + sqrt(1 + tan^2 a)), so
+   that the series converges quickly, and the result is four times the angle found. */
 static double envlt__atan64(double x)
 {
     double y = x / (1.0 + sqrt(1.0 + x * x)), z, sum = 0.0;

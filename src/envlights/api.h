@@ -62,8 +62,11 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
    desc    NULL = all defaults: 128 lights by minimum variance
    out     receives the lights, on ENVLT_OK only; give them back by envlt_free. A black map gives 0 lights
    stats   may be NULL; receives what the call counted, on ENVLT_OK only
-   Errors  ENVLT_ERR_ARGUMENT (NULL, a side of 0, the stride), ENVLT_ERR_DESC, ENVLT_ERR_INPUT (the
-           projection, or faces that are not squares), ENVLT_ERR_LIMIT (too many texels), ENVLT_ERR_ALLOC
+   Errors  ENVLT_ERR_ARGUMENT: map, map->rgb or out is NULL, a side is 0, or the stride is out of range.
+           ENVLT_ERR_DESC: a field of desc is out of range.
+           ENVLT_ERR_INPUT: there is no such projection, or the faces of a cube are not squares.
+           ENVLT_ERR_LIMIT: the map has more than 2^27 texels.
+           ENVLT_ERR_ALLOC: the allocator returned no memory.
    Cost    about 20 ms for 1024 x 512 texels and 300 lights; the time is O(texels log k) */
 
 ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32_t *count);
@@ -75,19 +78,20 @@ ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32
 ENVLT_DEF envlt_result envlt_follow(envlt_lights *lights, const envlt_map *map, uint32_t light_count,
                                     envlt_stats *stats);
 /* Changes the lights to those of the next frame of a video map, or to another number of lights. Each light
-   keeps its stratum, so that it moves only by what changed there. If the video has made the shares of the
-   lights very uneven, the stratum that spreads most is split, and the two neighbours that lose least by it
-   are merged, for at most an eighth of the lights a call; lights that come of a split have a new id. The map
-   and count of the call before change nothing (but for the first call after ENVLT_METHOD_CDF, from which on
-   these lights take mean directions).
+   keeps its stratum, so that a light moves only by what changed in its stratum. If the video has made the
+   shares of the lights very uneven, the stratum that spreads most is split, and the two neighbours that lose
+   least by it are merged, for at most an eighth of the lights a call; lights that come of a split have a new
+   id. A call with the same map and the same count as the call before leaves the lights as they are (except
+   for the first call after ENVLT_METHOD_CDF, from which on these lights take mean directions).
    map          of the size and projection that envlt_create was given
    light_count  the number of lights wanted, 1..ENVLT_MAX_LIGHTS; 0 = as many as there are. If an earlier map
                 had fewer lit texels than lights were wanted, as a nearly black sky does, 0 still wants that
                 number: the first map with more lit texels builds all lights anew, with new ids. So a copy of
                 the lights needs room for the number wanted, not for the number that came
    stats        may be NULL; receives what the call counted, on ENVLT_OK only
-   Errors       those of envlt_create; ENVLT_ERR_ARGUMENT also for light_count; ENVLT_ERR_MISMATCH (a map of
-                another size or projection). The lights stay as they were
+   Errors       those of envlt_create for the map, and these, after all of which the lights are as they were.
+                ENVLT_ERR_ARGUMENT: lights is NULL, or light_count is above ENVLT_MAX_LIGHTS.
+                ENVLT_ERR_MISMATCH: the map has another size or projection.
    Cost         time is O(texels + k^2), and for each split the time of the stratum's texels; memory
                 meanwhile is 32 bytes a texel, 37 with split_sun */
 
@@ -146,9 +150,10 @@ struct envlt_desc {                 /* zero it, then set what you care about */
     envlt_method method;
     int          hemisphere;        /* not 0: only directions with y > 0 count */
     int          split_sun;         /* not 0: the brightest spot becomes light 0, with a stratum of its own,
-                                       if it is smaller than 0.03 sr and has at least a light's share of the
-                                       energy. A spot that comes up later does so in envlt_follow; after a
-                                       spot went out, light 0 stays where it was until there is one again */
+                                       if the spot is smaller than 0.03 sr and has at least a light's share of
+                                       the energy. If such a spot comes up in a later map, envlt_follow makes
+                                       it light 0; if it goes out, light 0 keeps its place until a spot comes
+                                       up again */
 };
 
 struct envlt_stats {                /* what envlt_create and envlt_follow counted */
@@ -169,7 +174,9 @@ ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const f
 /* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
    lengths of extents do not change.
    rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
-   Errors    ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_INPUT (not a rotation) */
+   Errors    this call has no log.
+             ENVLT_ERR_ARGUMENT: rotation is NULL, or lights is NULL and count is not 0.
+             ENVLT_ERR_INPUT: the matrix is not a rotation, or a light's direction is not unit. */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
                                     envlt_light *out);
@@ -180,7 +187,7 @@ ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, 
    frame   the number of the frame
    seed    another seed gives other directions
    out     receives as many lights as there are
-   Errors  ENVLT_ERR_ARGUMENT (NULL) */
+   Errors  ENVLT_ERR_ARGUMENT: lights or out is NULL. */
 
 ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previous_count, envlt_light *lights,
                                    uint32_t count);
@@ -188,14 +195,16 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
    id, for maps that change their size or method. The previous lights, brightest first, give their place and
    id to the nearest light that is left. If there are more previous lights than new ones, the faintest
    previous lights are forgotten, and a light whose place is beyond count takes the place of a forgotten one.
-   If there are fewer, the other new lights follow with new ids.
-   Errors  ENVLT_ERR_ARGUMENT (NULL)
+   If there are fewer previous lights, the other new lights follow with new ids.
+   Errors  this call has no log.
+           ENVLT_ERR_ARGUMENT: an array is NULL and its count is not 0.
+           ENVLT_ERR_INPUT: a light's direction is not unit.
    Cost    O(previous_count x count) */
 
 /* ---- what a light stands for, and what all of them leave out ---- */
 
-#define ENVLT_NO_LIGHT UINT32_MAX   /* in place of the light of a texel that no light stands for: below the
-                                       horizon with hemisphere, or in a black map */
+#define ENVLT_NO_LIGHT UINT32_MAX   /* stands for a texel that no light stands for: below the horizon with
+                                       desc.hemisphere, or in a black map */
 
 ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
 /* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
@@ -208,31 +217,38 @@ ENVLT_DEF envlt_result envlt_residual(const envlt_lights *lights, const envlt_ma
    renderer may add by other means, glossy or without shadows. The integral over every stratum is 0 in every
    channel.
    rgb     receives 3 floats a texel, negative ones too
-   Errors  ENVLT_ERR_ARGUMENT, ENVLT_ERR_INPUT, ENVLT_ERR_LIMIT (as for envlt_create), ENVLT_ERR_MISMATCH (a
-           map of another size or projection) */
+   Errors  those of envlt_create for the map, and these.
+           ENVLT_ERR_ARGUMENT: lights, map or rgb is NULL.
+           ENVLT_ERR_MISMATCH: the map has another size or projection than that of the lights. */
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *lights, const envlt_map *map, float sh[27]);
 /* Writes the radiance of the map minus that of the lights, each light at its direction, as 9 spherical
    harmonics for each channel. If you add envlt_sh_irradiance of them, shading without shadows is exact to
    that order.
-   sh      receives sh[3 j + channel] for harmonic j; j = 0 is 0 but for rounding, since energy is exact
-   Errors  those of envlt_residual */
+   sh      receives sh[3 j + channel] for harmonic j. Harmonic 0 comes out as 0 but for rounding, since the
+           lights have the energy of the map
+   Errors  those of envlt_residual; ENVLT_ERR_ARGUMENT also if sh is NULL. */
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3]);
 /* Writes the irradiance that radiance given as harmonics makes on a surface, W/m^2. It may be negative if the
    harmonics are those of a residual.
-   normal  unit */
+   normal  unit. This function returns no result and checks no length: the irradiance is that of the vector as
+           it is */
 
 /* ---- glTF ---- */
 
 ENVLT_DEF size_t envlt_gltf_bytes(const envlt_light *lights, uint32_t count);
-/* Returns the bytes that envlt_gltf_write needs, with the zero at the end of the text; 0 for NULL. */
+/* Returns the bytes that envlt_gltf_write needs, the zero at the end of the text included, or 0 if lights is
+   NULL. */
 
 ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t count, char *text, size_t bytes);
 /* Writes a glTF 2.0 document with a node and a directional light of KHR_lights_punctual for each light, and a
    zero at the end of the text. Intensities are written in W/m^2, where glTF expects lux. Numbers that are not
    finite become 0.
-   Errors  ENVLT_ERR_ARGUMENT (NULL), ENVLT_ERR_MEMORY (fewer bytes than envlt_gltf_bytes returns) */
+   Errors  this call has no log.
+           ENVLT_ERR_ARGUMENT: lights or text is NULL.
+           ENVLT_ERR_INPUT: a light's direction is not unit.
+           ENVLT_ERR_MEMORY: bytes is less than envlt_gltf_bytes returns. */
 
 /* ---- texels of a map ---- */
 
@@ -245,9 +261,9 @@ ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width
                                      uint32_t face, float x, float y, float direction[3]);
 /* Writes the unit direction towards the point x, y of a map.
    face    0..5 of a cube, else 0
-   x, y    in texels from the top left corner: x + 0.5, y + 0.5 is the centre of texel x, y. Beyond the map
-           the direction goes on round the sphere, or on the plane of the face, to 8 times the map's size; a
-           number that is not finite counts as 0 */
+   x, y    in texels from the top left corner: the centre of texel (i, j) is at (i + 0.5, j + 0.5). Beyond the
+           map the point goes on round the sphere, or on the plane of the face, up to 8 times the map's size.
+           A number that is not finite counts as 0 */
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,7 @@
 /* ---- build ---- */
 
+/* Labels texels by the method. A cube with fewer lights than faces goes to the structured method, since the
+   others give each face a light. */
 static envlt_result envlt__label_texels(const envlt__grid *g, envlt_method method, uint32_t k,
                                         uint32_t *label, uint32_t *chosen, const envlt__allocator *a)
 {
@@ -8,7 +10,8 @@ static envlt_result envlt__label_texels(const envlt__grid *g, envlt_method metho
     return envlt__label_regions(g, method, k, label, chosen, a);
 }
 
-/* Labels the sun, if it is to be split off, and by the method what is left beside it. */
+/* Gives label 0 to the sun, if desc.split_sun is set and there is a sun, and labels the other texels by the
+   method. Writes how many labels there may be. */
 static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g, uint32_t *label,
                                           uint32_t *chosen, uint32_t *labels)
 {
@@ -33,7 +36,8 @@ static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g,
             kept[i] = g->lum[queue[i]];
             g->lum[queue[i]] = 0.0f;
         }
-        /* Summed anew: beside a sun of 1e16 times the sky, a difference would be rounding, of either sign. */
+        /* The rest is summed anew. Beside a sun with 1e16 times the energy of the sky, the total less the sun
+           would be nothing but rounding, and perhaps negative. */
         if (size) rest.total = envlt__sum_weights(g);
         result = envlt__label_texels(&rest, l->desc.method, size ? k - 1 : k, label, chosen + (size != 0), a);
         for (t = 0; size && t < g->count; t++) label[t] += label[t] != ENVLT_NO_LIGHT;
@@ -51,8 +55,8 @@ static envlt_result envlt__label_with_sun(envlt_lights *l, const envlt__grid *g,
     return result;
 }
 
-/* Makes strata and lights of the grid. The labels lie where the running sums will be at the end, since fresh
-   memory costs as much time as what is done with it. */
+/* Makes strata and lights of the grid. The labels are kept in the memory of the running sums, which are
+   written last: to ask for fresh memory would cost as much time as to fill it with labels. */
 static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
 {
     const envlt__allocator *a = &l->allocator;
@@ -73,7 +77,7 @@ static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
             for (i = 0; i < l->count; i++) chosen[i] = ENVLT_NO_LIGHT;
         memcpy(l->sums, sums, l->count * sizeof *sums);
         l->lit = l->count < k ? envlt__count_lit(g, l->has_sun ? label : NULL) + (l->has_sun ? 1 : 0) : 0;
-        if (l->lit > k) l->lit = 0;         /* the method's rounding, not the map */
+        if (l->lit > k) l->lit = 0;         /* the method's rounding made lights fewer, not the map */
         envlt__sort_strata(l, g, label);
         envlt__fill_lights(l, g, chosen);
         envlt__fill_cdf(l, g);
@@ -84,6 +88,7 @@ static envlt_result envlt__build_lights(envlt_lights *l, const envlt__grid *g)
     return result;
 }
 
+/* Allocates through a meter, whose block begins with the size that was asked for. */
 static void *envlt__meter_alloc(size_t size, void *user)
 {
     envlt__meter *m = (envlt__meter *)user;
@@ -130,7 +135,7 @@ static envlt_result envlt__check_desc(const envlt_desc *d, const envlt__logger *
     return ENVLT_OK;
 }
 
-/* Returns an object without lights, whose memory goes through its meter. NULL: no memory. */
+/* Returns an object without lights, whose memory goes through its meter, or NULL if there is no memory. */
 static envlt_lights *envlt__make_empty(const envlt_desc *d, const envlt_map *map, size_t texels)
 {
     const envlt_allocator *a = &d->system.allocator;
@@ -148,43 +153,52 @@ static envlt_lights *envlt__make_empty(const envlt_desc *d, const envlt_map *map
     return l;
 }
 
-ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
-                                    envlt_stats *stats)
+/* Makes lights of a map; desc and map have been checked, and desc has its defaults. Fails with
+   ENVLT_ERR_ALLOC alone, which the caller logs. */
+static envlt_result envlt__make_lights(const envlt_desc *d, const envlt_map *map, size_t texels,
+                                       envlt_lights **out, envlt_stats *stats)
 {
-    envlt__logger logger;
     envlt__grid grid;
-    envlt_desc d;
-    envlt_lights *l;
     envlt_result result;
-    size_t texels = 0;
-
-    memset(&d, 0, sizeof d);
+    envlt_lights *l = envlt__make_empty(d, map, texels);
+    if (!l) return ENVLT_ERR_ALLOC;
     memset(&grid, 0, sizeof grid);
-    if (desc) d = *desc;
-    logger = envlt__make_logger(&d.system, "envlt_create");
-    if (!map || !out) return envlt__refuse_text(&logger, map ? "out" : "map", "is NULL", ENVLT_ERR_ARGUMENT);
-    result = envlt__check_desc(&d, &logger);
-    if (result == ENVLT_OK) result = envlt__check_map(map, &texels, &logger);
-    if (result != ENVLT_OK) return result;
-    if (!d.light_count) d.light_count = 128;
-    if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
-    l = envlt__make_empty(&d, map, texels);
-    if (!l) return envlt__end_call(&logger, ENVLT_ERR_ALLOC);
-    result = envlt__make_grid(&grid, map, d.hemisphere, ENVLT_NO_LIGHT, &l->allocator);
+    result = envlt__make_grid(&grid, map, d->hemisphere, ENVLT_NO_LIGHT, &l->allocator);
     l->roll = grid.roll;
     l->strata = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->strata);
     l->order = (uint32_t *)envlt__alloc_array(&l->allocator, texels, sizeof *l->order);
-    if (result == ENVLT_OK && (!l->strata || !l->order || !envlt__reserve_lights(l, d.light_count + 6)))
+    if (result == ENVLT_OK && (!l->strata || !l->order || !envlt__reserve_lights(l, d->light_count + 6)))
         result = ENVLT_ERR_ALLOC;
     if (result == ENVLT_OK) result = envlt__build_lights(l, &grid);
     envlt__free(&l->allocator, grid.memory);
     if (result != ENVLT_OK) {
         envlt_free(l);
-        return envlt__end_call(&logger, result);
+        return result;
     }
     if (stats) envlt__fill_stats(l, &grid, stats);
     *out = l;
     return ENVLT_OK;
+}
+
+ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map, envlt_lights **out,
+                                    envlt_stats *stats)
+{
+    envlt__logger logger;
+    envlt_desc d;
+    envlt_result result;
+    size_t texels = 0;
+
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    logger = envlt__make_logger(&d.system, "envlt_create");
+    if (!map) return envlt__refuse_text(&logger, "map", "is NULL", ENVLT_ERR_ARGUMENT);
+    if (!out) return envlt__refuse_text(&logger, "out", "is NULL", ENVLT_ERR_ARGUMENT);
+    result = envlt__check_desc(&d, &logger);
+    if (result == ENVLT_OK) result = envlt__check_map(map, &texels, &logger);
+    if (result != ENVLT_OK) return result;
+    if (!d.light_count) d.light_count = 128;
+    if (d.method == ENVLT_METHOD_DEFAULT) d.method = ENVLT_METHOD_VARIANCE;
+    return envlt__end_call(&logger, envlt__make_lights(&d, map, texels, out, stats));
 }
 
 ENVLT_DEF void envlt_free(envlt_lights *l)

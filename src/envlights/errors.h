@@ -19,7 +19,7 @@ static envlt__logger envlt__make_logger(const envlt_system *system, const char *
     return logger;
 }
 
-/* Logs that a field has a value that it must not have, and returns the result. */
+/* Logs that a field has a value which is out of its range, and returns the result. */
 static envlt_result envlt__refuse(const envlt__logger *logger, const char *field, double value,
                                   const char *wanted, envlt_result result)
 {
@@ -27,14 +27,14 @@ static envlt_result envlt__refuse(const envlt__logger *logger, const char *field
     return result;
 }
 
-/* Returns the result of a call whose arguments were right. If memory was short, logs so. */
+/* Returns the result of a call whose arguments were right, and logs if the allocator returned no memory. */
 static envlt_result envlt__end_call(const envlt__logger *logger, envlt_result result)
 {
     if (result == ENVLT_ERR_ALLOC) envlt__log_text(logger, "system.allocator", "returned no memory");
     return result;
 }
 
-/* Does what envlt__refuse does, with a text in place of the value. */
+/* Logs that a field is what the text says, as in "map is NULL", and returns the result. */
 static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *field, const char *text,
                                        envlt_result result)
 {

@@ -3,17 +3,20 @@
 typedef struct envlt__follow {
     envlt_lights      *l;
     const envlt__grid *g;
-    uint32_t *label;                /* by texel of the grid */
-    uint32_t *partner;              /* the stratum that i would merge with */
-    double   *cost, *gain;          /* importance that merging adds; that splitting takes away */
-    uint8_t  *touched, *seen;
-    uint32_t *queue;                /* this and seen: of the search for the sun; NULL without split_sun */
-    envlt_light *before;
-    uint32_t  changed;
+    uint32_t *label;                /* the stratum of each texel of the grid */
+    uint32_t *partner;              /* the stratum that each stratum would merge with */
+    double   *cost, *gain;          /* the importance that merging a stratum adds, and that splitting it takes
+                                       away */
+    uint8_t  *touched;              /* not 0: this stratum was changed in this round */
+    uint32_t *queue;                /* queue and seen are scratch of the search for the sun; NULL without
+                                       split_sun */
+    uint8_t  *seen;
+    envlt_light *before;            /* the lights as they were */
+    uint32_t  changed;              /* lights with a new id */
 } envlt__follow;
 
-/* Returns the greatest eigenvalue of a stratum's scatter, and writes its direction, by powers of the
-   matrix. */
+/* Returns the greatest eigenvalue of a stratum's scatter and writes its eigenvector, found by multiplying a
+   vector with the matrix 24 times. */
 static double envlt__main_axis(const envlt__sums *s, envlt__v3 *axis)
 {
     static const int at[3][3] = { { 0, 1, 2 }, { 1, 3, 4 }, { 2, 4, 5 } };
@@ -32,7 +35,7 @@ static double envlt__main_axis(const envlt__sums *s, envlt__v3 *axis)
     return length;
 }
 
-/* A plane that cuts a stratum in two, through its mean and across its main axis. */
+/* A plane that cuts a stratum in two: through the stratum's mean, across its main axis. */
 typedef struct envlt__plane { envlt__v3 axis; double mean; } envlt__plane;
 
 static envlt__plane envlt__plane_across(const envlt__sums *s)
@@ -43,14 +46,15 @@ static envlt__plane envlt__plane_across(const envlt__sums *s)
     return p;
 }
 
+/* Returns whether texel t lies on the far side of the plane. */
 static int envlt__is_beyond(const envlt__grid *g, const envlt__plane *p, uint32_t t)
 {
     return (double)(g->dx[t] * p->axis.x) + (double)(g->dy[t] * p->axis.y) +
            (double)(g->dz[t] * p->axis.z) > p->mean;
 }
 
-/* Says whether both sides of the cut have energy: the scatter of one lit texel, too, is rounding and not
-   always zero. */
+/* Returns whether both sides of a stratum's cut have energy. The scatter does not tell: by rounding, even a
+   single lit texel may have some. */
 static int envlt__is_divisible(const envlt__follow *f, uint32_t which)
 {
     envlt__plane p = envlt__plane_across(&f->l->sums[which]);
@@ -60,11 +64,12 @@ static int envlt__is_divisible(const envlt__follow *f, uint32_t which)
     return sides == 3;
 }
 
-/* Returns energy times the fourth root of the scatter per energy: the importance of envlt__best_cut. */
+/* Returns energy times the fourth root of the scatter per energy, the importance that envlt__best_cut ranks
+   by. */
 static double envlt__stratum_rank(double w, double scatter) { return sqrt(sqrt(w * w * w * scatter)); }
 
-/* Finds, as importance, what cutting each stratum takes away and what merging it with its best partner adds,
-   by Ward's criterion. The sun keeps to itself. */
+/* Finds for each stratum the importance that cutting it takes away, and the importance that merging it with
+   its best partner adds, by Ward's criterion. The sun is neither cut nor merged. */
 static void envlt__rate_strata(envlt__follow *f)
 {
     const envlt_lights *l = f->l;
@@ -104,6 +109,7 @@ static void envlt__rate_strata(envlt__follow *f)
     }
 }
 
+/* Returns the stratum that gains most by a cut, or ENVLT_NO_LIGHT. */
 static uint32_t envlt__pick_split(const envlt__follow *f)
 {
     uint32_t i, best = ENVLT_NO_LIGHT;
@@ -113,6 +119,7 @@ static uint32_t envlt__pick_split(const envlt__follow *f)
     return best;
 }
 
+/* Returns the stratum that loses least by a merge with its partner, or ENVLT_NO_LIGHT. */
 static uint32_t envlt__pick_merge(const envlt__follow *f)
 {
     uint32_t i, best = ENVLT_NO_LIGHT;
@@ -122,7 +129,7 @@ static uint32_t envlt__pick_merge(const envlt__follow *f)
     return best;
 }
 
-/* Makes stratum `other` of those texels of a stratum that lie beyond its mean along its main axis. */
+/* Gives the texels of a stratum that lie beyond its mean along its main axis to stratum `other`. */
 static void envlt__split_stratum(envlt__follow *f, uint32_t which, uint32_t other)
 {
     envlt__plane p = envlt__plane_across(&f->l->sums[which]);
@@ -132,7 +139,8 @@ static void envlt__split_stratum(envlt__follow *f, uint32_t which, uint32_t othe
     f->touched[which] = 1;
 }
 
-/* Gives the texels of the fainter of the pair to the other, and returns the number that is free then. */
+/* Gives the texels of the fainter stratum of the pair to the brighter one, and returns the number of the
+   fainter, which is free then. */
 static uint32_t envlt__merge_strata(envlt__follow *f, uint32_t a)
 {
     envlt_lights *l = f->l;
@@ -152,14 +160,15 @@ static void envlt__move_label(envlt__follow *f, uint32_t from, uint32_t to)
     l->list[to] = l->list[from];
 }
 
+/* Makes sums and lists of texels of the labels. */
 static void envlt__sum_strata(envlt__follow *f)
 {
     envlt__accumulate_sums(f->g, f->label, f->l->sums, f->l->count);
     envlt__sort_strata(f->l, f->g, f->label);
 }
 
-/* Does one round of splits or merges of strata that no earlier one of the round changed. Returns 0 if nothing
-   is left to do. */
+/* Does one round of splits or merges towards k lights. A stratum changes at most once a round, since its
+   rating is old then. Returns 0 if nothing is left to do. */
 static int envlt__change_count(envlt__follow *f, uint32_t k)
 {
     envlt_lights *l = f->l;
@@ -192,8 +201,8 @@ static int envlt__change_count(envlt__follow *f, uint32_t k)
     return 1;
 }
 
-/* Splits strata where that gains more than `ratio` times what the cheapest merge costs, and merges as
-   many. */
+/* Splits a stratum and merges a pair, as long as the split gains more than `ratio` times what the merge
+   costs, for at most an eighth of the lights. */
 static void envlt__rebalance_strata(envlt__follow *f, double ratio)
 {
     uint32_t split, merge;
@@ -201,7 +210,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     uint32_t done = 0;
     uint32_t i;
     envlt__rate_strata(f);
-    /* the sun has taken all texels of these: they are free for others */
+    /* Strata whose texels the sun has all taken are free for halves of others. */
     for (i = 0; i < f->l->count; i++) {
         if (f->l->start[i] < f->l->start[i + 1]) continue;
         f->touched[i] = 1;
@@ -215,7 +224,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     for (; fresh > 0; fresh--) {
         split = envlt__pick_split(f);
         if (split == ENVLT_NO_LIGHT) break;
-        f->touched[split] = 1;              /* it must not be one of the pair */
+        f->touched[split] = 1;              /* the stratum to split must not be one of the pair to merge */
         merge = envlt__pick_merge(f);
         if (merge == ENVLT_NO_LIGHT || !(f->gain[split] > ratio * f->cost[merge])) break;
         merge = envlt__merge_strata(f, merge);
@@ -227,6 +236,7 @@ static void envlt__rebalance_strata(envlt__follow *f, double ratio)
     if (done) envlt__sum_strata(f);
 }
 
+/* Returns the gain of the best split over the cost of the cheapest merge, at least 1. */
 static double envlt__measure_unevenness(envlt__follow *f)
 {
     uint32_t split, merge;
@@ -239,7 +249,7 @@ static double envlt__measure_unevenness(envlt__follow *f)
     return f->cost[merge] > 1e-6 * f->gain[split] ? f->gain[split] / f->cost[merge] : 1e6;
 }
 
-/* Gives the texels of the sun's stratum to the nearest other lights. */
+/* Gives each texel of the sun's stratum to the other light that is nearest to the texel. */
 static void envlt__leave_sun(envlt__follow *f)
 {
     envlt_lights *l = f->l;
@@ -261,8 +271,8 @@ static void envlt__leave_sun(envlt__follow *f)
     }
 }
 
-/* Moves the sun's stratum where the sun is now; it stays where it was while there is none. A sun that comes
-   up becomes light 0; what was light 0 is the last one then. */
+/* Moves the sun's stratum to where the sun is now. While there is no sun, the stratum stays where it was. A
+   sun that comes up becomes light 0, and the light that was light 0 becomes the last one. */
 static void envlt__follow_sun(envlt__follow *f)
 {
     envlt_lights *l = f->l;
@@ -283,6 +293,7 @@ static void envlt__follow_sun(envlt__follow *f)
     for (i = 0; i < size; i++) f->label[f->queue[i]] = 0;
 }
 
+/* Brings the strata to the new map: labels, the sun, the count, then the balance. */
 static void envlt__run_follow(envlt__follow *f, uint32_t k)
 {
     envlt_lights *l = f->l;
@@ -318,7 +329,7 @@ static void envlt__measure_moves(const envlt_lights *l, const envlt_light *befor
     stats->mean_move = weight > 0.0 ? (float)(sum / weight) : 0.0f;
 }
 
-/* Builds all lights anew in place: the map was black before, or had too few texels for them. */
+/* Builds all lights anew in place, after a map that was black or had too few lit texels for them. */
 static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map, uint32_t k,
                                           envlt_stats *stats)
 {
@@ -328,7 +339,7 @@ static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map,
     envlt_result result;
     uint32_t i;
     d.light_count = k;
-    result = envlt_create(&d, map, &fresh, &s);
+    result = envlt__make_lights(&d, map, l->texels, &fresh, &s);
     if (result != ENVLT_OK) return result;
     kept = *l;
     *l = *fresh;
@@ -344,8 +355,8 @@ static envlt_result envlt__rebuild_lights(envlt_lights *l, const envlt_map *map,
     return ENVLT_OK;
 }
 
-/* Allocates what a follow needs beside the grid, with room for `most` lights. 0: no memory;
-   envlt__close_follow is called then too. */
+/* Allocates what a follow needs beside the grid, with room for `most` lights. Returns 0 if there is no
+   memory; the caller calls envlt__close_follow in any case. */
 static int envlt__open_follow(envlt__follow *f, uint32_t most)
 {
     const envlt_lights *l = f->l;
@@ -378,8 +389,9 @@ static void envlt__close_follow(envlt__follow *f)
     envlt__free(a, f->label);
 }
 
-/* Says whether this map has the texels for lights that an earlier one, nearly black, had too few for. */
-static int envlt__is_fed(const envlt__follow *f, uint32_t k)
+/* Returns whether an earlier map, nearly black, had too few lit texels for k lights, and this map has more.
+   */
+static int envlt__has_more_texels(const envlt__follow *f, uint32_t k)
 {
     const envlt_lights *l = f->l;
     size_t lit;
@@ -409,7 +421,7 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     if (result != ENVLT_OK) return result;
     k = light_count ? light_count : l->count;
     asked = light_count || (l->count && !l->lit) ? k : l->desc.light_count;
-    if (!l->count) return envlt__rebuild_lights(l, map, asked, stats);
+    if (!l->count) return envlt__end_call(&logger, envlt__rebuild_lights(l, map, asked, stats));
     memset(&f, 0, sizeof f);
     memset(&g, 0, sizeof g);
     old = l->count;
@@ -419,7 +431,7 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     f.g = &g;
     result = envlt__make_grid(&g, map, l->desc.hemisphere, l->roll, &l->allocator);
     if (!envlt__open_follow(&f, most)) result = ENVLT_ERR_ALLOC;
-    anew = result == ENVLT_OK && envlt__is_fed(&f, asked);
+    anew = result == ENVLT_OK && envlt__has_more_texels(&f, asked);
     if (result == ENVLT_OK && !anew && !envlt__reserve_lights(l, most)) result = ENVLT_ERR_ALLOC;
     if (result == ENVLT_OK && !anew) {
         memcpy(f.before, l->list, old * sizeof *f.before);
@@ -435,5 +447,6 @@ ENVLT_DEF envlt_result envlt_follow(envlt_lights *l, const envlt_map *map, uint3
     }
     envlt__close_follow(&f);
     envlt__free(&l->allocator, g.memory);
-    return anew ? envlt__rebuild_lights(l, map, asked, stats) : envlt__end_call(&logger, result);
+    if (anew) result = envlt__rebuild_lights(l, map, asked, stats);
+    return envlt__end_call(&logger, result);
 }

@@ -1,5 +1,6 @@
 /* ---- gltf: text without the C library, whose numbers depend on the locale ---- */
 
+/* A text that is written, or only measured: length goes on where size ends. */
 typedef struct envlt__text { char *out; size_t size, length; } envlt__text;
 
 static void envlt__put_text(envlt__text *t, const char *s)
@@ -20,8 +21,8 @@ static void envlt__put_unsigned(envlt__text *t, uint32_t v)
     envlt__put_text(t, digits + n);
 }
 
-/* Writes nine significant digits, by which every float comes back the same. JSON has no infinity: what is not
-   finite becomes 0. */
+/* Writes a number with nine significant digits, from which the same float can be read back. JSON has no word
+   for infinity and NaN, which are written as 0. */
 static void envlt__put_float(envlt__text *t, float f)
 {
     double v = (double)f;
@@ -67,8 +68,8 @@ static void envlt__put_floats(envlt__text *t, const float *v, int n)
     envlt__put_text(t, "]");
 }
 
-/* Writes a node. Its light shines along its -Z, so it gets the shortest turn that brings +Z to the direction,
-   x y z w. */
+/* Writes a node. A light of glTF shines along the -Z of its node, so the node's rotation, a quaternion x y z
+   w, is the shortest turn that brings +Z to the light's direction. */
 static void envlt__put_node(envlt__text *t, const envlt_light *l, uint32_t i)
 {
     envlt__v3 d = envlt__v3_load(l->direction);
@@ -141,6 +142,7 @@ ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t coun
 {
     envlt__text t;
     if (!lights || !text) return ENVLT_ERR_ARGUMENT;
+    if (!envlt__directions_fit(lights, count)) return ENVLT_ERR_INPUT;
     if (bytes < envlt_gltf_bytes(lights, count)) return ENVLT_ERR_MEMORY;
     t.out = text;
     t.size = bytes;

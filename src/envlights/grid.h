@@ -2,15 +2,17 @@
 
 typedef struct envlt__grid {
     envlt_map map;
-    uint32_t  width, height, faces, roll;   /* map column of the grid's column 0 */
-    size_t    count;
-    /* luminance; 0 where a texel does not count or belongs to the sun */
-    float    *lum;
-    float    *omega;                        /* solid angle that counts */
-    float    *dx, *dy, *dz;                 /* unit directions, columns counted from the roll */
-    double    total;                        /* luminance x solid angle */
-    uint64_t  bad;
-    float    *memory;
+    uint32_t  width, height, faces;
+    uint32_t  roll;                         /* the column of the map that is column 0 of the grid */
+    size_t    count;                        /* texels */
+    float    *lum;                          /* luminance; 0 where a texel does not count or belongs to the
+                                               sun */
+    float    *omega;                        /* the solid angle that counts */
+    float    *dx, *dy, *dz;                 /* unit directions, with azimuths counted from column 0 of the
+                                               grid, so that a turned map has the same */
+    double    total;                        /* the sum of luminance x solid angle */
+    uint64_t  bad;                          /* texels with a channel that was replaced by 0 */
+    float    *memory;                       /* of the five arrays */
 } envlt__grid;
 
 /* Returns the texel of the map for the grid's column x, in the row that begins at texel `row`. */
@@ -19,6 +21,7 @@ static size_t envlt__map_texel(const envlt__grid *g, size_t row, uint32_t x)
     return row + (x < g->width - g->roll ? x + g->roll : x + g->roll - g->width);
 }
 
+/* Fills in the directions of the texels' centres. */
 static void envlt__fill_directions(envlt__grid *g)
 {
     uint32_t f, x, y;
@@ -36,7 +39,7 @@ static void envlt__fill_directions(envlt__grid *g)
                 }
         return;
     }
-    /* the first row holds the azimuths until its own turn comes last */
+    /* The first row holds the azimuths until it is made itself, last. */
     for (x = 0; x < g->width; x++) {
         envlt__sincos64(2.0 * ENVLT__PI * (x + 0.5) / g->width, &sp, &cp);
         g->dx[x] = (float)cp;
@@ -53,8 +56,8 @@ static void envlt__fill_directions(envlt__grid *g)
     }
 }
 
-/* Cuts a latitude-longitude map open at the column with the least energy (T21). sums has width doubles,
-   zeroed. */
+/* Chooses the column with the least energy for column 0 of the grid, so that turning a latitude-longitude map
+   turns its lights (T21). sums is an array of width zeros. */
 static void envlt__choose_roll(envlt__grid *g, double *sums, int hemisphere)
 {
     uint32_t x, y;
@@ -70,6 +73,7 @@ static void envlt__choose_roll(envlt__grid *g, double *sums, int hemisphere)
         if (sums[x] < sums[g->roll]) g->roll = x;
 }
 
+/* Fills in luminance and solid angle of each texel, and their sums. */
 static void envlt__fill_weights(envlt__grid *g, int hemisphere)
 {
     uint32_t f, x, y;
@@ -91,8 +95,8 @@ static void envlt__fill_weights(envlt__grid *g, int hemisphere)
         }
 }
 
-/* Fills the grid from a map that envlt__check_map has passed. roll is ENVLT_NO_LIGHT for the column of least
-   energy. */
+/* Fills the grid from a map that envlt__check_map has passed. roll is the map's column for column 0 of the
+   grid, or ENVLT_NO_LIGHT for the column with the least energy. */
 static envlt_result envlt__make_grid(envlt__grid *g, const envlt_map *map, int hemisphere, uint32_t roll,
                                      const envlt__allocator *a)
 {
@@ -124,8 +128,11 @@ static envlt_result envlt__make_grid(envlt__grid *g, const envlt_map *map, int h
     return ENVLT_OK;
 }
 
-static double envlt__texel_weight(const envlt__grid *g,
-                                  size_t t) { return (double)g->lum[t] * (double)g->omega[t]; }
+/* Returns the energy of a texel, luminance x solid angle. */
+static double envlt__texel_weight(const envlt__grid *g, size_t t)
+{
+    return (double)g->lum[t] * (double)g->omega[t];
+}
 
 static double envlt__sum_weights(const envlt__grid *g)
 {
@@ -135,7 +142,8 @@ static double envlt__sum_weights(const envlt__grid *g)
     return total;
 }
 
-/* Writes the four neighbours of a texel, round the seam and over the poles, or across the cube's edges. */
+/* Writes the four neighbours of a texel. They go round the seam and over the poles of a latitude-longitude
+   map, and across the edges of a cube. */
 static void envlt__neighbours(const envlt__grid *g, uint32_t t, uint32_t *out)
 {
     uint32_t w = g->width;

@@ -14,9 +14,9 @@ ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *l, uint32_t frame, uint3
         envlt__cdf_sample s;
         double d[3], length;
         out[i] = l->list[i];
-        if (first == l->start[i + 1]) continue;         /* the sun has taken all of its texels */
-        /* The R2 sequence, shifted for each light: which texel, and how high in it; how far across is what is
-           left. */
+        if (first == l->start[i + 1]) continue;         /* the sun has taken all texels of this stratum */
+        /* Points of the R2 sequence, shifted by a hash of the light. The first coordinate chooses the texel,
+           and what is left of it says how far across the texel; the second says how far down. */
         a = 0x80000000u + frame * 3242174889u + hash;
         b = 0x80000000u + frame * 2447445413u + envlt__hash32(hash);
         cdf.sums = l->cdf + first + i;

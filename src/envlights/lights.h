@@ -1,37 +1,44 @@
 /* ---- lights: from strata to lights ---- */
 
-typedef struct envlt__sums {        /* over a stratum; w is luminance x solid angle, d the direction */
-    double rgb[3], omega, w;
+typedef struct envlt__sums {        /* sums over the texels of a stratum; d is a texel's direction */
+    double rgb[3];                  /* radiance x solid angle */
+    double omega;                   /* solid angle */
+    double w;                       /* energy: luminance x solid angle */
     double m[3];                    /* w d */
     double s[6];                    /* w d d^T: xx xy xz yy yz zz */
-    double o[3];                    /* omega d of dark texels: where a stratum without energy lies */
-    double texels;
+    double o[3];                    /* omega d of dark texels, which say where a stratum without energy lies
+                                       */
+    double texels;                  /* how many there are */
 } envlt__sums;
 
-/* Counts what an allocator holds, for envlt_stats.peak_bytes: the size stands in front of each block. */
+/* Counts the bytes that an allocator has given out, for envlt_stats.peak_bytes. The size of a block stands in
+   front of the block. */
 typedef struct envlt__meter { envlt__allocator inner; size_t now, peak; } envlt__meter;
 
 struct envlt_lights {
-    envlt__allocator allocator;     /* the caller's, with the meter in between */
+    envlt__allocator allocator;     /* the caller's, called through the meter */
     envlt__meter     meter;
     envlt_desc   desc;
-    envlt_map    map;               /* its sizes; rgb is not kept */
-    uint32_t     roll, count, next_id;
-    int          has_sun;           /* light 0 is the sun */
-    size_t       lit;               /* lit texels, the sun as one, where they were too few for all lights;
-                                       else 0 */
-    double       slack;             /* unevenness when built: follow acts on twice that; 0 = not known yet */
+    envlt_map    map;               /* the projection and sizes of the map; rgb is NULL */
+    uint32_t     roll;              /* the column of the map at which the grid begins */
+    uint32_t     count;             /* lights */
+    uint32_t     next_id;           /* the id of the next new light */
+    int          has_sun;           /* not 0: light 0 is the sun */
+    size_t       lit;               /* how many texels were lit, the sun counted as one, if they were too few
+                                       for all lights; else 0 */
+    double       slack;             /* how uneven the strata were when built, which envlt_follow tolerates
+                                       twice; 0 = not measured yet */
     envlt_light *list;
-    envlt__sums *sums;
+    envlt__sums *sums;              /* of each light's stratum */
     size_t       texels;
-    uint32_t    *strata;            /* by texel of the map */
-    uint32_t    *order;             /* texels of stratum i: order[start[i] .. start[i + 1]) */
+    uint32_t    *strata;            /* the light of each texel of the map */
+    uint32_t    *order;             /* the texels of stratum i are order[start[i] .. start[i + 1]) */
     uint32_t    *start;
-    double      *cdf;               /* of stratum i at start[i] + i: running sums of w */
+    double      *cdf;               /* running sums of w; those of stratum i begin at start[i] + i */
 };
 
-/* Adds everything of the grid to the sums of its labels. A run of one label is summed in a copy, for
-   speed. */
+/* Sums up all texels of the grid by label. While the label stays the same, sums are kept in a local copy,
+   which is faster than memory that each texel reads and writes. */
 static void envlt__accumulate_sums(const envlt__grid *g, const uint32_t *label, envlt__sums *sums,
                                    uint32_t count)
 {
@@ -80,7 +87,7 @@ static void envlt__accumulate_sums(const envlt__grid *g, const uint32_t *label, 
     if (held != ENVLT_NO_LIGHT) sums[held] = s;
 }
 
-/* Turns a direction from the grid's azimuths to the map's, exactly as texels lie. */
+/* Returns a direction of the grid, whose azimuths begin at the roll, as a direction of the map. */
 static envlt__v3 envlt__unroll_direction(const envlt__grid *g, double x, double y, double z)
 {
     double s, c;
@@ -89,9 +96,9 @@ static envlt__v3 envlt__unroll_direction(const envlt__grid *g, double x, double 
     return envlt__v3_make((float)(x * c - z * s), (float)y, (float)(x * s + z * c));
 }
 
-/* Finds the half axes of the stratum's radiance as seen from its light: twice the standard deviation, as a
-   uniform disc's radius is, by the eigenvectors of the 2 x 2 covariance in the tangent plane. A texel's own
-   size is part of it. */
+/* Finds the half axes of the ellipse over which the stratum's radiance spreads about its light's direction d:
+   the eigenvectors of the 2 x 2 covariance in the tangent plane, as long as twice the standard deviation,
+   which is the radius of a uniform disc. The size of a texel itself is added to the covariance. */
 static void envlt__find_extent(const envlt__sums *s, envlt__v3 d, envlt__v3 *major, envlt__v3 *minor)
 {
     envlt__v3 u, v;
@@ -133,8 +140,8 @@ static void envlt__find_extent(const envlt__sums *s, envlt__v3 d, envlt__v3 *maj
     *minor = envlt__v3_scale(*minor, (float)(2.0 * sqrt(along > root ? along - root : 0.0)));
 }
 
-/* Makes a light of a stratum's sums. It takes the direction of the texel `chosen`, or the mean direction for
-   ENVLT_NO_LIGHT. */
+/* Makes a light of a stratum's sums. Its direction is that of the texel `chosen`, or the stratum's mean
+   direction if chosen is ENVLT_NO_LIGHT. */
 static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32_t chosen, envlt_light *light)
 {
     double x = s->m[0];
@@ -148,10 +155,11 @@ static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32
         x = (double)g->dx[chosen];
         y = (double)g->dy[chosen];
         z = (double)g->dz[chosen];
-        least = 0.0;                                    /* of unit length, whatever the energy */
+        least = 0.0;                                    /* a texel's direction is unit, whatever its energy */
     }
     length = sqrt(x * x + y * y + z * z);
-    if (!(length > least)) {                            /* evenly from all round: any direction will do */
+    if (!(length > least)) {                            /* light comes evenly from all round: any direction
+                                                           will do */
         x = z = 0.0;
         y = length = 1.0;
     }
@@ -167,8 +175,8 @@ static void envlt__make_light(const envlt__grid *g, const envlt__sums *s, uint32
     light->solid_angle = (float)s->omega;
 }
 
-/* Gives strata without energy to the light whose mean direction is nearest, so that labels and sums become
-   dense, and returns how many are left. remap has count entries. */
+/* Gives the texels of strata without energy to the light whose mean direction is nearest, numbers the other
+   strata without gaps, and returns how many are left. remap is scratch of count entries. */
 static uint32_t envlt__drop_dark(const envlt__grid *g, uint32_t *label, envlt__sums *sums, uint32_t *chosen,
                                  uint32_t *remap, uint32_t count)
 {

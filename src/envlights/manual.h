@@ -49,7 +49,9 @@
 
    Coordinates are right-handed and +Y is up (turn the lights by envlt_rotate for a scene whose up is Z);
    matrices are column-major float[16]; directions have unit length and point to the light; angles are in
-   radians, radiance in W/(sr m^2), irradiance in W/m^2.
+   radians, radiance in W/(sr m^2), irradiance in W/m^2. A vector that is called unit may have a length from
+   0.97 to 1.03 and is used as it is; any other length is an error. Directions that this header makes are unit
+   within 1e-6.
 
      map        the environment: radiance of all directions, latitude-longitude or six cube faces, one float
                 RGB a texel
@@ -75,16 +77,19 @@
 
    From the paper to the code
 
-     Knuth 2005, 3, Fig. 1, importance     envlt_create                            T17 T18 T19 T20 T22
-     Knuth 2005, 3, rotation of the map    envlt_rotate                            T21
-     Knuth 2005, 3, jitter in a stratum    envlt_jitter                            T15
-     Knuth 2005, 6, size of the light      envlt__find_extent; axis_u, axis_v of envlt_light
-     Agarwal 2003, structured sampling     envlt__run_structured (ENVLT_METHOD_STRUCTURED)
-     Debevec 2005, median cut              envlt__run_median (ENVLT_METHOD_MEDIAN_CUT)
-     Viriyothai 2009, minimum variance     envlt__best_cut (ENVLT_METHOD_VARIANCE)
-     inversion of the distribution         envlt__run_inversion (ENVLT_METHOD_CDF)
-     solid angles                          envlt_texel_solid_angle                 T11 T12 T13
-     sums over large maps                  envlt_create                            T16
+     Knuth 2005, 3, Fig. 1, importance     envlt_create                                T17 T18 T19 T20 T22
+     Knuth 2005, 3, rotation of the map    envlt_rotate                                T21
+     Knuth 2005, 3, jitter in a stratum    envlt_jitter                                T15
+     Knuth 2005, 6, size of the light      envlt__find_extent; axes of envlt_light     -
+     Agarwal 2003, structured sampling     envlt__run_structured                       T19 T20 T21
+     Debevec 2005, median cut              envlt__run_median                           T19 T20 T21
+     Viriyothai 2009, minimum variance     envlt__best_cut                             T19 T20 T21
+     inversion of the distribution         envlt__run_inversion                        T19 T20 T21
+     solid angles                          envlt_texel_solid_angle                     T11 T12 T13
+     sums over large maps                  envlt_create                                T16
+
+   The last column names the rows of docs/conformance.md that test a line. A - says that there is none;
+   extents are held to a disc's radius by tests/envlights/lights_rows_test.c.
 
    The knobs, and what each trades:
 
@@ -100,16 +105,17 @@
    Configuration
 
      ENVLIGHTS_IMPLEMENTATION   in one source file: compiles the code
-     ENVLT_STATIC               everywhere it is included: a private copy, all functions static
+     ENVLT_STATIC               beside it: a private copy for this file, all functions static
      ENVLT_DEF                  everywhere: your own linkage instead
 
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched and nothing
-   leaks. There are no globals: any number of threads may read the same lights at once; a call that changes
-   them needs them to itself. Lights have the same bytes on every compiler and byte order (not with x87
-   arithmetic, nor clang's -ffast-math).
+   that can fail returns an envlt_result; if the result is not ENVLT_OK, outputs are untouched, nothing leaks,
+   and a call that has a desc or an envlt_lights tells its system.log which field is wrong. There are no
+   globals: any number of threads may read the same lights at once; a call that changes them needs them to
+   itself. Lights have the same bytes on every compiler and byte order (not with x87 arithmetic, nor clang's
+   -ffast-math).
 
    Cost: docs/measured/envlights.md, build/bench envshadow_lights.   History: CHANGELOG.md.
    Licence: end of this file. */

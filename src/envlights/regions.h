@@ -1,19 +1,21 @@
 /* ---- regions: median cut, minimum variance and inversion, all by summed-area tables ---- */
 
-typedef struct envlt__moments { double w, x, y, z; } envlt__moments;    /* luminance x solid angle; times
-                                                                           direction */
+/* The sum over some texels of w = luminance x solid angle, and the sum of w times the texel's direction. */
+typedef struct envlt__moments { double w, x, y, z; } envlt__moments;
 
 typedef struct envlt__region {
     uint32_t face;
     uint32_t x0, y0, x1, y1;
-    uint32_t lights;                /* median cut: how many it is to become */
-    uint32_t cut_x, cut_y;          /* variance: where it is best cut; both 0: cannot be */
-    double   gain, rank;            /* scatter that the cut takes away; regions of high rank are cut first */
+    uint32_t lights;                /* of median cut: how many lights the region is to become */
+    uint32_t cut_x, cut_y;          /* of variance: the column or row of the best cut; both 0: there is none
+                                       */
+    double   gain, rank;            /* the scatter that the cut takes away; the region of highest rank is cut
+                                       first */
     envlt__moments sum;
 } envlt__region;
 
-/* Fills the summed-area table, of (width + 1) x (height + 1) entries a face; entry x, y holds what lies left
-   of and above its corner. */
+/* Fills the summed-area table of (width + 1) x (height + 1) entries a face. Entry (x, y) holds the sum over
+   all texels of the face with a lower column than x and a lower row than y. */
 static void envlt__fill_table(const envlt__grid *g, envlt__moments *table)
 {
     uint32_t f, x, y;
@@ -39,8 +41,8 @@ static void envlt__fill_table(const envlt__grid *g, envlt__moments *table)
     }
 }
 
-/* Fills a table of the energy alone: median cut and inversion ask for no more, and a quarter of the memory is
-   a good part of their time. */
+/* Fills a table of the energy alone. Median cut and inversion need no directions, and they are faster with a
+   quarter of the memory. */
 static void envlt__fill_energy(const envlt__grid *g, double *table)
 {
     uint32_t f, x, y;
@@ -59,6 +61,7 @@ static void envlt__fill_energy(const envlt__grid *g, double *table)
     }
 }
 
+/* Returns the energy of the columns x0..x1 and rows y0..y1, ends excluded, of the region's face. */
 static double envlt__area_energy(const envlt__grid *g, const double *table, const envlt__region *r,
                                  uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
 {
@@ -68,6 +71,7 @@ static double envlt__area_energy(const envlt__grid *g, const double *table, cons
     return (bottom[x1] - top[x1]) - (bottom[x0] - top[x0]);
 }
 
+/* Returns the moments of the columns x0..x1 and rows y0..y1, ends excluded, of the region's face. */
 static envlt__moments envlt__area_moments(const envlt__grid *g, const envlt__moments *table,
                                           const envlt__region *r, uint32_t x0, uint32_t y0, uint32_t x1,
                                           uint32_t y1)
@@ -91,6 +95,9 @@ static double envlt__scatter(const envlt__moments *m)
     return s > 0.0 ? s : 0.0;
 }
 
+/* Takes a cut for the region's best if it takes more scatter away than the best so far. `left` are the
+   moments of one half, `whole` is the scatter of the region, `least` the energy that each half must exceed.
+   */
 static void envlt__try_cut(envlt__region *r, const envlt__moments *left, double whole, double least,
                            uint32_t x, uint32_t y)
 {
@@ -108,10 +115,10 @@ static void envlt__try_cut(envlt__region *r, const envlt__moments *left, double 
     r->cut_y = y;
 }
 
-/* Viriyothai and Debevec, "Variance minimization light probe sampling", 2009: the cut that leaves the least
-   scatter. Which region is cut next is our own choice: the fourth root of w^3 gain is w (gain / w)^(1/4), the
-   importance of Agarwal et al. with the cut's gain for the solid angle. By gain alone a sun is never cut;
-   docs/envlights.md. */
+/* Finds the cut of a region that leaves the least scatter: Viriyothai and Debevec, "Variance minimization
+   light probe sampling", 2009. Which region is cut next is our own choice, since by gain alone a sun is never
+   cut (docs/envlights.md). The rank is w^3 gain; its fourth root is w (gain / w)^(1/4), the importance of
+   Agarwal et al. with the gain per energy in place of the solid angle. */
 static void envlt__best_cut(const envlt__grid *g, const envlt__moments *table, envlt__region *r)
 {
     double whole, least;
@@ -132,6 +139,7 @@ static void envlt__best_cut(const envlt__grid *g, const envlt__moments *table, e
     r->rank = r->cut_x | r->cut_y ? r->gain * r->sum.w * r->sum.w * r->sum.w : -1.0;
 }
 
+/* Cuts region a where it is best cut, and makes b of the far half. */
 static void envlt__cut_region(envlt__region *a, envlt__region *b)
 {
     *b = *a;
@@ -139,6 +147,7 @@ static void envlt__cut_region(envlt__region *a, envlt__region *b)
     else a->y1 = b->y0 = a->cut_y;
 }
 
+/* Cuts n regions into k, as far as cuts are found, and returns how many there are then. */
 static uint32_t envlt__run_variance(const envlt__grid *g, const envlt__moments *table, envlt__region *r,
                                     uint32_t n, uint32_t k)
 {
@@ -156,8 +165,8 @@ static uint32_t envlt__run_variance(const envlt__grid *g, const envlt__moments *
     return n;
 }
 
-/* Returns the column (row) in which the energy from the region's left (top) edge passes the target; *nearer
-   becomes the edge of it that is closer to the target. */
+/* Returns the column in which the energy from the region's left edge passes the target, and writes to *nearer
+   which edge of that column comes closer to the target. Without along_x it does so for rows from the top. */
 static uint32_t envlt__locate_energy(const envlt__grid *g, const double *table, const envlt__region *r,
                                      int along_x, double target, uint32_t *nearer)
 {
@@ -179,8 +188,8 @@ static uint32_t envlt__locate_energy(const envlt__grid *g, const double *table, 
     return lo;
 }
 
-/* Returns the line inside the region that comes nearest to the target; the region has two columns (rows) or
-   more. */
+/* Returns the line inside the region at which the energy comes nearest to the target. The region must have
+   two columns (with along_x) or two rows at least. */
 static uint32_t envlt__find_cut(const envlt__grid *g, const double *table, const envlt__region *r,
                                 int along_x, double target)
 {
@@ -189,7 +198,7 @@ static uint32_t envlt__find_cut(const envlt__grid *g, const double *table, const
     return line <= begin ? begin + 1 : line >= end ? end - 1 : line;
 }
 
-/* Shares the lights out among the faces by energy, at least one where there is any. */
+/* Shares the lights out among the faces by energy. A face with any energy gets at least one light. */
 static void envlt__share_faces(const envlt__grid *g, const double *table, envlt__region *r, uint32_t k)
 {
     uint32_t f, given = 0, lit = 0;
@@ -202,15 +211,16 @@ static void envlt__share_faces(const envlt__grid *g, const double *table, envlt_
     for (f = 0; f < g->faces; f++) {
         uint32_t until;
         before += r[f].sum.w;
-        /* The same additions in the same order: after the last lit face it is k - lit. */
+        /* before is summed as total was, so that after the last lit face this is exactly k - lit. */
         until = (uint32_t)((double)(k - lit) * (total > 0.0 ? before / total : 0.0) + 0.5);
         r[f].lights = r[f].sum.w > 0.0 ? until - given + 1 : 0;
         given = r[f].sum.w > 0.0 ? until : given;
     }
 }
 
-/* Debevec, "A median cut algorithm for light probe sampling", 2005, for any k: a region of n lights is cut
-   across its longer side into shares of n / 2 and n - n / 2. */
+/* Cuts regions by Debevec, "A median cut algorithm for light probe sampling", 2005, for any k: a region that
+   is to become n lights is cut across its longer side into shares of n / 2 and n - n / 2. Returns how many
+   regions there are then. */
 static uint32_t envlt__run_median(const envlt__grid *g, const double *table, envlt__region *r, uint32_t n,
                                   uint32_t k)
 {
@@ -240,8 +250,8 @@ static uint32_t envlt__run_median(const envlt__grid *g, const double *table, env
     return n;
 }
 
-/* Divides a strip of rows into cells of equal energy, and returns how many. chosen becomes the texel at the
-   centre of each, by inversion. */
+/* Divides a strip of rows into cells of equal energy, and returns how many. chosen receives the texel in the
+   middle of each cell's energy. */
 static uint32_t envlt__invert_strip(const envlt__grid *g, const double *table, const envlt__region *strip,
                                     uint32_t cells, uint32_t row, envlt__region *r, uint32_t *chosen)
 {
@@ -276,8 +286,8 @@ static uint32_t envlt__run_inversion(const envlt__grid *g, const double *table, 
         double part;
         strips = strips < 1 ? 1 : strips > g->height ? g->height : strips;
         part = all->sum.w / strips;
-        if (!lights) {                      /* a black face: its light is dropped, its texels go to the
-                                               nearest one */
+        if (!lights) {                      /* the light of a black face is dropped later, and its texels go
+                                               to the nearest light */
             chosen[n] = 0;
             r[n++] = *all;
             continue;
@@ -297,8 +307,8 @@ static uint32_t envlt__run_inversion(const envlt__grid *g, const double *table, 
     return n;
 }
 
-/* Labels each texel with its region. chosen becomes the texels that ENVLT_METHOD_CDF picks, and is untouched
-   by other methods. */
+/* Labels each texel with its region. chosen receives the texels that ENVLT_METHOD_CDF picks; other methods
+   leave it alone. */
 static envlt_result envlt__label_regions(const envlt__grid *g, envlt_method method, uint32_t k,
                                          uint32_t *label, uint32_t *chosen, const envlt__allocator *a)
 {

@@ -1,18 +1,19 @@
 /* ---- residual: what the lights leave out ---- */
 
+/* Checks the arguments of a residual. `name` is that of the output, for the log. */
 static envlt_result envlt__check_residual(const envlt_lights *l, const envlt_map *map, const char *function,
-                                          const float *out)
+                                          const char *name, const float *out)
 {
     envlt__logger logger;
     if (!l) return ENVLT_ERR_ARGUMENT;
     logger = envlt__make_logger(&l->desc.system, function);
     return out ? envlt__check_same(l, map, &logger)
-               : envlt__refuse_text(&logger, "the output", "is NULL", ENVLT_ERR_ARGUMENT);
+               : envlt__refuse_text(&logger, name, "is NULL", ENVLT_ERR_ARGUMENT);
 }
 
 ENVLT_DEF envlt_result envlt_residual(const envlt_lights *l, const envlt_map *map, float *rgb)
 {
-    envlt_result result = envlt__check_residual(l, map, "envlt_residual", rgb);
+    envlt_result result = envlt__check_residual(l, map, "envlt_residual", "rgb", rgb);
     float texel[3];
     size_t t, c;
     if (result != ENVLT_OK) return result;
@@ -27,6 +28,7 @@ ENVLT_DEF envlt_result envlt_residual(const envlt_lights *l, const envlt_map *ma
     return ENVLT_OK;
 }
 
+/* Writes the nine real spherical harmonics of bands 0, 1 and 2 in a unit direction. */
 static void envlt__fill_harmonics(const double *d, double *y)
 {
     y[0] = 0.28209479177387814;
@@ -42,7 +44,7 @@ static void envlt__fill_harmonics(const double *d, double *y)
 
 ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *l, const envlt_map *map, float sh[27])
 {
-    envlt_result result = envlt__check_residual(l, map, "envlt_residual_sh", sh);
+    envlt_result result = envlt__check_residual(l, map, "envlt_residual_sh", "sh", sh);
     double sum[27], y[9], d[3], omega = 0.0;
     uint32_t w, h, x, row;
     uint32_t face, i, j, c;
@@ -77,8 +79,9 @@ ENVLT_DEF envlt_result envlt_residual_sh(const envlt_lights *l, const envlt_map 
 
 ENVLT_DEF void envlt_sh_irradiance(const float sh[27], const float normal[3], float rgb[3])
 {
-    static const double kernel[9] = { 3.1415926535897932, 2.0943951023931953, 2.0943951023931953,
-                                     2.0943951023931953,
+    /* The clamped cosine in the three bands: pi, 2 pi / 3 and pi / 4 (T10). */
+    static const double kernel[9] = { 3.1415926535897932,
+                                      2.0943951023931953, 2.0943951023931953, 2.0943951023931953,
                                       0.78539816339744831, 0.78539816339744831, 0.78539816339744831,
                                       0.78539816339744831, 0.78539816339744831 };
     double d[3], y[9], sum;

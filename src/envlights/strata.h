@@ -1,5 +1,6 @@
 /* ---- strata: what is kept of a map ---- */
 
+/* Writes which light each texel of the map belongs to, and lists the texels of each stratum. */
 static void envlt__sort_strata(envlt_lights *l, const envlt__grid *g, const uint32_t *label)
 {
     uint32_t i, x = 0;
@@ -15,13 +16,13 @@ static void envlt__sort_strata(envlt_lights *l, const envlt__grid *g, const uint
         l->start[i] = (uint32_t)t;
         t += i < l->count ? n : 0;
     }
-    for (t = 0; t < g->count; t++)          /* the grid's order within a stratum */
+    for (t = 0; t < g->count; t++)          /* texels of a stratum stand in the grid's order */
         if (g->omega[t] > 0.0f && l->count) l->order[l->start[label[t]]++] = (uint32_t)t;
     for (i = l->count; i > 0; i--) l->start[i] = l->start[i - 1];
     l->start[0] = 0;
 }
 
-/* Fills in the running sums that envlt_jitter asks, after the last change of the strata. */
+/* Fills in the running sums by which envlt_jitter chooses texels. The strata must not change afterwards. */
 static void envlt__fill_cdf(envlt_lights *l, const envlt__grid *g)
 {
     uint32_t i, j;
@@ -35,11 +36,12 @@ static void envlt__fill_cdf(envlt_lights *l, const envlt__grid *g)
     }
 }
 
+/* Makes the lights of their sums, each towards its chosen texel or, without any, its stratum's mean. */
 static void envlt__fill_lights(envlt_lights *l, const envlt__grid *g, const uint32_t *chosen)
 {
     uint32_t i;
     for (i = 0; i < l->count; i++) {
-        /* A stratum that a video has made black keeps the direction that it had. */
+        /* The light of a stratum that a video has made black keeps its direction. */
         if (l->sums[i].w > 0.0) {
             envlt__make_light(g, &l->sums[i], chosen ? chosen[i] : ENVLT_NO_LIGHT, &l->list[i]);
         } else {
@@ -50,7 +52,8 @@ static void envlt__fill_lights(envlt_lights *l, const envlt__grid *g, const uint
     }
 }
 
-/* Makes room for k lights, more or less than there are, and keeps those that there are. 0: no memory. */
+/* Makes room for k lights, more or less than there are, and keeps those that there are. Returns 0 if there is
+   no memory. */
 static int envlt__reserve_lights(envlt_lights *l, uint32_t k)
 {
     const envlt__allocator *a = &l->allocator;
@@ -82,7 +85,18 @@ static int envlt__reserve_lights(envlt_lights *l, uint32_t k)
     return 1;
 }
 
-/* Refuses a map that has not the size and projection of the one that the lights were made of. */
+/* Logs that a side of the map is not that of the map before, which is wanted. */
+static envlt_result envlt__refuse_other(const envlt__logger *logger, const char *field, uint32_t value,
+                                        uint32_t wanted)
+{
+    envlt__message text;
+    text.used = 0;
+    envlt__message_count(&text, wanted);
+    envlt__message_text(&text, ", as that of the map before");
+    return envlt__refuse(logger, field, value, text.text, ENVLT_ERR_MISMATCH);
+}
+
+/* Checks whether a map has the size and projection of the one that the lights were made of. */
 static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *map,
                                       const envlt__logger *logger)
 {
@@ -92,9 +106,9 @@ static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *ma
     result = envlt__check_map(map, &texels, logger);
     if (result != ENVLT_OK) return result;
     if (map->width != l->map.width)
-        return envlt__refuse(logger, "map.width", map->width, "that of the map before", ENVLT_ERR_MISMATCH);
+        return envlt__refuse_other(logger, "map.width", map->width, l->map.width);
     if (map->height != l->map.height)
-        return envlt__refuse(logger, "map.height", map->height, "that of the map before", ENVLT_ERR_MISMATCH);
+        return envlt__refuse_other(logger, "map.height", map->height, l->map.height);
     if (texels != l->texels)
         return envlt__refuse_text(logger, "map.projection", "is not that of the map before",
                                   ENVLT_ERR_MISMATCH);

@@ -1,21 +1,22 @@
 /* ---- structured: structured importance sampling ---- */
 
 /* Agarwal, Ramamoorthi, Belongie and Jensen, "Structured importance sampling of environment maps", SIGGRAPH
-   2003. Thresholds i sigma, i = 5 .. 0, cut the map into layers. From the brightest down, each connected
-   region gets N L min(w, w0)^(1/4) / (L_all w0^(1/4)) samples, w0 = 0.01 sr: beyond it visibility is as good
-   as uncorrelated, so that size counts no more. Samples that it holds from brighter layers are counted in;
-   the others are spread by Hochbaum and Shmoys' farthest-first traversal. A texel belongs to the nearest
-   sample of the innermost region that got samples of its own. */
+   2003. Thresholds i sigma, i = 5 .. 0, cut the map into layers. From the brightest layer down, each
+   connected region of energy L and solid angle w gets N L min(w, w0)^(1/4) / (L_all w0^(1/4)) samples. w0 is
+   0.01 sr: across more than that, visibility is as good as uncorrelated, so that a larger size counts no
+   more. Samples that the region holds from brighter layers count among its samples; the others are spread by
+   Hochbaum and Shmoys' farthest-first traversal. A texel belongs to the nearest sample of the innermost
+   region that got samples of its own. */
 #define ENVLT__LAYERS 6u
-#define ENVLT__BLOCK 8u
-#define ENVLT__FROZEN 0x80u
-#define ENVLT__SAMPLE 0x40u
+#define ENVLT__BLOCK 8u             /* texels a side of a block, by which distances are skipped */
+#define ENVLT__FROZEN 0x80u         /* bit of a texel's layer: its sample does not change any more */
+#define ENVLT__SAMPLE 0x40u         /* bit of a texel's layer: the texel is a sample itself */
 
 typedef struct envlt__block {
-    float    center[3], radius;             /* cone of its texels' directions */
-    float    skip;                          /* a sample at this cosine or less from the centre changes nothing
-                                               here */
-    float    worst;                         /* least cosine of a candidate to its sample */
+    float    center[3], radius;             /* the cone that holds the directions of its texels */
+    float    skip;                          /* a sample whose cosine to the centre is this or less changes no
+                                               texel of the block */
+    float    worst;                         /* the least cosine of a candidate to its sample */
     uint32_t worst_texel;
     uint32_t face;
     uint32_t x0, y0, x1, y1;
@@ -24,14 +25,15 @@ typedef struct envlt__block {
 typedef struct envlt__structured {
     const envlt__grid *g;
     float        *best;                     /* cosine to the nearest sample of the region at hand */
-    uint32_t     *label, *owner, *queue;    /* owner: region that a texel is in */
+    uint32_t     *label, *owner, *queue;    /* owner is the region that a texel is in */
     uint8_t      *layer;
-    uint32_t     *sample;                   /* texel of each sample */
+    uint32_t     *sample;                   /* the texel of each sample */
     uint32_t      count, wanted, region;
     envlt__block *blocks;
     uint32_t      block_count, blocks_wide, blocks_high;
 } envlt__structured;
 
+/* Divides the grid into blocks and finds the cone of each. */
 static void envlt__make_blocks(envlt__structured *s)
 {
     const envlt__grid *g = s->g;
@@ -62,8 +64,9 @@ static void envlt__make_blocks(envlt__structured *s)
     }
 }
 
-/* Compares the sample with every texel of the block, then finds which candidate is worst off, and how far
-   away samples change nothing. A texel that is a sample itself, or no candidate, has best = 2. */
+/* Compares the sample with every texel of the block, then finds which candidate is farthest from its sample,
+   and how far away a further sample has no effect. A texel that is a sample itself, or no candidate, has best
+   = 2. */
 static void envlt__update_block(const envlt__structured *s, envlt__block *k, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -93,6 +96,7 @@ static void envlt__update_block(const envlt__structured *s, envlt__block *k, uin
     k->skip = farthest > 1.5f ? 2.0f : reach < 3.14f ? envlt__cos(reach) - 1e-5f : -2.0f;
 }
 
+/* Updates all blocks in which the new sample may be the nearest of some texel. */
 static void envlt__add_sample(envlt__structured *s, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -104,9 +108,9 @@ static void envlt__add_sample(envlt__structured *s, uint32_t id)
     }
 }
 
-/* Says whether there is an earlier sample within two degrees: samples of brighter layers that crowd together
-   count as one outside their region. Else a sun's hundred samples would each have to be tried on the whole
-   sky. */
+/* Returns whether the region has an earlier sample within two degrees. Samples of brighter layers that crowd
+   together count as one outside their own region: else each of the hundred samples of a sun would be compared
+   with the whole sky. */
 static int envlt__has_twin(const envlt__structured *s, uint32_t id)
 {
     const envlt__grid *g = s->g;
@@ -120,7 +124,7 @@ static int envlt__has_twin(const envlt__structured *s, uint32_t id)
 }
 
 /* Spreads fresh samples, farthest first, over the region whose texels are queue[0..size), or over all texels
-   for size 0. */
+   if size is 0. brightest is where the first sample goes if there is none yet. */
 static void envlt__spread_samples(envlt__structured *s, uint32_t size, uint32_t brightest, uint32_t fresh)
 {
     uint32_t i, b;
@@ -191,6 +195,7 @@ static uint32_t envlt__flood_region(envlt__structured *s, uint32_t seed, uint32_
     return tail;
 }
 
+/* Sorts texels into layers by luminance, and writes the solid angle of all of them. */
 static void envlt__make_layers(envlt__structured *s, double *all_omega)
 {
     const envlt__grid *g = s->g;
@@ -214,11 +219,14 @@ static void envlt__make_layers(envlt__structured *s, double *all_omega)
     *all_omega = omega;
 }
 
+/* Returns the importance of a region, by which samples are shared out: see the head of this part. */
 static double envlt__importance(double energy, double omega)
 {
     return energy * sqrt(sqrt(omega < 0.01 ? omega : 0.01));
 }
 
+/* Places all samples: layer by layer from the brightest down, then what is left of them over the whole map.
+   */
 static void envlt__run_structured(envlt__structured *s)
 {
     const envlt__grid *g = s->g;
@@ -256,14 +264,14 @@ static void envlt__run_structured(envlt__structured *s)
     envlt__spread_samples(s, 0, (uint32_t)first, s->wanted - s->count);
 }
 
-/* Returns where the row of averages begins that row y of all faces belongs to. */
+/* Returns the first texel of the row of averages that holds row y of the grid, faces counted through. */
 static size_t envlt__coarse_row(const envlt__grid *g, const envlt__grid *coarse, uint32_t factor, uint32_t y)
 {
     return ((size_t)(y / g->height) * coarse->height + y % g->height / factor) * coarse->width;
 }
 
-/* Makes a grid of averages of factor x factor texels; what is left at the edges makes smaller ones. 0: no
-   memory. */
+/* Makes a grid of averages over factor x factor texels, fewer at the edges. Returns 0 if there is no memory.
+   */
 static int envlt__coarsen_grid(const envlt__grid *g, uint32_t factor, envlt__grid *out,
                                const envlt__allocator *a)
 {
@@ -304,8 +312,8 @@ static int envlt__coarsen_grid(const envlt__grid *g, uint32_t factor, envlt__gri
     return 1;
 }
 
-/* Labels texels by structured sampling. Maps of more than 2^17 texels are structured by averages, whose size
-   is then about half a degree. */
+/* Labels texels by structured sampling. A map of more than 2^17 texels is first reduced to averages of about
+   half a degree, which is far below the distance of samples. */
 static envlt_result envlt__label_structured(const envlt__grid *g, uint32_t k, uint32_t *label,
                                             const envlt__allocator *a)
 {

@@ -1,8 +1,9 @@
 /* ---- sun ---- */
 
-/* Finds the sun: the connected spot of at least a tenth of the greatest luminance round the brightest texel,
-   if it is smaller than 0.03 sr (11 degrees across) and has a light's share of the energy. Returns how many
-   texels of it are in the queue, which has room for all; 0 if there is none. */
+/* Finds the sun: the connected spot about the brightest texel in which luminance is above a tenth of the
+   greatest. It must be smaller than 0.03 sr (11 degrees across) and have a light's share of the energy.
+   Writes its texels to the queue, which has room for all texels, and returns how many they are; 0 if there is
+   no sun. */
 static uint32_t envlt__find_sun(const envlt__grid *g, uint32_t k, uint32_t *queue, uint8_t *seen)
 {
     uint32_t head = 0, tail = 0, next[4], i;
@@ -28,7 +29,8 @@ static uint32_t envlt__find_sun(const envlt__grid *g, uint32_t k, uint32_t *queu
     return head == tail && omega < 0.03 && energy * k >= g->total && k > 1 ? tail : 0;
 }
 
-/* Counts lit texels; with labels, of all but label 0. */
+/* Returns how many texels are lit. If label is not NULL, texels with label 0, those of the sun, do not count.
+   */
 static size_t envlt__count_lit(const envlt__grid *g, const uint32_t *label)
 {
     size_t t, lit = 0;

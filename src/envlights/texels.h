@@ -1,16 +1,19 @@
 /* ---- texels: directions and solid angles ---- */
 
 /* Returns the solid angle of the rectangle from the face's centre to (a, b), for a face at distance 1. */
-static double envlt__corner_angle(double a,
-                                  double b) { return envlt__atan64(a * b / sqrt(1.0 + a * a + b * b)); }
+static double envlt__corner_angle(double a, double b)
+{
+    return envlt__atan64(a * b / sqrt(1.0 + a * a + b * b));
+}
 
+/* Returns the solid angle of the rectangle [a0, a1] x [b0, b1] of a face at distance 1. */
 static double envlt__rectangle_angle(double a0, double a1, double b0, double b1)
 {
     return envlt__corner_angle(a1, b1) - envlt__corner_angle(a0, b1) - envlt__corner_angle(a1, b0) +
            envlt__corner_angle(a0, b0);
 }
 
-/* Returns the solid angle of a texel: of its part above the horizon, or of all of it. */
+/* Returns the solid angle of a texel; with `upper` that of the part of the texel above the horizon. */
 static double envlt__solid_angle(const envlt_map *map, uint32_t face, uint32_t x, uint32_t y, int upper)
 {
     double w = map->width;
@@ -32,6 +35,8 @@ static double envlt__solid_angle(const envlt_map *map, uint32_t face, uint32_t x
     return envlt__rectangle_angle(2.0 * x / w - 1.0, 2.0 * (x + 1.0) / w - 1.0, b0, b1);
 }
 
+/* Writes the unit direction to the point (a, b) of a cube's face, both -1..1 from the face's top left corner.
+   */
 static void envlt__cube_direction(uint32_t face, double a, double b, double *d)
 {
     double length = 1.0 / sqrt(1.0 + a * a + b * b);
@@ -43,6 +48,8 @@ static void envlt__cube_direction(uint32_t face, double a, double b, double *d)
     d[2] = z * length;
 }
 
+/* Writes the unit direction to the point (x, y) of the map, in texels from the top left corner of the face.
+   */
 static void envlt__direction(const envlt_map *map, uint32_t face, double x, double y, double *d)
 {
     double st, ct, sp, cp;
@@ -57,7 +64,8 @@ static void envlt__direction(const envlt_map *map, uint32_t face, double x, doub
     d[2] = st * sp;
 }
 
-/* Returns the texel of a face, or of the neighbouring face if x or y is one beyond it. */
+/* Returns the number of texel (x, y) of a cube's face. If x or y is one beyond the face, that is a texel of
+   the neighbouring face. */
 static uint32_t envlt__cube_texel(uint32_t side, uint32_t face, int64_t x, int64_t y)
 {
     double d[3], m[3], a, b;
@@ -81,17 +89,16 @@ static uint32_t envlt__cube_texel(uint32_t side, uint32_t face, int64_t x, int64
     return (face * side + (uint32_t)row) * side + (uint32_t)col;
 }
 
-/* Counts the texels of a map, and refuses one that cannot be used. */
+/* Checks whether a map can be used, and writes how many texels the map has. */
 static envlt_result envlt__check_map(const envlt_map *map, size_t *texels, const envlt__logger *logger)
 {
     uint64_t count;
     if (!map->rgb) return envlt__refuse_text(logger, "map.rgb", "is NULL", ENVLT_ERR_ARGUMENT);
-    if (!map->width || !map->height)
-        return envlt__refuse_text(logger, "map.width or map.height", "is 0", ENVLT_ERR_ARGUMENT);
+    if (!map->width) return envlt__refuse(logger, "map.width", 0.0, "1 or more", ENVLT_ERR_ARGUMENT);
+    if (!map->height) return envlt__refuse(logger, "map.height", 0.0, "1 or more", ENVLT_ERR_ARGUMENT);
     if (map->texel_stride && (map->texel_stride < 12 || map->texel_stride % 4))
         return envlt__refuse(logger, "map.texel_stride", (double)map->texel_stride,
-                             "0, or a multiple of 4 from 12 on",
-                             ENVLT_ERR_ARGUMENT);
+                             "0, or a multiple of 4 from 12 on", ENVLT_ERR_ARGUMENT);
     if ((unsigned)map->projection >= ENVLT_PROJECTION_COUNT)
         return envlt__refuse(logger, "map.projection", map->projection, "one of envlt_projection",
                              ENVLT_ERR_INPUT);
@@ -101,15 +108,19 @@ static envlt_result envlt__check_map(const envlt_map *map, size_t *texels, const
     count = map->width > 1u << 27 || map->height > 1u << 27 ? UINT64_MAX : (uint64_t)map->width * map->height;
     if (count <= 1u << 27 && map->projection == ENVLT_PROJECTION_CUBE) count *= 6u;
     if (count > 1u << 27)
-        return envlt__refuse_text(logger, "map", "has more than 2^27 texels", ENVLT_ERR_LIMIT);
+        return envlt__refuse(logger, "map.width x map.height", (double)map->width * map->height,
+                             "at most 2^27, all faces of a cube together", ENVLT_ERR_LIMIT);
     if (map->texel_stride && (size_t)count > SIZE_MAX / map->texel_stride)
-        return envlt__refuse_text(logger, "map", "has more bytes than there are addresses", ENVLT_ERR_LIMIT);
+        return envlt__refuse(logger, "map.texel_stride", (double)map->texel_stride,
+                             "less: the map has more bytes than there are addresses", ENVLT_ERR_LIMIT);
     *texels = (size_t)count;
     return ENVLT_OK;
 }
 
-/* Reads a texel's radiance, made fit for sums, and returns 1 if a channel had to be replaced. As integers,
-   negative values, NaN and what is above 1e30 are all greater than 1e30; -0 is greater too, but not bad. */
+/* Reads the radiance of a texel with 0 in place of channels that are negative, above 1e30 or not a number,
+   and returns 1 if there was such a channel. One comparison finds them all: read as integers, the bits of
+   negative floats and of NaN are greater than those of 1e30 (0x7149f2ca), as are those of larger floats. The
+   bits of -0 are too, but -0 is not counted. */
 static inline int envlt__fetch_texel(const envlt_map *map, size_t texel, float *rgb)
 {
     const char *p = (const char *)map->rgb + texel * (map->texel_stride ? map->texel_stride : 12);
@@ -142,6 +153,7 @@ ENVLT_DEF double envlt_texel_solid_angle(envlt_projection projection, uint32_t w
     return x < width && y < height ? envlt__solid_angle(&map, 0, x, y, 0) : 0.0;
 }
 
+/* Returns a coordinate within 8 times the map's size, for which sine and cosine are exact; 0 for NaN. */
 static double envlt__clamp_coordinate(float x, uint32_t size)
 {
     double most = 8.0 * size, d = envlt__finite(x) ? (double)x : 0.0;

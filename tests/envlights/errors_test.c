@@ -291,7 +291,7 @@ static void failed_calls_say_why(void **state)
     envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, ENVLT_MAX_LIGHTS + 1);
     envlt_map m = day.map;
     envlt_lights *l;
-    float rest[3];                                  /* nothing is written */
+    float rest[27];                                 /* nothing is written */
     (void)state;
     d.system.log = keep;
     d.system.user = logged;
@@ -305,10 +305,25 @@ static void failed_calls_say_why(void **state)
     m = day.map;
     m.width = 8;
     assert_int_equal(envlt_follow(l, &m, 0, NULL), ENVLT_ERR_MISMATCH);
-    assert_string_equal(logged, "envlt_follow: map.width is 8; it must be that of the map before");
+    assert_string_equal(logged, "envlt_follow: map.width is 8; it must be 32, as that of the map before");
     m.width = 0;
     assert_int_equal(envlt_residual(l, &m, rest), ENVLT_ERR_ARGUMENT);
-    assert_string_equal(logged, "envlt_residual: map.width or map.height is 0");
+    assert_string_equal(logged, "envlt_residual: map.width is 0; it must be 1 or more");
+    m = day.map;
+    m.height = 0;
+    assert_int_equal(envlt_residual_sh(l, &m, rest), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_residual_sh: map.height is 0; it must be 1 or more");
+    m.height = 17;
+    assert_int_equal(envlt_residual_sh(l, &m, rest), ENVLT_ERR_MISMATCH);
+    assert_string_equal(logged, "envlt_residual_sh: map.height is 17; it must be 16, as that of the map before");
+    assert_int_equal(envlt_residual(l, &day.map, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_residual: rgb is NULL");
+    assert_int_equal(envlt_residual_sh(l, &day.map, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_residual_sh: sh is NULL");
+    assert_int_equal(envlt_follow(l, NULL, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_follow: map is NULL");
+    assert_int_equal(envlt_follow(l, &day.map, ENVLT_MAX_LIGHTS + 1, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_follow: light_count is 8193; it must be 0 (as before) or 1..8192");
     assert_int_equal(envlt_jitter(l, 0, 0, NULL), ENVLT_ERR_ARGUMENT);
     assert_string_equal(logged, "envlt_jitter: out is NULL");
     envlt_free(l);
@@ -320,6 +335,111 @@ static void failed_calls_say_why(void **state)
     assert_int_equal(envlt_follow(l, &m, 0, NULL), ENVLT_ERR_MISMATCH);
     assert_string_equal(logged, "envlt_follow: map.projection is not that of the map before");
     envlt_free(l);
+}
+
+/* Each of the other refusals of envlt_create names the field, its value and its range. */
+static void refused_maps_are_named(void **state)
+{
+    static float texel[3];
+    const struct {
+        envlt_map map;
+        envlt_result result;
+        const char *text;
+    } bad[] = {
+        { { ENVLT_PROJECTION_LATLONG, 4, 4, NULL, 0 }, ENVLT_ERR_ARGUMENT, "map.rgb is NULL" },
+        { { (envlt_projection)9, 4, 4, texel, 0 }, ENVLT_ERR_INPUT,
+          "map.projection is 9; it must be one of envlt_projection" },
+        { { ENVLT_PROJECTION_CUBE, 4, 5, texel, 0 }, ENVLT_ERR_INPUT,
+          "map.height is 5; it must be the width: faces of a cube are squares" },
+        { { ENVLT_PROJECTION_LATLONG, 65536, 32768, texel, 0 }, ENVLT_ERR_LIMIT,
+          "map.width x map.height is 2147483648; it must be at most 2^27, all faces of a cube together" },
+        { { ENVLT_PROJECTION_CUBE, 8192, 8192, texel, 0 }, ENVLT_ERR_LIMIT,
+          "map.width x map.height is 67108864; it must be at most 2^27, all faces of a cube together" },
+    };
+    envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, 10);
+    envlt_lights *l = NULL;
+    char expected[200];
+    (void)state;
+    d.system.log = keep;
+    d.system.user = logged;
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        logged[0] = 0;
+        assert_int_equal(envlt_create(&d, &bad[i].map, &l, NULL), bad[i].result);
+        snprintf(expected, sizeof expected, "envlt_create: %s", bad[i].text);
+        assert_string_equal(logged, expected);
+    }
+    assert_int_equal(envlt_create(&d, NULL, &l, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_create: map is NULL");
+    assert_int_equal(envlt_create(&d, &day.map, NULL, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_create: out is NULL");
+    d.method = (envlt_method)17;
+    assert_int_equal(envlt_create(&d, &day.map, &l, NULL), ENVLT_ERR_DESC);
+    assert_string_equal(logged, "envlt_create: desc.method is 17; it must be one of envlt_method");
+    d.method = ENVLT_METHOD_DEFAULT;
+    d.system.allocator.alloc_fn = ledger_alloc;
+    assert_int_equal(envlt_create(&d, &day.map, &l, NULL), ENVLT_ERR_DESC);
+    assert_string_equal(logged, "envlt_create: desc.system.allocator has one of its two functions");
+    assert_null(l);
+}
+
+static double length_of(const float *d) { return sqrt(dot3(d, d)); }
+
+/* Lights that are built, followed, jittered and turned, by every method, have unit directions. */
+static void directions_that_are_made_are_unit(void **state)
+{
+    static const float turn[16] = { 0.6f, 0, -0.8f, 0, 0, 1, 0, 0, 0.8f, 0, 0.6f, 0, 0, 0, 0, 1 };
+    (void)state;
+    for (int cube = 0; cube < 2; cube++)
+        for (int m = 1; m < ENVLT_METHOD_COUNT; m++) {
+            sky s = sky_alloc(cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG, 24, cube ? 24 : 12);
+            envlt_desc d = desc_of((envlt_method)m, 40);
+            envlt_light turned[46], moved[46];
+            const envlt_light *made;
+            envlt_lights *l;
+            uint32_t n;
+            sky_fill(&s, sunny);
+            assert_int_equal(envlt_create(&d, &s.map, &l, NULL), ENVLT_OK);
+            sky_fill(&s, studio);
+            assert_int_equal(envlt_follow(l, &s.map, 0, NULL), ENVLT_OK);
+            made = envlt_get_lights(l, &n);
+            assert_in_range(n, 10, 46);
+            assert_int_equal(envlt_jitter(l, 3, 1, moved), ENVLT_OK);
+            memcpy(turned, made, n * sizeof *turned);
+            for (int i = 0; i < 100; i++) assert_int_equal(envlt_rotate(turned, n, turn), ENVLT_OK);
+            for (uint32_t i = 0; i < n; i++) {
+                CLOSE(length_of(made[i].direction), 1, 1e-6);
+                CLOSE(length_of(moved[i].direction), 1, 1e-6);
+                CLOSE(length_of(turned[i].direction), 1, 1e-6);
+            }
+            envlt_free(l);
+            sky_free(&s);
+        }
+}
+
+/* Lengths from 0.97 to 1.03 are unit; others are refused, and nothing is written then. */
+static void directions_that_are_given_must_be_unit(void **state)
+{
+    static const float lengths[] = { 0.971f, 1.029f, 0, 0.969f, 1.031f, 0.5f, 2, 1e-20f };
+    static const float still[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    envlt_light two[2], before[2];
+    char text[1000];
+    (void)state;
+    for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; i++) {
+        const envlt_result expected = i < 3 ? ENVLT_OK : ENVLT_ERR_INPUT;
+        memset(two, 0, sizeof two);
+        two[0].direction[1] = 1;
+        two[1].direction[2] = lengths[i];
+        memcpy(before, two, sizeof two);
+        strcpy(text, "x");
+        assert_int_equal(envlt_gltf_write(two, 2, text, sizeof text), expected);
+        assert_true((text[0] == 'x') == (i >= 3));
+        assert_int_equal(envlt_match(list, 2, two, 2), expected);
+        if (i >= 3) assert_memory_equal(two, before, sizeof two);
+        memcpy(two, before, sizeof two);
+        assert_int_equal(envlt_match(two, 2, before, 1), expected);
+        assert_int_equal(envlt_rotate(two, 2, still), expected);
+        if (i >= 3) assert_memory_equal(two, before, sizeof two[0]);
+    }
 }
 
 static size_t left;                     /* allocations that succeed until the next one fails */
@@ -363,10 +483,34 @@ static void missing_memory_is_told(void **state)
     envlt_free(l);
 }
 
+/* After a black map all lights are built anew, and the log names the call that the user made. */
+static void missing_memory_after_a_black_map_is_told(void **state)
+{
+    envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, 10);
+    sky night = sky_alloc(ENVLT_PROJECTION_LATLONG, 32, 16);
+    envlt_lights *l = NULL;
+    (void)state;
+    d.system.log = keep;
+    d.system.user = logged;
+    d.system.allocator.alloc_fn = some_memory;
+    d.system.allocator.free_fn = back;
+    left = SIZE_MAX;
+    assert_int_equal(envlt_create(&d, &night.map, &l, NULL), ENVLT_OK);
+    left = 3;
+    assert_int_equal(envlt_follow(l, &day.map, 0, NULL), ENVLT_ERR_ALLOC);
+    assert_string_equal(logged, "envlt_follow: system.allocator returned no memory");
+    envlt_free(l);
+    sky_free(&night);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(missing_memory_is_told),
+        cmocka_unit_test(missing_memory_after_a_black_map_is_told),
+        cmocka_unit_test(refused_maps_are_named),
+        cmocka_unit_test(directions_that_are_made_are_unit),
+        cmocka_unit_test(directions_that_are_given_must_be_unit),
         cmocka_unit_test(maps_are_checked),
         cmocka_unit_test(odd_maps_work),
         cmocka_unit_test(lights_are_checked),
