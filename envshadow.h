@@ -58,7 +58,8 @@
 
    Coordinates are right-handed, and any axis may be up; matrices are column-major float[16]; directions have
    unit length and point from the surface to the light; distances are in your units, angles in radians,
-   irradiance in W/m^2.
+   irradiance in W/m^2. A vector that is called unit may have a length from 0.97 to 1.03 and is used as it is;
+   any other length is an error, and the log names the element.
 
      light      a directional light: direction, irradiance, and extent
      extent     how far a light spreads about its direction, as the sun's disc or a region of the sky does: an
@@ -80,20 +81,24 @@
    sixteenth of an octave and corners lie on whole texels, so that small changes of the bounds move no texel
    of a resting light. A receiver is moved along its normal, by bias texels at grazing light and a quarter of
    that at light from straight above. Each tap of a filter then compares the stored depth with the depth of
-   the receiver's plane at that tap, so that grazing light needs no larger bias than that.
+   the receiver's plane at that tap, so that grazing light needs no larger bias than that. Tiles are divided
+   into cells of 8 x 8 texels with the least and greatest depth of each, by which most filters need no texel.
 
    From the paper to the code
 
-     3, importance sampling                envlights.h
+     3, importance sampling                envlights.h                                        -
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
-     3, algorithm 2, clusters of c lights  envsh_illuminate
+     3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
      3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
-     3, Fig. 4, smoothing                  envsh__filter_smooth (ENVSH_FILTER_SMOOTH)
+     3, Fig. 4, smoothing                  envsh__filter_smooth                               -
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
-     4, percentage closer filtering        envsh__filter_taps (ENVSH_FILTER_PCF)
-     4, load balancing                     envsh_cost_fit envsh_cost_cluster
-     6, size of the light source           envsh__filter_penumbra (ENVSH_FILTER_PENUMBRA),
-                                           axes_u and axes_v of envsh_lights
+     4, percentage closer filtering        envsh__filter_taps                                 T24
+     4, load balancing                     envsh_cost_fit envsh_cost_cluster                  -
+     6, size of the light source           envsh__filter_penumbra, extents of envsh_lights    -
+
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none. Of
+   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, penumbrae to the
+   width of a half plane's, and the cost model to its own times.
 
    The knobs, and what each trades:
 
@@ -114,16 +119,17 @@
    Configuration
 
      ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code
-     ENVSH_STATIC               everywhere it is included: a private copy, all functions static
+     ENVSH_STATIC               beside it: a private copy for this file, all functions static
      ENVSH_DEF                  everywhere: your own linkage instead
 
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched and nothing
-   leaks. There are no globals: any number of threads may shade with the same maps at once; a call that
-   changes them needs them to itself. Maps and shading have the same bytes on every compiler, byte order and
-   thread count (not with x87 arithmetic, nor clang's -ffast-math).
+   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched (unless a
+   contract says otherwise), nothing leaks, and desc.system.log is told which field or element is wrong. There
+   are no globals: any number of threads may shade with the same maps at once; a call that changes maps needs
+   them to itself. Maps and shading have the same bytes on every compiler, byte order and thread count (not
+   with x87 arithmetic, nor clang's -ffast-math).
 
    Cost: docs/measured/envshadow.md, build/bench gl_envshadow.   History: CHANGELOG.md.
    Licence: end of this file. */
@@ -191,32 +197,31 @@ typedef struct envsh_query envsh_query;             /* how the maps are filtered
 ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t capacity, envsh_maps **out);
 /* Makes shadow maps, *out, without any light as yet. Give them back by envsh_maps_free.
    desc      NULL = all defaults: 256 x 256 texels a light
-   capacity  0..ENVSH_MAX_LIGHTS, how many lights the maps hold at once: all lights of a frame (the paper's
-             algorithm 1), or a cluster of them (its algorithm 2, envsh_illuminate)
-   Errors    ENVSH_ERR_ARGUMENT (out, capacity), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT, ENVSH_ERR_ALLOC */
+   capacity  how many lights the maps hold at once, 0..ENVSH_MAX_LIGHTS; envsh_illuminate takes more lights
+   Errors    ENVSH_ERR_ARGUMENT: out is NULL, or capacity is too large. ENVSH_ERR_DESC: a field is out of
+             range. ENVSH_ERR_LIMIT: size_t cannot count the texels. ENVSH_ERR_ALLOC: there is no memory. */
 
 ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds);
-/* Begins a frame: clears the tiles of all lights and fits them to the bounds of the casters. Parts of casters
-   outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty bounds
-   (low > high) mean that nothing casts shadows.
-   lights  NULL = none
-   Errors  ENVSH_ERR_ARGUMENT (NULL, a count above capacity, a stride, one array of axes without the other),
-           ENVSH_ERR_INPUT (a light that is not finite, a direction that is not unit, an axis of length 1e3 or
-           more; bounds that are not finite or beyond 1e15) */
+/* Begins a frame of these lights (NULL = none): clears tiles and fits them to the bounds of the casters.
+   Parts of casters outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty
+   bounds (low > high) mean that nothing casts shadows.
+   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, count is above the capacity, the stride is out of
+           range, or there are axes_u without axes_v. ENVSH_ERR_INPUT: a light is not finite, its direction is
+           not unit, or an axis is 1e3 long or longer; the bounds are not finite or beyond 1e15. */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
    sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors     ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_INPUT (an index, a count that is no multiple of
-              3, a transform that is not affine), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC
-              (no_depth), ENVSH_ERR_CANCELLED (some tiles may have the mesh: begin the frame anew) */
+   Errors     ENVSH_ERR_ARGUMENT: maps or mesh is NULL, or a stride is out of range. ENVSH_ERR_INPUT: an index
+              is not below vertex_count, a count is no multiple of 3, or transform is not affine.
+              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_DESC: the maps have no_depth.
+              ENVSH_ERR_CANCELLED: some tiles may have the mesh; begin the frame anew. */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
-/* Makes the maps ready for shading, after all casters are drawn: finds the least and greatest depth of small
-   blocks of texels (cells), by which shading saves most of its reads. After a later envsh_maps_draw or
-   envsh_maps_set the maps need another envsh_maps_end.
-   Errors  ENVSH_ERR_ARGUMENT (NULL), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
+/* Makes the maps ready for shading, after all casters are drawn, and again after each later change of a tile.
+   Errors  ENVSH_ERR_ARGUMENT: maps is NULL. ENVSH_ERR_ORDER: envsh_maps_begin must come first.
+           ENVSH_ERR_DESC: the maps have no_depth. */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
                                    const envsh_points *points, float *irradiance);
@@ -224,10 +229,13 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
    is the radiance of a diffuse surface. A point or normal that is not finite gives 0.
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, W/m^2
-   Errors      ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_DESC (a field of the query, no_depth),
-               ENVSH_ERR_INPUT (a normal that is not unit), ENVSH_ERR_ORDER (before envsh_maps_end),
-               ENVSH_ERR_CANCELLED (some points may have been written)
-   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide */
+   Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, or a stride is out of range.
+               ENVSH_ERR_DESC: a field of the query is out of range, or the maps have no_depth.
+               ENVSH_ERR_INPUT: a normal is not unit.
+               ENVSH_ERR_ORDER: envsh_maps_end must come first.
+               ENVSH_ERR_CANCELLED: some points may have been written.
+   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide: blocks of
+               texels whose least and greatest depth envsh_maps_end finds */
 
 ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
 /* Gives back the maps and their memory. NULL is allowed. */
@@ -235,9 +243,6 @@ ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
 ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
 /* Returns the box, in world space, of all finite vertices of the meshes; low > high if there are none.
    transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
-
-ENVSH_DEF const char *envsh_result_text(envsh_result result);
-/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- structs of page one ---- */
 
@@ -277,7 +282,10 @@ struct envsh_points {               /* receivers */
                                        turns the taps of its filter by query.seed and first + i */
 };
 
-/* ---- memory, threads, progress, log: the caller's ---- */
+/* ---- results; memory, threads, progress, log: the caller's ---- */
+
+ENVSH_DEF const char *envsh_result_text(envsh_result result);
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 typedef struct envsh_allocator {    /* all zero: malloc and free; else both functions */
     void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
@@ -321,9 +329,10 @@ typedef enum envsh_clip_depth {
 } envsh_clip_depth;
 
 struct envsh_maps_desc {            /* zero it, then set what you care about */
-    envsh_system system;            /* progress is told by envsh_maps_draw, envsh_shade and envsh_visible,
-                                       each from 0 to 1. envsh_illuminate goes from 0 to 1 once: shading moves
-                                       the fraction on, draws only ask whether to go on */
+    envsh_system system;            /* envsh_maps_draw, envsh_shade and envsh_visible each call progress with
+                                       fractions from 0 to 1. In envsh_illuminate the fraction goes from 0 to
+                                       1 once: it rises while points are shaded, and stays where it is while
+                                       draw_fn draws */
     uint32_t map_side;              /* texels a side of a tile, guard included, 16..4096; 0 = 256 */
     uint32_t guard;                 /* empty texels on each side of a tile, 1..map_side / 4; 0 = 4 */
     uint32_t max_side;              /* the most texels a side of the atlas, map_side..32768; 0 = 8192, or
@@ -341,10 +350,11 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
     ENVSH_FILTER_PLAIN,             /* the texel that the point falls into */
     ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, with weights that fall
                                        linearly */
-    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of that radius,
-                                       turned by another angle at each point */
-    ENVSH_FILTER_PENUMBRA,          /* such taps on an ellipse as large as the penumbra: the light's extent
-                                       times the distance to the blockers that a first set of taps finds */
+    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of the radius
+                                       `radius`, turned by another angle at each point */
+    ENVSH_FILTER_PENUMBRA,          /* taps on an ellipse as large as the penumbra, which is the light's
+                                       extent times the distance to the blockers that a first set of taps
+                                       finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
 
@@ -370,7 +380,8 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
    light    its number in the arrays of envsh_maps_begin
    query    NULL = all defaults; add is ignored
    visible  receives a float for each point
-   Errors   those of envsh_shade; ENVSH_ERR_ARGUMENT also for a light that the maps do not hold */
+   Errors   those of envsh_shade.
+            ENVSH_ERR_ARGUMENT: also if the maps do not hold the light. */
 
 typedef envsh_result (*envsh_draw_fn)(void *user, envsh_maps *maps);
 /* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows, and return ENVSH_OK; another
@@ -388,22 +399,22 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
    draw_fn     is called once for each cluster, with user
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, as from envsh_shade
-   Errors      those of envsh_maps_begin and envsh_shade, and the result of draw_fn. Lights, query and points
-               are checked before anything is drawn; after an error of draw_fn or ENVSH_ERR_CANCELLED some
-               clusters may have been added */
+   Errors      those of envsh_maps_begin and envsh_shade, checked before anything is drawn, and the result of
+               draw_fn. After an error of draw_fn or ENVSH_ERR_CANCELLED some clusters may have been added.
+               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL, or the capacity is 0 and there are lights. */
 
 /* ---- maps for and from your own renderer ---- */
 
 typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
     float    world_to_clip[16];     /* world to clip space of the tile's viewport */
-    float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
-                                       tile's corner, and to depth */
+    float    lookup[12];            /* three rows of 4, which take a point of the world to x and y, in texels
+                                       from the tile's corner, and to depth */
     float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
     float    direction[3], irradiance[3];
     float    texel[2];              /* size of a texel in the world, in x and y */
     float    depth_range;           /* distance in the world from depth 0 to depth 1 */
-    float    spread[4];             /* extent in texels of the tile, for a blocker that is depth 1 away: x, y
-                                       of axis_u, then x, y of axis_v */
+    float    spread[4];             /* the light's extent in texels of the tile, for a blocker whose depth is
+                                       less by 1: x, y of axis_u, then x, y of axis_v */
     uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
@@ -434,8 +445,10 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const fl
    light       its number in the arrays of envsh_maps_begin
    depth       map_side rows of map_side depths, row 0 at y = 0, as clip_depth of envsh_maps_desc says
    row_stride  bytes from one row to the next, a multiple of 4; 0 = packed
-   Errors      ENVSH_ERR_ARGUMENT (NULL, a light that the maps do not hold, row_stride), ENVSH_ERR_ORDER
-               (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
+   Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, the maps do not hold the light, or row_stride is out of
+               range.
+               ENVSH_ERR_ORDER: envsh_maps_begin must come first.
+               ENVSH_ERR_DESC: the maps have no_depth. */
 
 typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;
@@ -448,8 +461,8 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query 
                                       const float geometric_normal[3], uint32_t index);
 /* Returns how much of one tile's light reaches one point, 0..1, read from depths in your memory: the twin in
    C of the shader function in gl_envshadow.h, with which you can compare a shader that you wrote for another
-   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0 if a pointer is NULL,
-   the query is one that envsh_visible refuses, or the normal is not unit.
+   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0, and logs nothing, if a
+   pointer is NULL, if envsh_visible would refuse the query, or if the normal is not unit.
    query   NULL = all defaults
    index   the number of the point, by which its taps are turned */
 
@@ -979,7 +992,7 @@ static envsh__logger envsh__make_logger(const envsh_system *system, const char *
     return logger;
 }
 
-/* Logs that a field has a value that it must not have, and returns the result. */
+/* Logs that a field has a value which is out of its range, and returns the result. */
 static envsh_result envsh__refuse(const envsh__logger *logger, const char *field, double value,
                                   const char *wanted, envsh_result result)
 {
@@ -987,7 +1000,7 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
     return result;
 }
 
-/* Does the same, with a text in place of the value. */
+/* Logs that a field is what the text says, as in "mesh is NULL", and returns the result. */
 static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *field, const char *text,
                                        envsh_result result)
 {
@@ -995,22 +1008,29 @@ static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *
     return result;
 }
 
+static envsh_result envsh__refuse_no_depth(const envsh__logger *logger)
+{
+    return envsh__refuse_text(logger, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+}
+
+/* Returns whether elements of three floats may lie so many bytes apart; 0 says that they are packed. */
 static int envsh__stride_fits(size_t stride) { return stride == 0 || (stride >= 12 && stride % 4 == 0); }
 
-/* Logs a stride of arrays of three floats, and returns that it cannot be used. */
+/* Logs that a stride of elements of three floats is out of range, and returns the result. */
 static envsh_result envsh__refuse_stride(const envsh__logger *logger, const char *field, size_t stride)
 {
     return envsh__refuse(logger, field, (double)stride, "0, or a multiple of 4 from 12 on",
                          ENVSH_ERR_ARGUMENT);
 }
 
+/* Returns element i of an array of three floats each. */
 static envsh__v3 envsh__load_item(const float *base, size_t stride, size_t i)
 {
     return envsh__v3_load((const float *)(const void *)((const char *)base + i * (stride ? stride : 12)));
 }
 
-/* Says whether the vector counts as unit: its length may lie from 0.97 to 1.03, as 8-bit normal maps make
-   them. */
+/* Returns whether the vector counts as unit: lengths from 0.97 to 1.03 do, since normals of 8 bits a channel
+   have such lengths. */
 static int envsh__is_unit(envsh__v3 v)
 {
     return envsh__is_unit2(envsh__v3_dot(v, v));
@@ -1020,27 +1040,29 @@ static int envsh__is_unit(envsh__v3 v)
 
 /* ---- maps: the atlas and its views ---- */
 
-#define ENVSH__CELL 8u              /* texels a side of a cell whose depth bounds are kept */
-#define ENVSH__NOTHING 1.0f
+#define ENVSH__CELL 8u              /* texels a side of a cell, whose least and greatest depth are kept */
+#define ENVSH__NOTHING 1.0f         /* the depth of a texel without a caster */
 
 struct envsh_maps {
     envsh__allocator allocator;
     envsh_system system;
-    float        told, span;        /* the part of the whole that the next steps are */
+    float        told, span;        /* the next steps go from the fraction told to told + span */
     uint32_t     map_side, guard, capacity, channels;
     uint32_t     across, down, pages;   /* tiles side by side, rows of tiles on a page, pages */
     uint32_t     cells;             /* cells a side of a tile */
     int          no_depth;
     envsh_rows       rows;
     envsh_clip_depth clip_depth;
-    int          phase;             /* 0 new, 1 being drawn, 2 ready to be asked */
-    uint32_t     count;             /* lights of the last begin */
+    int          phase;             /* 0: no frame was begun; 1: it is being drawn; 2: it can be shaded with
+                                       */
+    uint32_t     count;             /* lights of the last envsh_maps_begin */
     envsh_view  *views;
     float       *depth;
     float       *bounds;            /* least and greatest depth of each cell, cells x cells x 2 a tile */
-    size_t       bytes;
+    size_t       bytes;             /* of all memory of the maps */
 };
 
+/* Runs count tasks, by the caller's parallel_for if there is one. */
 static void envsh__for_each(const envsh_system *s, size_t count, envsh_task task, void *context)
 {
     size_t i;
@@ -1049,13 +1071,14 @@ static void envsh__for_each(const envsh_system *s, size_t count, envsh_task task
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* Tells the caller how far this call is, and returns whether the caller cancels it. */
+/* Tells the caller's progress that `part` of the next steps is done, and returns whether the caller cancels.
+   */
 static int envsh__tell_progress(const envsh_maps *m, float part)
 {
     return m->system.progress && m->system.progress(m->system.user, m->told + m->span * part) != 0;
 }
 
-/* Runs the tasks in steps, between which the caller may cancel. */
+/* Runs count tasks in 16 steps, between which the caller may cancel; in one step if there is no progress. */
 static envsh_result envsh__run_steps(const envsh_maps *m, size_t count, envsh_task task, void *context)
 {
     size_t step, steps = m->system.progress ? 16 : 1;
@@ -1072,7 +1095,7 @@ static envsh_result envsh__run_steps(const envsh_maps *m, size_t count, envsh_ta
     return envsh__tell_progress(m, 1.0f) ? ENVSH_ERR_CANCELLED : ENVSH_OK;
 }
 
-/* Fills in what the desc leaves at 0, and refuses what is out of range. */
+/* Fills in the defaults of a desc, and checks its fields. */
 static envsh_result envsh__check_maps_desc(envsh_maps_desc *d, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_DESC;
@@ -1094,7 +1117,7 @@ static envsh_result envsh__check_maps_desc(envsh_maps_desc *d, const envsh__logg
     return ENVSH_OK;
 }
 
-/* Decides how many tiles lie side by side, as square as may be, and how many pages the rest takes. */
+/* Lays tiles out side by side on pages that are as square as may be and at most max_side wide and high. */
 static void envsh__lay_out_tiles(envsh_maps *m, uint32_t max_side)
 {
     uint32_t slots = (m->capacity + m->channels - 1) / m->channels, most = max_side / m->map_side, side = 1;
@@ -1141,8 +1164,8 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     envsh__lay_out_tiles(m, d.max_side);
     if (!envsh__mul_size((size_t)m->across * m->map_side, (size_t)m->down * m->map_side, &texels) ||
         !envsh__mul_size(texels, (size_t)m->pages * m->channels, &texels) || texels > SIZE_MAX / 16)
-        result = envsh__refuse_text(&logger, "capacity", "asks for more texels than there are addresses",
-                                    ENVSH_ERR_LIMIT);
+        result = envsh__refuse(&logger, "capacity", capacity, "less: size_t cannot count the texels",
+                               ENVSH_ERR_LIMIT);
     cells = (size_t)m->cells * m->cells * 2 * capacity;
     if (result == ENVSH_OK && capacity) {
         m->views = (envsh_view *)envsh__alloc_array(&a, capacity, sizeof *m->views);
@@ -1192,8 +1215,8 @@ ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *m, uint32_t *count
     return m ? m->views : NULL;
 }
 
-/* Returns the tile's corner texel and writes the floats from one row to the next; texels lie m->channels
-   floats apart. */
+/* Returns the corner texel of a light's tile, and writes how many floats lie from one row to the next. The
+   texels of a row lie m->channels floats apart. */
 static float *envsh__tile_texels(const envsh_maps *m, uint32_t i, size_t *row)
 {
     const envsh_view *v = &m->views[i];
@@ -1221,22 +1244,24 @@ static envsh__light envsh__light_at(const envsh_lights *lights, uint32_t i)
     return l;
 }
 
-/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a
-   little. */
+/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a little.
+   The four upper bits of the mantissa stay. */
 static float envsh__round_up_texel(float x)
 {
     uint32_t bits = envsh__to_bits(x), low = bits & 0x7ffffu;
     return envsh__from_bits(low ? bits - low + 0x80000u : bits);
 }
 
-/* Writes a row of envsh_view.lookup, which gives texel x, texel y or depth for a point in the world. */
+/* Writes a row of envsh_view.lookup, which gives the texel's x, its y or the depth for a point of the world.
+   */
 static void envsh__set_row(float *row, envsh__v3 axis, float scale, float offset)
 {
     envsh__v3_store(row, envsh__v3_scale(axis, scale));
     row[3] = offset;
 }
 
-/* Writes the matrix to clip space: texels 0..map_side become -1..1, depth becomes what the API wants. */
+/* Writes the matrix from the world to clip space: texels 0..map_side become -1..1, depth 0..1 becomes what
+   clip_depth says. */
 static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
 {
     float s = 2.0f / (float)m->map_side, flip = m->rows == ENVSH_ROWS_TOP_FIRST ? -1.0f : 1.0f;
@@ -1252,6 +1277,8 @@ static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
     }
 }
 
+/* Fits a light's tile to the bounds: two axes across the light and one along it, the size of a texel, and the
+   range of depths. */
 static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const envsh_bounds *b, envsh_view *v)
 {
     envsh__v3 axis[3];
@@ -1262,7 +1289,7 @@ static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const en
     int i, j;
     axis[2] = envsh__v3_normalize(l->direction);
     envsh__v3_basis(axis[2], &axis[0], &axis[1]);
-    axis[2] = envsh__v3_scale(axis[2], -1.0f);      /* depth grows away from the light */
+    axis[2] = envsh__v3_scale(axis[2], -1.0f);      /* since depth grows away from the light */
     for (i = 0; i < 3; i++) {
         float d[3];
         envsh__v3_store(d, axis[i]);
@@ -1295,6 +1322,7 @@ static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const en
     }
 }
 
+/* Checks one light of the caller's arrays. */
 static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, const envsh__logger *log)
 {
     envsh__light l = envsh__light_at(lights, i);
@@ -1315,7 +1343,7 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
     return ENVSH_ERR_INPUT;
 }
 
-/* Checks lights, however many they are. */
+/* Checks the arrays of lights and each light, but not whether the maps hold so many. */
 static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
@@ -1325,14 +1353,15 @@ static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh_
     if (!lights->directions) return envsh__refuse_text(log, "lights.directions", "is NULL", bad);
     if (!lights->irradiances) return envsh__refuse_text(log, "lights.irradiances", "is NULL", bad);
     if (!lights->axes_u != !lights->axes_v)
-        return envsh__refuse_text(log, "lights.axes_u, lights.axes_v", "are one NULL, one not", bad);
+        return envsh__refuse_text(log, lights->axes_u ? "lights.axes_v" : "lights.axes_u",
+                                  "is NULL, and the other axes are not", bad);
     if (!envsh__stride_fits(lights->stride))
         return envsh__refuse_stride(log, "lights.stride", lights->stride);
     for (i = 0; i < lights->count && result == ENVSH_OK; i++) result = envsh__check_light(lights, i, log);
     return result;
 }
 
-/* Makes usable bounds of those given, which may be empty or a point. */
+/* Checks bounds. If they are empty or a point, they become a box in which nothing is divided by 0. */
 static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *log)
 {
     int c, empty = 0;
@@ -1345,7 +1374,7 @@ static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *lo
         empty |= b->low[c] > b->high[c];
         if (b->high[c] - b->low[c] > size) size = b->high[c] - b->low[c];
     }
-    for (c = 0; c < 3 && (empty || !(size > 1e-15f)); c++) {      /* any box round the point will do */
+    for (c = 0; c < 3 && (empty || !(size > 1e-15f)); c++) {      /* any box about the point will do */
         float middle = empty ? 0.0f : b->low[c], half = 0.5f + 1e-3f * fabsf(middle);
         b->low[c] = middle - half;
         b->high[c] = middle + half;
@@ -1353,6 +1382,7 @@ static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *lo
     return ENVSH_OK;
 }
 
+/* Clears the tile of light i. */
 static void envsh__clear_task(void *context, size_t i)
 {
     envsh_maps *m = (envsh_maps *)context;
@@ -1400,26 +1430,33 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
 
 /* ---- raster: depth of triangles, without a GPU ---- */
 
-typedef struct envsh__corner3 { int64_t x, y; float z; } envsh__corner3;    /* x and y in 256ths of a texel */
+/* A corner of a triangle in a tile: x and y in 256ths of a texel, and its depth. */
+typedef struct envsh__corner3 { int64_t x, y; float z; } envsh__corner3;
 
-/* Returns what is added to the edge function so that 0 or more means inside: -1 where the neighbour owns the
-   points on the edge. */
+/* Returns what is added to the edge function so that 0 or more means inside: 0 if this triangle owns the
+   points on the edge, -1 if its neighbour does. */
 static int64_t envsh__edge_bias(const envsh__corner3 *a, const envsh__corner3 *b)
 {
     return envsh__edge_owns((double)(b->x - a->x), (double)(b->y - a->y)) ? 0 : -1;
 }
 
+/* Returns the edge function of a to b at (x, y), which is above 0 on the left of the edge. */
 static int64_t envsh__edge_value(const envsh__corner3 *a, const envsh__corner3 *b, int64_t x, int64_t y)
 {
     return (b->x - a->x) * (y - a->y) - (b->y - a->y) * (x - a->x);
 }
 
-typedef struct envsh__tile_target { float *tile; size_t row, step; int64_t low, high; } envsh__tile_target;
+typedef struct envsh__tile_target { /* the tile that is drawn into */
+    float  *tile;                   /* its corner texel */
+    size_t  row, step;              /* floats from one row to the next, and from one texel to the next */
+    int64_t low, high;              /* the first and the last texel, both ways, that is not guard */
+} envsh__tile_target;
 
-/* The texels whose centres may lie in a triangle, all of them inclusive. */
+/* The texels whose centres may lie in a triangle: columns x0..x1 and rows y0..y1, ends included. */
 typedef struct envsh__texel_box { int64_t x0, y0, x1, y1; } envsh__texel_box;
 
-/* Returns the texels of the tile whose centres lie in the box of three corners; x0 > x1 or y0 > y1: none. */
+/* Returns the texels of the tile whose centres lie in the box about three corners. If there are none, x0 > x1
+   or y0 > y1. */
 static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const envsh__corner3 *p,
                                             const envsh__corner3 *q, const envsh__corner3 *r)
 {
@@ -1428,7 +1465,7 @@ static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const 
     int64_t x1 = p->x < q->x ? q->x : p->x;
     int64_t y0 = p->y < q->y ? p->y : q->y;
     int64_t y1 = p->y < q->y ? q->y : p->y;
-    x0 = ((r->x < x0 ? r->x : x0) + 127) >> 8;       /* first texel whose centre is not left of the box */
+    x0 = ((r->x < x0 ? r->x : x0) + 127) >> 8;       /* the first texel whose centre is not left of the box */
     x1 = ((r->x > x1 ? r->x : x1) - 128) >> 8;
     y0 = ((r->y < y0 ? r->y : y0) + 127) >> 8;
     y1 = ((r->y > y1 ? r->y : y1) - 128) >> 8;
@@ -1461,7 +1498,8 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
     }
     box = envsh__bound_texels(to, p, q, r);
     if (box.x0 > box.x1 || box.y0 > box.y1) return;
-    /* Depth as a plane over the texels, kept within the triangle's own range. */
+    /* Depth is a plane over the texels: zx and zy are its slopes. It is kept within lo..hi, the triangle's
+       own range, since rounding would lead beyond where triangles are thin. */
     inv = 256.0 / (double)area;
     zx = (float)(((double)(q->z - p->z) * (double)(r->y - p->y) -
                   (double)(r->z - p->z) * (double)(q->y - p->y)) * inv);
@@ -1471,15 +1509,16 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
     hi = p->z < q->z ? q->z : p->z;
     lo = r->z < lo ? r->z : lo;
     hi = r->z > hi ? r->z : hi;
-    lo = lo < 0.0f ? 0.0f : lo;             /* nearer than the near plane: still in the way */
+    lo = lo < 0.0f ? 0.0f : lo;             /* what is nearer than the near plane is in the way all the same
+                                               */
     z0 = p->z + zx * ((float)(box.x0 * 256 + 128 - p->x) / 256.0f) +
          zy * ((float)(box.y0 * 256 + 128 - p->y) / 256.0f);
     b0 = envsh__edge_value(p, q, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(p, q);
     b1 = envsh__edge_value(q, r, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(q, r);
     b2 = envsh__edge_value(r, p, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(r, p);
     for (y = box.y0; y <= box.y1; y++) {
-        float *out = to->tile + (size_t)y * to->row + (size_t)box.x0 * to->step,
-                     zr = z0 + zy * (float)(y - box.y0);
+        float *out = to->tile + (size_t)y * to->row + (size_t)box.x0 * to->step;
+        float zr = z0 + zy * (float)(y - box.y0);
         e0 = b0;
         e1 = b1;
         e2 = b2;
@@ -1509,12 +1548,12 @@ static void envsh__combine_row(const float *row, const float *m, float *out)
     }
 }
 
-/* Triangles are drawn as they are within this many texels from a tile's corner. What reaches further is cut
-   first, since 256ths of a texel, and depths in floats, would bend it there. */
+/* Triangles whose corners lie within this many texels of the tile's corner are drawn as they are. Others are
+   cut to that reach first, in doubles: floats are too coarse there for 256ths of a texel and for depths. */
 #define ENVSH__REACH 32768.0
 
-/* Takes a corner into the tile. Returns 0 if it is not finite or beyond reach: envsh__cut_triangle decides
-   then. */
+/* Writes where a corner lies in the tile. Returns 0 if the corner is beyond reach or not finite, in which
+   case envsh__cut_triangle decides about the triangle. */
 static int envsh__transform_corner(const float *rows, const float *p, envsh__corner3 *out)
 {
     const float limit = (float)ENVSH__REACH;
@@ -1528,10 +1567,12 @@ static int envsh__transform_corner(const float *rows, const float *p, envsh__cor
     return 1;
 }
 
-typedef struct envsh__point64 { double p[3]; } envsh__point64;      /* texels, texels, depth */
+/* A point in a tile, in doubles: x and y in texels, and the depth. */
+typedef struct envsh__point64 { double p[3]; } envsh__point64;
 
-/* Returns the point where an edge leaves what is within reach, counted from its inner end whichever way the
-   edge runs, so that both its triangles get the same point. */
+/* Returns the point where an edge crosses the limit of reach. `in` is its end within reach and `out` its
+   other end, din and dout their distances from the limit. The point is computed from the inner end whichever
+   way the edge runs, so that both triangles at the edge get the same point. */
 static envsh__point64 envsh__cross_reach(const envsh__point64 *in, const envsh__point64 *out, double din,
                                          double dout)
 {
@@ -1541,8 +1582,8 @@ static envsh__point64 envsh__cross_reach(const envsh__point64 *in, const envsh__
     return c;
 }
 
-/* Cuts a polygon to the square of all that is within reach (Sutherland and Hodgman 1974), and returns how
-   many corners are left. q has room for 8 points. */
+/* Cuts a polygon to the square of what is within reach (Sutherland and Hodgman 1974), and returns how many
+   corners are left. q has room for 8 points. */
 static int envsh__cut_to_reach(envsh__point64 *q, int count)
 {
     envsh__point64 r[8];
@@ -1562,8 +1603,8 @@ static int envsh__cut_to_reach(envsh__point64 *q, int count)
     return count;
 }
 
-/* Cuts a triangle that reaches beyond, in doubles, and returns how many corners are left: none if it has
-   places that floats do not hold. c has room for 8 corners. */
+/* Cuts a triangle to what is within reach, and returns how many corners are left, which is 0 if a corner lies
+   where no float does. c has room for 8 corners. */
 static int envsh__cut_triangle(const float *rows, const float *const *corners, envsh__corner3 *c)
 {
     envsh__point64 q[8];
@@ -1572,8 +1613,7 @@ static int envsh__cut_triangle(const float *rows, const float *const *corners, e
         for (k = 0; k < 3; k++) {
             const float *row = rows + 4 * k, *p = corners[i];
             q[i].p[k] = (double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] +
-                        (double)row[2] * (double)p[2] +
-                        (double)row[3];
+                        (double)row[2] * (double)p[2] + (double)row[3];
             if (!(fabs(q[i].p[k]) <= 3e38)) return 0;
         }
     n = envsh__cut_to_reach(q, 3);
@@ -1596,11 +1636,13 @@ typedef struct envsh__draw {
     size_t triangles, stride;
 } envsh__draw;
 
+/* Returns the number of the vertex at corner i of the mesh, three corners to a triangle. */
 static size_t envsh__index_at(const envsh_mesh *mesh, size_t i)
 {
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
 }
 
+/* Draws the mesh into the tile of light i. */
 static void envsh__draw_task(void *context, size_t i)
 {
     const envsh__draw *d = (const envsh__draw *)context;
@@ -1631,6 +1673,7 @@ static void envsh__draw_task(void *context, size_t i)
     }
 }
 
+/* Checks a mesh and writes how many triangles the mesh has. */
 static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles, const envsh__logger *log)
 {
     const int indexed = mesh->indices || mesh->indices16;
@@ -1641,13 +1684,13 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
     if (!envsh__stride_fits(mesh->vertex_stride))
         return envsh__refuse_stride(log, "mesh.vertex_stride", mesh->vertex_stride);
     if (mesh->vertex_count && stride > SIZE_MAX / mesh->vertex_count)
-        return envsh__refuse_text(log, "mesh", "has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
+        return envsh__refuse(log, "mesh.vertex_count", (double)mesh->vertex_count,
+                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
     if (mesh->indices && mesh->indices16)
         return envsh__refuse_text(log, "mesh.indices, mesh.indices16", "are both given", ENVSH_ERR_ARGUMENT);
     if (n % 3)
         return envsh__refuse(log, indexed ? "mesh.index_count" : "mesh.vertex_count", (double)n,
-                             "a multiple of 3",
-                             ENVSH_ERR_INPUT);
+                             "a multiple of 3", ENVSH_ERR_INPUT);
     for (i = 0; indexed && i < n; i++)
         if (envsh__index_at(mesh, i) >= mesh->vertex_count) {
             envsh__log_index(log, "mesh", i, envsh__index_at(mesh, i), mesh->vertex_count);
@@ -1657,11 +1700,10 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
     return ENVSH_OK;
 }
 
-/* Refuses to draw into maps without texels, and before envsh_maps_begin. */
+/* Checks whether maps can be drawn into: they have texels, and a frame was begun. */
 static envsh_result envsh__check_phase(const envsh_maps *m, const envsh__logger *log)
 {
-    if (m->no_depth)
-        return envsh__refuse_text(log, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    if (m->no_depth) return envsh__refuse_no_depth(log);
     if (!m->phase) return envsh__refuse_text(log, "envsh_maps_begin", "must come first", ENVSH_ERR_ORDER);
     return ENVSH_OK;
 }
@@ -1706,8 +1748,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *m, uint32_t light, const float
     if (!stride) stride = packed;
     if (stride < packed || stride % 4)
         return envsh__refuse(&logger, "row_stride", (double)stride,
-                             "0, or a multiple of 4 from 4 map_side on",
-                             ENVSH_ERR_ARGUMENT);
+                             "0, or a multiple of 4 from 4 map_side on", ENVSH_ERR_ARGUMENT);
     tile = envsh__tile_texels(m, light, &row);
     for (y = m->guard; y < m->map_side - m->guard; y++)
         for (x = m->guard; x < m->map_side - m->guard; x++) {
@@ -1746,7 +1787,7 @@ ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, c
     return b;
 }
 
-/* Finds the least and greatest depth of each cell of a tile, so that most filters need no texel at all. */
+/* Finds the least and greatest depth of each cell of tile i, by which most filters need no texel at all. */
 static void envsh__bounds_task(void *context, size_t i)
 {
     const envsh_maps *m = (const envsh_maps *)context;
@@ -1785,28 +1826,34 @@ ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *m)
 
 typedef struct envsh__lookup {
     const envsh_view *view;
-    const float *tile, *cells;      /* cells NULL: no shortcut */
-    size_t   row, step;
-    int32_t  size, cells_wide;
-    const envsh_query *query;       /* without defaults */
-    uint32_t first;                 /* number of the point with index 0 */
-    const float *disc;              /* taps on the unit disc, x and y */
+    const float *tile;              /* the corner texel of the light's tile */
+    const float *cells;             /* least and greatest depth of its cells; NULL: every texel is read */
+    size_t   row, step;             /* floats from one row to the next, and from one texel to the next */
+    int32_t  size, cells_wide;      /* texels and cells a side */
+    const envsh_query *query;       /* with its defaults filled in */
+    uint32_t first;                 /* the number of the point with index 0 */
+    const float *disc;              /* x and y of taps on the unit disc */
 } envsh__lookup;
 
 typedef struct envsh__receiver {
     float x, y, z;                  /* texels, and depth */
-    float gx, gy;                   /* slope of depth over texels */
-    /* depth of one texel; how far the slope may bring a tap towards the light */
-    float texel_depth, limit;
+    float gx, gy;                   /* the slopes of its plane: depth over texels */
+    float texel_depth;              /* the size of a texel as a depth */
+    float limit;                    /* how much nearer to the light than the receiver a tap may be taken to
+                                       lie */
 } envsh__receiver;
 
 /* Sets how far the receiver's plane is followed towards the light. The plane goes on through walls that stand
-   on it, so the limit is three texels and the radius of a fixed kernel. The penumbra's kernel needs less:
-   what it then takes for a blocker is near, and a near blocker makes the kernel small. */
-static void envsh__set_limit(envsh__receiver *r,
-                             float radius) { r->limit = (radius + 3.0f) * r->texel_depth; }
+   on the receiver's surface, so that it is not followed farther than three texels and the radius of a fixed
+   kernel. The penumbra's kernel needs less: what is taken for a blocker although it is the surface itself is
+   near, and a near blocker makes the kernel small. */
+static void envsh__set_limit(envsh__receiver *r, float radius)
+{
+    r->limit = (radius + 3.0f) * r->texel_depth;
+}
 
-/* Says whether the receiver's plane is lit at the texel's centre. Beyond the tile nothing is in the way. */
+/* Returns whether the receiver's plane is lit at the texel's centre. Beyond the tile nothing is in the way.
+   */
 static int envsh__is_lit(const envsh__lookup *l, const envsh__receiver *r, int32_t x, int32_t y)
 {
     float stored, z;
@@ -1817,14 +1864,14 @@ static int envsh__is_lit(const envsh__lookup *l, const envsh__receiver *r, int32
     return stored >= ENVSH__NOTHING || z <= stored;
 }
 
-/* Returns the texel of a coordinate, held where it can be an index. */
+/* Returns the texel that a coordinate lies in, at least -64 and at most 8192, which are beyond every tile. */
 static int32_t envsh__texel_index(float x)
 {
     return x < -64.0f ? -64 : x > 8192.0f ? 8192 : (int32_t)floorf(x);
 }
 
-/* Returns 1 if all of the kernel of half widths rx, ry is lit, 0 if all of it is in shadow, and -1 if cells
-   do not tell. */
+/* Returns 1 if the cells say that all of a kernel of half widths rx, ry is lit, 0 if they say that all of it
+   is in shadow, and -1 if they do not tell. */
 static int envsh__decide_by_cells(const envsh__lookup *l, const envsh__receiver *r, float rx, float ry)
 {
     float lo = ENVSH__NOTHING, hi = 0.0f, slope = fabsf(r->gx) * (rx + 1.0f) + fabsf(r->gy) * (ry + 1.0f);
@@ -1857,8 +1904,8 @@ static int envsh__decide_by_cells(const envsh__lookup *l, const envsh__receiver 
     return !outside && hi < ENVSH__NOTHING && r->z - slope > hi ? 0 : -1;
 }
 
-/* Returns the share of light over all texels whose centres are within radius + 1 along both axes, with
-   weights that fall to 0 there. */
+/* Returns the lit share of all texels whose centres are within radius + 1 along both axes, by weights that
+   fall linearly to 0 there. */
 static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver *r)
 {
     float radius = l->query->radius;
@@ -1882,8 +1929,8 @@ static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver 
     return weights > 0.0f ? sum / weights : 1.0f;
 }
 
-/* Returns the share of taps that are lit on an ellipse of half axes a and b (texels); the taps are turned by
-   the unit vector c, s. */
+/* Returns the share of taps that are lit on an ellipse of the half axes a and b, in texels. c and s are
+   cosine and sine of the angle by which the taps are turned. */
 static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r, const float *a,
                                 const float *b, float c, float s)
 {
@@ -1897,8 +1944,8 @@ static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r
     return (float)lit / (float)n;
 }
 
-/* Shortens both half axes so that neither reaches beyond `most` texels, and lengthens them to at least 0.7
-   texels. */
+/* Shortens half axes that are longer than `most` texels, and lengthens those below 0.7 texels, with which all
+   taps could fall into one texel. */
 static void envsh__limit_axes(float *a, float *b, float most)
 {
     float la = sqrtf(a[0] * a[0] + a[1] * a[1]), lb = sqrtf(b[0] * b[0] + b[1] * b[1]), least = 0.7f, f;
@@ -1922,9 +1969,11 @@ static void envsh__limit_axes(float *a, float *b, float most)
     }
 }
 
-/* Holds a half axis where its square is still a number: beyond, the limit keeps its direction only. */
+/* Returns a component of a half axis, at most 1e15, so that its square is a float. envsh__limit_axes shortens
+   such an axis in any case. */
 static float envsh__hold_number(float x) { return x < -1e15f ? -1e15f : x > 1e15f ? 1e15f : x; }
 
+/* Writes the half axes of a kernel in which a light spreads over a distance, given as a depth. */
 static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a, float *b)
 {
     const float *spread = l->view->spread;
@@ -1938,9 +1987,9 @@ static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a,
     envsh__limit_axes(a, b, l->query->radius);
 }
 
-/* Returns percentage-closer soft shadows for a directional light: finds the mean depth of what is in the way,
-   then filters by a kernel as wide as the light's extent spreads over that distance (Fernando 2005; the
-   paper's future work). */
+/* Returns the lit share by percentage-closer soft shadows for a directional light (Fernando 2005; the paper's
+   future work): finds the mean depth of what is in the way, then filters by a kernel as wide as the light's
+   extent spreads over the distance to that depth. */
 static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receiver *r, float c, float s)
 {
     const envsh_query *q = l->query;
@@ -1965,8 +2014,8 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
     return envsh__filter_taps(l, r, a, b, c, s);
 }
 
-/* Moves the point along its normal and takes it into the tile. cosine is that of normal and light, above
-   0. */
+/* Moves the point along its normal by the bias, and finds its place and its plane in the tile. cosine is that
+   of normal and light, above 0. */
 static void envsh__place_receiver(const envsh_view *v, const envsh_query *q, envsh__v3 p, envsh__v3 n,
                                   float cosine, envsh__receiver *r)
 {
@@ -1985,6 +2034,8 @@ static void envsh__place_receiver(const envsh_view *v, const envsh_query *q, env
     envsh__set_limit(r, q->filter == ENVSH_FILTER_PENUMBRA ? 1.0f : 0.0f);
 }
 
+/* Returns how much of the light reaches a point, 0..1, by the query's filter. n is the geometric normal,
+   cosine that of n and the light, above 0. */
 static float envsh__find_visibility(const envsh__lookup *l, envsh__v3 p, envsh__v3 n, float cosine,
                                     uint32_t index)
 {
@@ -2029,13 +2080,13 @@ static void envsh__radius_range(envsh_filter filter, float *least, float *most)
     *most = filter == ENVSH_FILTER_SMOOTH ? 8.0f : filter == ENVSH_FILTER_PCF ? 32.0f : 64.0f;
 }
 
-/* Returns what a field of settings means: 0 is the default, a negative number is none. */
+/* Returns what the value of a setting means: 0 the default, a negative number 0. */
 static float envsh__or_default(float value, float standard)
 {
-    return value < 0.0f ? 0.0f : value > 0.0f || value < 0.0f ? value : standard;
+    return value < 0.0f ? 0.0f : value > 0.0f ? value : standard;
 }
 
-/* Copies the query, which may be NULL, with its defaults filled in, and refuses what is out of range. */
+/* Copies the query, which may be NULL, fills in its defaults, and checks its fields. */
 static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q, const envsh__logger *log)
 {
     static const char *const ranges[] = { "at most 64 texels", "0 (= 2) or 0.5..8 texels",
@@ -2071,19 +2122,20 @@ static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q,
 
 /* ---- shade: all lights at many points ---- */
 
-#define ENVSH__BATCH 256u
-#define ENVSH__ALL UINT32_MAX
+#define ENVSH__BATCH 256u           /* points of a task */
+#define ENVSH__ALL UINT32_MAX       /* in place of the number of one light */
 
 typedef struct envsh__shading {
     const envsh_maps  *maps;
-    const envsh_query *query;       /* without defaults */
+    const envsh_query *query;       /* with its defaults filled in */
     const envsh_points *points;
-    float    *out;
-    uint32_t  only;                 /* one light, or ENVSH__ALL: irradiance of all */
-    float     disc[2 * ENVSH_MAX_TAPS];
+    float    *out;                  /* the visibility of one light, or the irradiance of all */
+    uint32_t  only;                 /* the number of that one light, or ENVSH__ALL */
+    float     disc[2 * ENVSH_MAX_TAPS];     /* taps on the unit disc */
 } envsh__shading;
 
-/* Adds one light to a batch of points: a tile's texels are used while they are in the cache. */
+/* Adds one light to a batch of points. Lights come one after the other, not points, so that the texels of a
+   tile are used while they are in the cache. */
 static void envsh__shade_light(const envsh__shading *s, uint32_t light, size_t begin, size_t end)
 {
     const envsh_maps *m = s->maps;
@@ -2120,6 +2172,7 @@ static void envsh__shade_light(const envsh__shading *s, uint32_t light, size_t b
     }
 }
 
+/* Shades a batch of points. */
 static void envsh__shade_task(void *context, size_t batch)
 {
     const envsh__shading *s = (const envsh__shading *)context;
@@ -2134,7 +2187,8 @@ static void envsh__shade_task(void *context, size_t batch)
     for (light = 0; light < s->maps->count; light++) envsh__shade_light(s, light, begin, end);
 }
 
-/* Returns the first normal that is finite but neither unit nor 0 0 0, or count if there is none. */
+/* Returns the number of the first normal that is finite but neither unit nor 0 0 0, or count if there is
+   none. */
 static size_t envsh__find_bad_normal(const float *normals, size_t stride, size_t count)
 {
     size_t i;
@@ -2146,6 +2200,7 @@ static size_t envsh__find_bad_normal(const float *normals, size_t stride, size_t
     return count;
 }
 
+/* Checks the lengths of normals, which may be NULL. */
 static envsh_result envsh__check_normals(const char *field, const float *normals, size_t stride, size_t count,
                                          const envsh__logger *log)
 {
@@ -2157,7 +2212,9 @@ static envsh_result envsh__check_normals(const char *field, const float *normals
     return ENVSH_ERR_INPUT;
 }
 
-static envsh_result envsh__check_points(const envsh_points *p, const void *out, const envsh__logger *log)
+/* Checks points and the output, whose name is for the log. */
+static envsh_result envsh__check_points(const envsh_points *p, const void *out, const char *name,
+                                        const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
     envsh_result result;
@@ -2171,15 +2228,14 @@ static envsh_result envsh__check_points(const envsh_points *p, const void *out, 
     if (!p->count) return ENVSH_OK;
     if (!p->positions) return envsh__refuse_text(log, "points.positions", "is NULL", bad);
     if (!p->normals) return envsh__refuse_text(log, "points.normals", "is NULL", bad);
-    if (!out) return envsh__refuse_text(log, "the output", "is NULL", bad);
+    if (!out) return envsh__refuse_text(log, name, "is NULL", bad);
     result = envsh__check_normals("points.normals", p->normals, p->normal_stride, p->count, log);
     if (result != ENVSH_OK) return result;
     return envsh__check_normals("points.geometric_normals", p->geometric_normals, p->geometric_normal_stride,
-                                p->count,
-                                log);
+                                p->count, log);
 }
 
-/* Shades points by a query without defaults; both have been checked. */
+/* Shades points by a query whose defaults are filled in. Both have been checked. */
 static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q, const envsh_points *points,
                                        float *out, uint32_t only)
 {
@@ -2194,10 +2250,10 @@ static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q
     return envsh__run_steps(m, batches, envsh__shade_task, &s);
 }
 
+/* Checks whether maps can be shaded with: they have texels, and envsh_maps_end came after the last change. */
 static envsh_result envsh__check_finished(const envsh_maps *m, const envsh__logger *log)
 {
-    if (m->no_depth)
-        return envsh__refuse_text(log, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    if (m->no_depth) return envsh__refuse_no_depth(log);
     if (m->phase != 2) return envsh__refuse_text(log, "envsh_maps_end", "must come first", ENVSH_ERR_ORDER);
     return ENVSH_OK;
 }
@@ -2211,7 +2267,7 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_shade");
     result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, "irradiance", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
     return result == ENVSH_OK ? envsh__run_shading(maps, &q, points, irradiance, ENVSH__ALL) : result;
 }
@@ -2225,7 +2281,7 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_visible");
     result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, visible, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, visible, "visible", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
     if (result == ENVSH_OK && light >= maps->count)
         result = envsh__refuse(&logger, "light", light, "below the count of the last begin",
@@ -2262,14 +2318,14 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query 
 
 /* ---- clusters: algorithm 2, some lights at a time ---- */
 
-/* Returns where the array goes on at light `first`; NULL stays NULL. */
+/* Returns the address of element `first` of an array, or NULL for NULL. */
 static const float *envsh__skip_items(const float *base, size_t stride, uint32_t first)
 {
     return base ? (const float *)(const void *)((const char *)base + first * (stride ? stride : 12)) : NULL;
 }
 
-/* Returns the lights from `first` on, as many as the maps hold. */
-static envsh_lights envsh__take_cluster(const envsh_lights *lights, uint32_t first, uint32_t capacity)
+/* Returns the lights from number `first` on, as many as the maps hold. */
+static envsh_lights envsh__cluster_at(const envsh_lights *lights, uint32_t first, uint32_t capacity)
 {
     envsh_lights part = *lights;
     part.count = lights->count - first < capacity ? lights->count - first : capacity;
@@ -2292,15 +2348,17 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_illuminate");
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
+    if (maps->no_depth) return envsh__refuse_no_depth(&logger);
     if (!maps->capacity && count)
         return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
     result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
+    if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, "irradiance", &logger);
     if (result != ENVSH_OK) return result;
     memset(&part, 0, sizeof part);
     do {
-        if (lights) part = envsh__take_cluster(lights, first, maps->capacity);
+        if (lights) part = envsh__cluster_at(lights, first, maps->capacity);
         maps->told = count ? (float)first / (float)count : 0.0f;
         maps->span = 0.0f;
         result = envsh_maps_begin(maps, &part, bounds);
@@ -2337,7 +2395,7 @@ ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, con
         if (!clusters[i] || !(ms[i] >= 0.0 && ms[i] < 1e12)) return 0;
         passes = (double)((light_count - 1) / clusters[i] + 1);
         slots = passes * (double)clusters[i];
-        /* Relative errors count: each row is divided by its time. */
+        /* Least squares of relative errors: each row is divided by its time. */
         passes /= ms[i] + 1e-9;
         slots /= ms[i] + 1e-9;
         aa += passes * passes;
@@ -2350,7 +2408,7 @@ ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, con
     if (!(det > 1e-9 * aa * bb)) return 0;
     out->pass = (at * bb - bt * ab) / det;
     out->slot = (bt * aa - at * ab) / det;
-    if (out->pass < 0.0) {                  /* noise: what is left explains all of it */
+    if (out->pass < 0.0) {                  /* by noise; then the other cost explains all of the times */
         out->pass = 0.0;
         out->slot = bt / bb;
     } else if (out->slot < 0.0) {

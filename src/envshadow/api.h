@@ -33,32 +33,31 @@ typedef struct envsh_query envsh_query;             /* how the maps are filtered
 ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t capacity, envsh_maps **out);
 /* Makes shadow maps, *out, without any light as yet. Give them back by envsh_maps_free.
    desc      NULL = all defaults: 256 x 256 texels a light
-   capacity  0..ENVSH_MAX_LIGHTS, how many lights the maps hold at once: all lights of a frame (the paper's
-             algorithm 1), or a cluster of them (its algorithm 2, envsh_illuminate)
-   Errors    ENVSH_ERR_ARGUMENT (out, capacity), ENVSH_ERR_DESC, ENVSH_ERR_LIMIT, ENVSH_ERR_ALLOC */
+   capacity  how many lights the maps hold at once, 0..ENVSH_MAX_LIGHTS; envsh_illuminate takes more lights
+   Errors    ENVSH_ERR_ARGUMENT: out is NULL, or capacity is too large. ENVSH_ERR_DESC: a field is out of
+             range. ENVSH_ERR_LIMIT: size_t cannot count the texels. ENVSH_ERR_ALLOC: there is no memory. */
 
 ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *lights, envsh_bounds bounds);
-/* Begins a frame: clears the tiles of all lights and fits them to the bounds of the casters. Parts of casters
-   outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty bounds
-   (low > high) mean that nothing casts shadows.
-   lights  NULL = none
-   Errors  ENVSH_ERR_ARGUMENT (NULL, a count above capacity, a stride, one array of axes without the other),
-           ENVSH_ERR_INPUT (a light that is not finite, a direction that is not unit, an axis of length 1e3 or
-           more; bounds that are not finite or beyond 1e15) */
+/* Begins a frame of these lights (NULL = none): clears tiles and fits them to the bounds of the casters.
+   Parts of casters outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty
+   bounds (low > high) mean that nothing casts shadows.
+   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, count is above the capacity, the stride is out of
+           range, or there are axes_u without axes_v. ENVSH_ERR_INPUT: a light is not finite, its direction is
+           not unit, or an axis is 1e3 long or longer; the bounds are not finite or beyond 1e15. */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
    sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors     ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_INPUT (an index, a count that is no multiple of
-              3, a transform that is not affine), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC
-              (no_depth), ENVSH_ERR_CANCELLED (some tiles may have the mesh: begin the frame anew) */
+   Errors     ENVSH_ERR_ARGUMENT: maps or mesh is NULL, or a stride is out of range. ENVSH_ERR_INPUT: an index
+              is not below vertex_count, a count is no multiple of 3, or transform is not affine.
+              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_DESC: the maps have no_depth.
+              ENVSH_ERR_CANCELLED: some tiles may have the mesh; begin the frame anew. */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
-/* Makes the maps ready for shading, after all casters are drawn: finds the least and greatest depth of small
-   blocks of texels (cells), by which shading saves most of its reads. After a later envsh_maps_draw or
-   envsh_maps_set the maps need another envsh_maps_end.
-   Errors  ENVSH_ERR_ARGUMENT (NULL), ENVSH_ERR_ORDER (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
+/* Makes the maps ready for shading, after all casters are drawn, and again after each later change of a tile.
+   Errors  ENVSH_ERR_ARGUMENT: maps is NULL. ENVSH_ERR_ORDER: envsh_maps_begin must come first.
+           ENVSH_ERR_DESC: the maps have no_depth. */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
                                    const envsh_points *points, float *irradiance);
@@ -66,10 +65,13 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
    is the radiance of a diffuse surface. A point or normal that is not finite gives 0.
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, W/m^2
-   Errors      ENVSH_ERR_ARGUMENT (NULL, a stride), ENVSH_ERR_DESC (a field of the query, no_depth),
-               ENVSH_ERR_INPUT (a normal that is not unit), ENVSH_ERR_ORDER (before envsh_maps_end),
-               ENVSH_ERR_CANCELLED (some points may have been written)
-   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide */
+   Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, or a stride is out of range.
+               ENVSH_ERR_DESC: a field of the query is out of range, or the maps have no_depth.
+               ENVSH_ERR_INPUT: a normal is not unit.
+               ENVSH_ERR_ORDER: envsh_maps_end must come first.
+               ENVSH_ERR_CANCELLED: some points may have been written.
+   Cost        time grows with points x lights x taps, but for points whose shadow the cells decide: blocks of
+               texels whose least and greatest depth envsh_maps_end finds */
 
 ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
 /* Gives back the maps and their memory. NULL is allowed. */
@@ -77,9 +79,6 @@ ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
 ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, const float *transforms);
 /* Returns the box, in world space, of all finite vertices of the meshes; low > high if there are none.
    transforms  16 floats for each mesh, mesh to world, affine; NULL = identity */
-
-ENVSH_DEF const char *envsh_result_text(envsh_result result);
-/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 /* ---- structs of page one ---- */
 
@@ -119,7 +118,10 @@ struct envsh_points {               /* receivers */
                                        turns the taps of its filter by query.seed and first + i */
 };
 
-/* ---- memory, threads, progress, log: the caller's ---- */
+/* ---- results; memory, threads, progress, log: the caller's ---- */
+
+ENVSH_DEF const char *envsh_result_text(envsh_result result);
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 typedef struct envsh_allocator {    /* all zero: malloc and free; else both functions */
     void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
@@ -163,9 +165,10 @@ typedef enum envsh_clip_depth {
 } envsh_clip_depth;
 
 struct envsh_maps_desc {            /* zero it, then set what you care about */
-    envsh_system system;            /* progress is told by envsh_maps_draw, envsh_shade and envsh_visible,
-                                       each from 0 to 1. envsh_illuminate goes from 0 to 1 once: shading moves
-                                       the fraction on, draws only ask whether to go on */
+    envsh_system system;            /* envsh_maps_draw, envsh_shade and envsh_visible each call progress with
+                                       fractions from 0 to 1. In envsh_illuminate the fraction goes from 0 to
+                                       1 once: it rises while points are shaded, and stays where it is while
+                                       draw_fn draws */
     uint32_t map_side;              /* texels a side of a tile, guard included, 16..4096; 0 = 256 */
     uint32_t guard;                 /* empty texels on each side of a tile, 1..map_side / 4; 0 = 4 */
     uint32_t max_side;              /* the most texels a side of the atlas, map_side..32768; 0 = 8192, or
@@ -183,10 +186,11 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
     ENVSH_FILTER_PLAIN,             /* the texel that the point falls into */
     ENVSH_FILTER_SMOOTH,            /* the paper's smoothing: all texels within radius, with weights that fall
                                        linearly */
-    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of that radius,
-                                       turned by another angle at each point */
-    ENVSH_FILTER_PENUMBRA,          /* such taps on an ellipse as large as the penumbra: the light's extent
-                                       times the distance to the blockers that a first set of taps finds */
+    ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of the radius
+                                       `radius`, turned by another angle at each point */
+    ENVSH_FILTER_PENUMBRA,          /* taps on an ellipse as large as the penumbra, which is the light's
+                                       extent times the distance to the blockers that a first set of taps
+                                       finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
 
@@ -212,7 +216,8 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
    light    its number in the arrays of envsh_maps_begin
    query    NULL = all defaults; add is ignored
    visible  receives a float for each point
-   Errors   those of envsh_shade; ENVSH_ERR_ARGUMENT also for a light that the maps do not hold */
+   Errors   those of envsh_shade.
+            ENVSH_ERR_ARGUMENT: also if the maps do not hold the light. */
 
 typedef envsh_result (*envsh_draw_fn)(void *user, envsh_maps *maps);
 /* Must call envsh_maps_draw or envsh_maps_set for everything that casts shadows, and return ENVSH_OK; another
@@ -230,22 +235,22 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
    draw_fn     is called once for each cluster, with user
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, as from envsh_shade
-   Errors      those of envsh_maps_begin and envsh_shade, and the result of draw_fn. Lights, query and points
-               are checked before anything is drawn; after an error of draw_fn or ENVSH_ERR_CANCELLED some
-               clusters may have been added */
+   Errors      those of envsh_maps_begin and envsh_shade, checked before anything is drawn, and the result of
+               draw_fn. After an error of draw_fn or ENVSH_ERR_CANCELLED some clusters may have been added.
+               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL, or the capacity is 0 and there are lights. */
 
 /* ---- maps for and from your own renderer ---- */
 
 typedef struct envsh_view {         /* one light's shadow map, for a renderer or a shader of your own */
     float    world_to_clip[16];     /* world to clip space of the tile's viewport */
-    float    lookup[12];            /* three rows of 4: a point of the world to x and y in texels from the
-                                       tile's corner, and to depth */
+    float    lookup[12];            /* three rows of 4, which take a point of the world to x and y, in texels
+                                       from the tile's corner, and to depth */
     float    right[3], up[3];       /* unit axes of the tile's x and y, at right angles to the direction */
     float    direction[3], irradiance[3];
     float    texel[2];              /* size of a texel in the world, in x and y */
     float    depth_range;           /* distance in the world from depth 0 to depth 1 */
-    float    spread[4];             /* extent in texels of the tile, for a blocker that is depth 1 away: x, y
-                                       of axis_u, then x, y of axis_v */
+    float    spread[4];             /* the light's extent in texels of the tile, for a blocker whose depth is
+                                       less by 1: x, y of axis_u, then x, y of axis_v */
     uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
@@ -276,8 +281,10 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const fl
    light       its number in the arrays of envsh_maps_begin
    depth       map_side rows of map_side depths, row 0 at y = 0, as clip_depth of envsh_maps_desc says
    row_stride  bytes from one row to the next, a multiple of 4; 0 = packed
-   Errors      ENVSH_ERR_ARGUMENT (NULL, a light that the maps do not hold, row_stride), ENVSH_ERR_ORDER
-               (before envsh_maps_begin), ENVSH_ERR_DESC (no_depth) */
+   Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, the maps do not hold the light, or row_stride is out of
+               range.
+               ENVSH_ERR_ORDER: envsh_maps_begin must come first.
+               ENVSH_ERR_DESC: the maps have no_depth. */
 
 typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;
@@ -290,8 +297,8 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_tile *tile, const envsh_query 
                                       const float geometric_normal[3], uint32_t index);
 /* Returns how much of one tile's light reaches one point, 0..1, read from depths in your memory: the twin in
    C of the shader function in gl_envshadow.h, with which you can compare a shader that you wrote for another
-   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0 if a pointer is NULL,
-   the query is one that envsh_visible refuses, or the normal is not unit.
+   API. The answers are those of envsh_visible, which saves reads by cells. Returns 0, and logs nothing, if a
+   pointer is NULL, if envsh_visible would refuse the query, or if the normal is not unit.
    query   NULL = all defaults
    index   the number of the point, by which its taps are turned */
 

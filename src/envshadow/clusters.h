@@ -1,13 +1,13 @@
 /* ---- clusters: algorithm 2, some lights at a time ---- */
 
-/* Returns where the array goes on at light `first`; NULL stays NULL. */
+/* Returns the address of element `first` of an array, or NULL for NULL. */
 static const float *envsh__skip_items(const float *base, size_t stride, uint32_t first)
 {
     return base ? (const float *)(const void *)((const char *)base + first * (stride ? stride : 12)) : NULL;
 }
 
-/* Returns the lights from `first` on, as many as the maps hold. */
-static envsh_lights envsh__take_cluster(const envsh_lights *lights, uint32_t first, uint32_t capacity)
+/* Returns the lights from number `first` on, as many as the maps hold. */
+static envsh_lights envsh__cluster_at(const envsh_lights *lights, uint32_t first, uint32_t capacity)
 {
     envsh_lights part = *lights;
     part.count = lights->count - first < capacity ? lights->count - first : capacity;
@@ -30,15 +30,17 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_illuminate");
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
+    if (maps->no_depth) return envsh__refuse_no_depth(&logger);
     if (!maps->capacity && count)
         return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
     result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
+    if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, "irradiance", &logger);
     if (result != ENVSH_OK) return result;
     memset(&part, 0, sizeof part);
     do {
-        if (lights) part = envsh__take_cluster(lights, first, maps->capacity);
+        if (lights) part = envsh__cluster_at(lights, first, maps->capacity);
         maps->told = count ? (float)first / (float)count : 0.0f;
         maps->span = 0.0f;
         result = envsh_maps_begin(maps, &part, bounds);

@@ -16,7 +16,7 @@ ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, con
         if (!clusters[i] || !(ms[i] >= 0.0 && ms[i] < 1e12)) return 0;
         passes = (double)((light_count - 1) / clusters[i] + 1);
         slots = passes * (double)clusters[i];
-        /* Relative errors count: each row is divided by its time. */
+        /* Least squares of relative errors: each row is divided by its time. */
         passes /= ms[i] + 1e-9;
         slots /= ms[i] + 1e-9;
         aa += passes * passes;
@@ -29,7 +29,7 @@ ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, con
     if (!(det > 1e-9 * aa * bb)) return 0;
     out->pass = (at * bb - bt * ab) / det;
     out->slot = (bt * aa - at * ab) / det;
-    if (out->pass < 0.0) {                  /* noise: what is left explains all of it */
+    if (out->pass < 0.0) {                  /* by noise; then the other cost explains all of the times */
         out->pass = 0.0;
         out->slot = bt / bb;
     } else if (out->slot < 0.0) {

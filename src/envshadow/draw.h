@@ -7,11 +7,13 @@ typedef struct envsh__draw {
     size_t triangles, stride;
 } envsh__draw;
 
+/* Returns the number of the vertex at corner i of the mesh, three corners to a triangle. */
 static size_t envsh__index_at(const envsh_mesh *mesh, size_t i)
 {
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
 }
 
+/* Draws the mesh into the tile of light i. */
 static void envsh__draw_task(void *context, size_t i)
 {
     const envsh__draw *d = (const envsh__draw *)context;
@@ -42,6 +44,7 @@ static void envsh__draw_task(void *context, size_t i)
     }
 }
 
+/* Checks a mesh and writes how many triangles the mesh has. */
 static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles, const envsh__logger *log)
 {
     const int indexed = mesh->indices || mesh->indices16;
@@ -52,13 +55,13 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
     if (!envsh__stride_fits(mesh->vertex_stride))
         return envsh__refuse_stride(log, "mesh.vertex_stride", mesh->vertex_stride);
     if (mesh->vertex_count && stride > SIZE_MAX / mesh->vertex_count)
-        return envsh__refuse_text(log, "mesh", "has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
+        return envsh__refuse(log, "mesh.vertex_count", (double)mesh->vertex_count,
+                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
     if (mesh->indices && mesh->indices16)
         return envsh__refuse_text(log, "mesh.indices, mesh.indices16", "are both given", ENVSH_ERR_ARGUMENT);
     if (n % 3)
         return envsh__refuse(log, indexed ? "mesh.index_count" : "mesh.vertex_count", (double)n,
-                             "a multiple of 3",
-                             ENVSH_ERR_INPUT);
+                             "a multiple of 3", ENVSH_ERR_INPUT);
     for (i = 0; indexed && i < n; i++)
         if (envsh__index_at(mesh, i) >= mesh->vertex_count) {
             envsh__log_index(log, "mesh", i, envsh__index_at(mesh, i), mesh->vertex_count);
@@ -68,11 +71,10 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
     return ENVSH_OK;
 }
 
-/* Refuses to draw into maps without texels, and before envsh_maps_begin. */
+/* Checks whether maps can be drawn into: they have texels, and a frame was begun. */
 static envsh_result envsh__check_phase(const envsh_maps *m, const envsh__logger *log)
 {
-    if (m->no_depth)
-        return envsh__refuse_text(log, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    if (m->no_depth) return envsh__refuse_no_depth(log);
     if (!m->phase) return envsh__refuse_text(log, "envsh_maps_begin", "must come first", ENVSH_ERR_ORDER);
     return ENVSH_OK;
 }
@@ -117,8 +119,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *m, uint32_t light, const float
     if (!stride) stride = packed;
     if (stride < packed || stride % 4)
         return envsh__refuse(&logger, "row_stride", (double)stride,
-                             "0, or a multiple of 4 from 4 map_side on",
-                             ENVSH_ERR_ARGUMENT);
+                             "0, or a multiple of 4 from 4 map_side on", ENVSH_ERR_ARGUMENT);
     tile = envsh__tile_texels(m, light, &row);
     for (y = m->guard; y < m->map_side - m->guard; y++)
         for (x = m->guard; x < m->map_side - m->guard; x++) {
@@ -157,7 +158,7 @@ ENVSH_DEF envsh_bounds envsh_bounds_of(const envsh_mesh *meshes, size_t count, c
     return b;
 }
 
-/* Finds the least and greatest depth of each cell of a tile, so that most filters need no texel at all. */
+/* Finds the least and greatest depth of each cell of tile i, by which most filters need no texel at all. */
 static void envsh__bounds_task(void *context, size_t i)
 {
     const envsh_maps *m = (const envsh_maps *)context;

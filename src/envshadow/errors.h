@@ -19,7 +19,7 @@ static envsh__logger envsh__make_logger(const envsh_system *system, const char *
     return logger;
 }
 
-/* Logs that a field has a value that it must not have, and returns the result. */
+/* Logs that a field has a value which is out of its range, and returns the result. */
 static envsh_result envsh__refuse(const envsh__logger *logger, const char *field, double value,
                                   const char *wanted, envsh_result result)
 {
@@ -27,7 +27,7 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
     return result;
 }
 
-/* Does the same, with a text in place of the value. */
+/* Logs that a field is what the text says, as in "mesh is NULL", and returns the result. */
 static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *field, const char *text,
                                        envsh_result result)
 {
@@ -35,22 +35,29 @@ static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *
     return result;
 }
 
+static envsh_result envsh__refuse_no_depth(const envsh__logger *logger)
+{
+    return envsh__refuse_text(logger, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+}
+
+/* Returns whether elements of three floats may lie so many bytes apart; 0 says that they are packed. */
 static int envsh__stride_fits(size_t stride) { return stride == 0 || (stride >= 12 && stride % 4 == 0); }
 
-/* Logs a stride of arrays of three floats, and returns that it cannot be used. */
+/* Logs that a stride of elements of three floats is out of range, and returns the result. */
 static envsh_result envsh__refuse_stride(const envsh__logger *logger, const char *field, size_t stride)
 {
     return envsh__refuse(logger, field, (double)stride, "0, or a multiple of 4 from 12 on",
                          ENVSH_ERR_ARGUMENT);
 }
 
+/* Returns element i of an array of three floats each. */
 static envsh__v3 envsh__load_item(const float *base, size_t stride, size_t i)
 {
     return envsh__v3_load((const float *)(const void *)((const char *)base + i * (stride ? stride : 12)));
 }
 
-/* Says whether the vector counts as unit: its length may lie from 0.97 to 1.03, as 8-bit normal maps make
-   them. */
+/* Returns whether the vector counts as unit: lengths from 0.97 to 1.03 do, since normals of 8 bits a channel
+   have such lengths. */
 static int envsh__is_unit(envsh__v3 v)
 {
     return envsh__is_unit2(envsh__v3_dot(v, v));

@@ -2,28 +2,34 @@
 
 typedef struct envsh__lookup {
     const envsh_view *view;
-    const float *tile, *cells;      /* cells NULL: no shortcut */
-    size_t   row, step;
-    int32_t  size, cells_wide;
-    const envsh_query *query;       /* without defaults */
-    uint32_t first;                 /* number of the point with index 0 */
-    const float *disc;              /* taps on the unit disc, x and y */
+    const float *tile;              /* the corner texel of the light's tile */
+    const float *cells;             /* least and greatest depth of its cells; NULL: every texel is read */
+    size_t   row, step;             /* floats from one row to the next, and from one texel to the next */
+    int32_t  size, cells_wide;      /* texels and cells a side */
+    const envsh_query *query;       /* with its defaults filled in */
+    uint32_t first;                 /* the number of the point with index 0 */
+    const float *disc;              /* x and y of taps on the unit disc */
 } envsh__lookup;
 
 typedef struct envsh__receiver {
     float x, y, z;                  /* texels, and depth */
-    float gx, gy;                   /* slope of depth over texels */
-    /* depth of one texel; how far the slope may bring a tap towards the light */
-    float texel_depth, limit;
+    float gx, gy;                   /* the slopes of its plane: depth over texels */
+    float texel_depth;              /* the size of a texel as a depth */
+    float limit;                    /* how much nearer to the light than the receiver a tap may be taken to
+                                       lie */
 } envsh__receiver;
 
 /* Sets how far the receiver's plane is followed towards the light. The plane goes on through walls that stand
-   on it, so the limit is three texels and the radius of a fixed kernel. The penumbra's kernel needs less:
-   what it then takes for a blocker is near, and a near blocker makes the kernel small. */
-static void envsh__set_limit(envsh__receiver *r,
-                             float radius) { r->limit = (radius + 3.0f) * r->texel_depth; }
+   on the receiver's surface, so that it is not followed farther than three texels and the radius of a fixed
+   kernel. The penumbra's kernel needs less: what is taken for a blocker although it is the surface itself is
+   near, and a near blocker makes the kernel small. */
+static void envsh__set_limit(envsh__receiver *r, float radius)
+{
+    r->limit = (radius + 3.0f) * r->texel_depth;
+}
 
-/* Says whether the receiver's plane is lit at the texel's centre. Beyond the tile nothing is in the way. */
+/* Returns whether the receiver's plane is lit at the texel's centre. Beyond the tile nothing is in the way.
+   */
 static int envsh__is_lit(const envsh__lookup *l, const envsh__receiver *r, int32_t x, int32_t y)
 {
     float stored, z;
@@ -34,14 +40,14 @@ static int envsh__is_lit(const envsh__lookup *l, const envsh__receiver *r, int32
     return stored >= ENVSH__NOTHING || z <= stored;
 }
 
-/* Returns the texel of a coordinate, held where it can be an index. */
+/* Returns the texel that a coordinate lies in, at least -64 and at most 8192, which are beyond every tile. */
 static int32_t envsh__texel_index(float x)
 {
     return x < -64.0f ? -64 : x > 8192.0f ? 8192 : (int32_t)floorf(x);
 }
 
-/* Returns 1 if all of the kernel of half widths rx, ry is lit, 0 if all of it is in shadow, and -1 if cells
-   do not tell. */
+/* Returns 1 if the cells say that all of a kernel of half widths rx, ry is lit, 0 if they say that all of it
+   is in shadow, and -1 if they do not tell. */
 static int envsh__decide_by_cells(const envsh__lookup *l, const envsh__receiver *r, float rx, float ry)
 {
     float lo = ENVSH__NOTHING, hi = 0.0f, slope = fabsf(r->gx) * (rx + 1.0f) + fabsf(r->gy) * (ry + 1.0f);
@@ -74,8 +80,8 @@ static int envsh__decide_by_cells(const envsh__lookup *l, const envsh__receiver 
     return !outside && hi < ENVSH__NOTHING && r->z - slope > hi ? 0 : -1;
 }
 
-/* Returns the share of light over all texels whose centres are within radius + 1 along both axes, with
-   weights that fall to 0 there. */
+/* Returns the lit share of all texels whose centres are within radius + 1 along both axes, by weights that
+   fall linearly to 0 there. */
 static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver *r)
 {
     float radius = l->query->radius;
@@ -99,8 +105,8 @@ static float envsh__filter_smooth(const envsh__lookup *l, const envsh__receiver 
     return weights > 0.0f ? sum / weights : 1.0f;
 }
 
-/* Returns the share of taps that are lit on an ellipse of half axes a and b (texels); the taps are turned by
-   the unit vector c, s. */
+/* Returns the share of taps that are lit on an ellipse of the half axes a and b, in texels. c and s are
+   cosine and sine of the angle by which the taps are turned. */
 static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r, const float *a,
                                 const float *b, float c, float s)
 {
@@ -114,8 +120,8 @@ static float envsh__filter_taps(const envsh__lookup *l, const envsh__receiver *r
     return (float)lit / (float)n;
 }
 
-/* Shortens both half axes so that neither reaches beyond `most` texels, and lengthens them to at least 0.7
-   texels. */
+/* Shortens half axes that are longer than `most` texels, and lengthens those below 0.7 texels, with which all
+   taps could fall into one texel. */
 static void envsh__limit_axes(float *a, float *b, float most)
 {
     float la = sqrtf(a[0] * a[0] + a[1] * a[1]), lb = sqrtf(b[0] * b[0] + b[1] * b[1]), least = 0.7f, f;
@@ -139,9 +145,11 @@ static void envsh__limit_axes(float *a, float *b, float most)
     }
 }
 
-/* Holds a half axis where its square is still a number: beyond, the limit keeps its direction only. */
+/* Returns a component of a half axis, at most 1e15, so that its square is a float. envsh__limit_axes shortens
+   such an axis in any case. */
 static float envsh__hold_number(float x) { return x < -1e15f ? -1e15f : x > 1e15f ? 1e15f : x; }
 
+/* Writes the half axes of a kernel in which a light spreads over a distance, given as a depth. */
 static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a, float *b)
 {
     const float *spread = l->view->spread;
@@ -155,9 +163,9 @@ static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a,
     envsh__limit_axes(a, b, l->query->radius);
 }
 
-/* Returns percentage-closer soft shadows for a directional light: finds the mean depth of what is in the way,
-   then filters by a kernel as wide as the light's extent spreads over that distance (Fernando 2005; the
-   paper's future work). */
+/* Returns the lit share by percentage-closer soft shadows for a directional light (Fernando 2005; the paper's
+   future work): finds the mean depth of what is in the way, then filters by a kernel as wide as the light's
+   extent spreads over the distance to that depth. */
 static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receiver *r, float c, float s)
 {
     const envsh_query *q = l->query;
@@ -182,8 +190,8 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
     return envsh__filter_taps(l, r, a, b, c, s);
 }
 
-/* Moves the point along its normal and takes it into the tile. cosine is that of normal and light, above
-   0. */
+/* Moves the point along its normal by the bias, and finds its place and its plane in the tile. cosine is that
+   of normal and light, above 0. */
 static void envsh__place_receiver(const envsh_view *v, const envsh_query *q, envsh__v3 p, envsh__v3 n,
                                   float cosine, envsh__receiver *r)
 {
@@ -202,6 +210,8 @@ static void envsh__place_receiver(const envsh_view *v, const envsh_query *q, env
     envsh__set_limit(r, q->filter == ENVSH_FILTER_PENUMBRA ? 1.0f : 0.0f);
 }
 
+/* Returns how much of the light reaches a point, 0..1, by the query's filter. n is the geometric normal,
+   cosine that of n and the light, above 0. */
 static float envsh__find_visibility(const envsh__lookup *l, envsh__v3 p, envsh__v3 n, float cosine,
                                     uint32_t index)
 {
@@ -246,13 +256,13 @@ static void envsh__radius_range(envsh_filter filter, float *least, float *most)
     *most = filter == ENVSH_FILTER_SMOOTH ? 8.0f : filter == ENVSH_FILTER_PCF ? 32.0f : 64.0f;
 }
 
-/* Returns what a field of settings means: 0 is the default, a negative number is none. */
+/* Returns what the value of a setting means: 0 the default, a negative number 0. */
 static float envsh__or_default(float value, float standard)
 {
-    return value < 0.0f ? 0.0f : value > 0.0f || value < 0.0f ? value : standard;
+    return value < 0.0f ? 0.0f : value > 0.0f ? value : standard;
 }
 
-/* Copies the query, which may be NULL, with its defaults filled in, and refuses what is out of range. */
+/* Copies the query, which may be NULL, fills in its defaults, and checks its fields. */
 static envsh_result envsh__check_query(const envsh_query *query, envsh_query *q, const envsh__logger *log)
 {
     static const char *const ranges[] = { "at most 64 texels", "0 (= 2) or 0.5..8 texels",

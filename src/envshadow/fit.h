@@ -15,22 +15,24 @@ static envsh__light envsh__light_at(const envsh_lights *lights, uint32_t i)
     return l;
 }
 
-/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a
-   little. */
+/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a little.
+   The four upper bits of the mantissa stay. */
 static float envsh__round_up_texel(float x)
 {
     uint32_t bits = envsh__to_bits(x), low = bits & 0x7ffffu;
     return envsh__from_bits(low ? bits - low + 0x80000u : bits);
 }
 
-/* Writes a row of envsh_view.lookup, which gives texel x, texel y or depth for a point in the world. */
+/* Writes a row of envsh_view.lookup, which gives the texel's x, its y or the depth for a point of the world.
+   */
 static void envsh__set_row(float *row, envsh__v3 axis, float scale, float offset)
 {
     envsh__v3_store(row, envsh__v3_scale(axis, scale));
     row[3] = offset;
 }
 
-/* Writes the matrix to clip space: texels 0..map_side become -1..1, depth becomes what the API wants. */
+/* Writes the matrix from the world to clip space: texels 0..map_side become -1..1, depth 0..1 becomes what
+   clip_depth says. */
 static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
 {
     float s = 2.0f / (float)m->map_side, flip = m->rows == ENVSH_ROWS_TOP_FIRST ? -1.0f : 1.0f;
@@ -46,6 +48,8 @@ static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
     }
 }
 
+/* Fits a light's tile to the bounds: two axes across the light and one along it, the size of a texel, and the
+   range of depths. */
 static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const envsh_bounds *b, envsh_view *v)
 {
     envsh__v3 axis[3];
@@ -56,7 +60,7 @@ static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const en
     int i, j;
     axis[2] = envsh__v3_normalize(l->direction);
     envsh__v3_basis(axis[2], &axis[0], &axis[1]);
-    axis[2] = envsh__v3_scale(axis[2], -1.0f);      /* depth grows away from the light */
+    axis[2] = envsh__v3_scale(axis[2], -1.0f);      /* since depth grows away from the light */
     for (i = 0; i < 3; i++) {
         float d[3];
         envsh__v3_store(d, axis[i]);
@@ -89,6 +93,7 @@ static void envsh__fit_view(const envsh_maps *m, const envsh__light *l, const en
     }
 }
 
+/* Checks one light of the caller's arrays. */
 static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, const envsh__logger *log)
 {
     envsh__light l = envsh__light_at(lights, i);
@@ -109,7 +114,7 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
     return ENVSH_ERR_INPUT;
 }
 
-/* Checks lights, however many they are. */
+/* Checks the arrays of lights and each light, but not whether the maps hold so many. */
 static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
@@ -119,14 +124,15 @@ static envsh_result envsh__check_lights(const envsh_lights *lights, const envsh_
     if (!lights->directions) return envsh__refuse_text(log, "lights.directions", "is NULL", bad);
     if (!lights->irradiances) return envsh__refuse_text(log, "lights.irradiances", "is NULL", bad);
     if (!lights->axes_u != !lights->axes_v)
-        return envsh__refuse_text(log, "lights.axes_u, lights.axes_v", "are one NULL, one not", bad);
+        return envsh__refuse_text(log, lights->axes_u ? "lights.axes_v" : "lights.axes_u",
+                                  "is NULL, and the other axes are not", bad);
     if (!envsh__stride_fits(lights->stride))
         return envsh__refuse_stride(log, "lights.stride", lights->stride);
     for (i = 0; i < lights->count && result == ENVSH_OK; i++) result = envsh__check_light(lights, i, log);
     return result;
 }
 
-/* Makes usable bounds of those given, which may be empty or a point. */
+/* Checks bounds. If they are empty or a point, they become a box in which nothing is divided by 0. */
 static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *log)
 {
     int c, empty = 0;
@@ -139,7 +145,7 @@ static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *lo
         empty |= b->low[c] > b->high[c];
         if (b->high[c] - b->low[c] > size) size = b->high[c] - b->low[c];
     }
-    for (c = 0; c < 3 && (empty || !(size > 1e-15f)); c++) {      /* any box round the point will do */
+    for (c = 0; c < 3 && (empty || !(size > 1e-15f)); c++) {      /* any box about the point will do */
         float middle = empty ? 0.0f : b->low[c], half = 0.5f + 1e-3f * fabsf(middle);
         b->low[c] = middle - half;
         b->high[c] = middle + half;
@@ -147,6 +153,7 @@ static envsh_result envsh__check_bounds(envsh_bounds *b, const envsh__logger *lo
     return ENVSH_OK;
 }
 
+/* Clears the tile of light i. */
 static void envsh__clear_task(void *context, size_t i)
 {
     envsh_maps *m = (envsh_maps *)context;

@@ -58,7 +58,8 @@
 
    Coordinates are right-handed, and any axis may be up; matrices are column-major float[16]; directions have
    unit length and point from the surface to the light; distances are in your units, angles in radians,
-   irradiance in W/m^2.
+   irradiance in W/m^2. A vector that is called unit may have a length from 0.97 to 1.03 and is used as it is;
+   any other length is an error, and the log names the element.
 
      light      a directional light: direction, irradiance, and extent
      extent     how far a light spreads about its direction, as the sun's disc or a region of the sky does: an
@@ -80,20 +81,24 @@
    sixteenth of an octave and corners lie on whole texels, so that small changes of the bounds move no texel
    of a resting light. A receiver is moved along its normal, by bias texels at grazing light and a quarter of
    that at light from straight above. Each tap of a filter then compares the stored depth with the depth of
-   the receiver's plane at that tap, so that grazing light needs no larger bias than that.
+   the receiver's plane at that tap, so that grazing light needs no larger bias than that. Tiles are divided
+   into cells of 8 x 8 texels with the least and greatest depth of each, by which most filters need no texel.
 
    From the paper to the code
 
-     3, importance sampling                envlights.h
+     3, importance sampling                envlights.h                                        -
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
-     3, algorithm 2, clusters of c lights  envsh_illuminate
+     3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
      3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
-     3, Fig. 4, smoothing                  envsh__filter_smooth (ENVSH_FILTER_SMOOTH)
+     3, Fig. 4, smoothing                  envsh__filter_smooth                               -
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
-     4, percentage closer filtering        envsh__filter_taps (ENVSH_FILTER_PCF)
-     4, load balancing                     envsh_cost_fit envsh_cost_cluster
-     6, size of the light source           envsh__filter_penumbra (ENVSH_FILTER_PENUMBRA),
-                                           axes_u and axes_v of envsh_lights
+     4, percentage closer filtering        envsh__filter_taps                                 T24
+     4, load balancing                     envsh_cost_fit envsh_cost_cluster                  -
+     6, size of the light source           envsh__filter_penumbra, extents of envsh_lights    -
+
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none. Of
+   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, penumbrae to the
+   width of a half plane's, and the cost model to its own times.
 
    The knobs, and what each trades:
 
@@ -114,16 +119,17 @@
    Configuration
 
      ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code
-     ENVSH_STATIC               everywhere it is included: a private copy, all functions static
+     ENVSH_STATIC               beside it: a private copy for this file, all functions static
      ENVSH_DEF                  everywhere: your own linkage instead
 
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in desc.system, called from the thread that called us. Every function
-   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched and nothing
-   leaks. There are no globals: any number of threads may shade with the same maps at once; a call that
-   changes them needs them to itself. Maps and shading have the same bytes on every compiler, byte order and
-   thread count (not with x87 arithmetic, nor clang's -ffast-math).
+   that can fail returns an envsh_result; if the result is not ENVSH_OK, outputs are untouched (unless a
+   contract says otherwise), nothing leaks, and desc.system.log is told which field or element is wrong. There
+   are no globals: any number of threads may shade with the same maps at once; a call that changes maps needs
+   them to itself. Maps and shading have the same bytes on every compiler, byte order and thread count (not
+   with x87 arithmetic, nor clang's -ffast-math).
 
    Cost: docs/measured/envshadow.md, build/bench gl_envshadow.   History: CHANGELOG.md.
    Licence: end of this file. */

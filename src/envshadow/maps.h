@@ -1,26 +1,28 @@
 /* ---- maps: the atlas and its views ---- */
 
-#define ENVSH__CELL 8u              /* texels a side of a cell whose depth bounds are kept */
-#define ENVSH__NOTHING 1.0f
+#define ENVSH__CELL 8u              /* texels a side of a cell, whose least and greatest depth are kept */
+#define ENVSH__NOTHING 1.0f         /* the depth of a texel without a caster */
 
 struct envsh_maps {
     envsh__allocator allocator;
     envsh_system system;
-    float        told, span;        /* the part of the whole that the next steps are */
+    float        told, span;        /* the next steps go from the fraction told to told + span */
     uint32_t     map_side, guard, capacity, channels;
     uint32_t     across, down, pages;   /* tiles side by side, rows of tiles on a page, pages */
     uint32_t     cells;             /* cells a side of a tile */
     int          no_depth;
     envsh_rows       rows;
     envsh_clip_depth clip_depth;
-    int          phase;             /* 0 new, 1 being drawn, 2 ready to be asked */
-    uint32_t     count;             /* lights of the last begin */
+    int          phase;             /* 0: no frame was begun; 1: it is being drawn; 2: it can be shaded with
+                                       */
+    uint32_t     count;             /* lights of the last envsh_maps_begin */
     envsh_view  *views;
     float       *depth;
     float       *bounds;            /* least and greatest depth of each cell, cells x cells x 2 a tile */
-    size_t       bytes;
+    size_t       bytes;             /* of all memory of the maps */
 };
 
+/* Runs count tasks, by the caller's parallel_for if there is one. */
 static void envsh__for_each(const envsh_system *s, size_t count, envsh_task task, void *context)
 {
     size_t i;
@@ -29,13 +31,14 @@ static void envsh__for_each(const envsh_system *s, size_t count, envsh_task task
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* Tells the caller how far this call is, and returns whether the caller cancels it. */
+/* Tells the caller's progress that `part` of the next steps is done, and returns whether the caller cancels.
+   */
 static int envsh__tell_progress(const envsh_maps *m, float part)
 {
     return m->system.progress && m->system.progress(m->system.user, m->told + m->span * part) != 0;
 }
 
-/* Runs the tasks in steps, between which the caller may cancel. */
+/* Runs count tasks in 16 steps, between which the caller may cancel; in one step if there is no progress. */
 static envsh_result envsh__run_steps(const envsh_maps *m, size_t count, envsh_task task, void *context)
 {
     size_t step, steps = m->system.progress ? 16 : 1;
@@ -52,7 +55,7 @@ static envsh_result envsh__run_steps(const envsh_maps *m, size_t count, envsh_ta
     return envsh__tell_progress(m, 1.0f) ? ENVSH_ERR_CANCELLED : ENVSH_OK;
 }
 
-/* Fills in what the desc leaves at 0, and refuses what is out of range. */
+/* Fills in the defaults of a desc, and checks its fields. */
 static envsh_result envsh__check_maps_desc(envsh_maps_desc *d, const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_DESC;
@@ -74,7 +77,7 @@ static envsh_result envsh__check_maps_desc(envsh_maps_desc *d, const envsh__logg
     return ENVSH_OK;
 }
 
-/* Decides how many tiles lie side by side, as square as may be, and how many pages the rest takes. */
+/* Lays tiles out side by side on pages that are as square as may be and at most max_side wide and high. */
 static void envsh__lay_out_tiles(envsh_maps *m, uint32_t max_side)
 {
     uint32_t slots = (m->capacity + m->channels - 1) / m->channels, most = max_side / m->map_side, side = 1;
@@ -121,8 +124,8 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     envsh__lay_out_tiles(m, d.max_side);
     if (!envsh__mul_size((size_t)m->across * m->map_side, (size_t)m->down * m->map_side, &texels) ||
         !envsh__mul_size(texels, (size_t)m->pages * m->channels, &texels) || texels > SIZE_MAX / 16)
-        result = envsh__refuse_text(&logger, "capacity", "asks for more texels than there are addresses",
-                                    ENVSH_ERR_LIMIT);
+        result = envsh__refuse(&logger, "capacity", capacity, "less: size_t cannot count the texels",
+                               ENVSH_ERR_LIMIT);
     cells = (size_t)m->cells * m->cells * 2 * capacity;
     if (result == ENVSH_OK && capacity) {
         m->views = (envsh_view *)envsh__alloc_array(&a, capacity, sizeof *m->views);
@@ -172,8 +175,8 @@ ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *m, uint32_t *count
     return m ? m->views : NULL;
 }
 
-/* Returns the tile's corner texel and writes the floats from one row to the next; texels lie m->channels
-   floats apart. */
+/* Returns the corner texel of a light's tile, and writes how many floats lie from one row to the next. The
+   texels of a row lie m->channels floats apart. */
 static float *envsh__tile_texels(const envsh_maps *m, uint32_t i, size_t *row)
 {
     const envsh_view *v = &m->views[i];

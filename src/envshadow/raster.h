@@ -1,25 +1,32 @@
 /* ---- raster: depth of triangles, without a GPU ---- */
 
-typedef struct envsh__corner3 { int64_t x, y; float z; } envsh__corner3;    /* x and y in 256ths of a texel */
+/* A corner of a triangle in a tile: x and y in 256ths of a texel, and its depth. */
+typedef struct envsh__corner3 { int64_t x, y; float z; } envsh__corner3;
 
-/* Returns what is added to the edge function so that 0 or more means inside: -1 where the neighbour owns the
-   points on the edge. */
+/* Returns what is added to the edge function so that 0 or more means inside: 0 if this triangle owns the
+   points on the edge, -1 if its neighbour does. */
 static int64_t envsh__edge_bias(const envsh__corner3 *a, const envsh__corner3 *b)
 {
     return envsh__edge_owns((double)(b->x - a->x), (double)(b->y - a->y)) ? 0 : -1;
 }
 
+/* Returns the edge function of a to b at (x, y), which is above 0 on the left of the edge. */
 static int64_t envsh__edge_value(const envsh__corner3 *a, const envsh__corner3 *b, int64_t x, int64_t y)
 {
     return (b->x - a->x) * (y - a->y) - (b->y - a->y) * (x - a->x);
 }
 
-typedef struct envsh__tile_target { float *tile; size_t row, step; int64_t low, high; } envsh__tile_target;
+typedef struct envsh__tile_target { /* the tile that is drawn into */
+    float  *tile;                   /* its corner texel */
+    size_t  row, step;              /* floats from one row to the next, and from one texel to the next */
+    int64_t low, high;              /* the first and the last texel, both ways, that is not guard */
+} envsh__tile_target;
 
-/* The texels whose centres may lie in a triangle, all of them inclusive. */
+/* The texels whose centres may lie in a triangle: columns x0..x1 and rows y0..y1, ends included. */
 typedef struct envsh__texel_box { int64_t x0, y0, x1, y1; } envsh__texel_box;
 
-/* Returns the texels of the tile whose centres lie in the box of three corners; x0 > x1 or y0 > y1: none. */
+/* Returns the texels of the tile whose centres lie in the box about three corners. If there are none, x0 > x1
+   or y0 > y1. */
 static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const envsh__corner3 *p,
                                             const envsh__corner3 *q, const envsh__corner3 *r)
 {
@@ -28,7 +35,7 @@ static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const 
     int64_t x1 = p->x < q->x ? q->x : p->x;
     int64_t y0 = p->y < q->y ? p->y : q->y;
     int64_t y1 = p->y < q->y ? q->y : p->y;
-    x0 = ((r->x < x0 ? r->x : x0) + 127) >> 8;       /* first texel whose centre is not left of the box */
+    x0 = ((r->x < x0 ? r->x : x0) + 127) >> 8;       /* the first texel whose centre is not left of the box */
     x1 = ((r->x > x1 ? r->x : x1) - 128) >> 8;
     y0 = ((r->y < y0 ? r->y : y0) + 127) >> 8;
     y1 = ((r->y > y1 ? r->y : y1) - 128) >> 8;
@@ -61,7 +68,8 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
     }
     box = envsh__bound_texels(to, p, q, r);
     if (box.x0 > box.x1 || box.y0 > box.y1) return;
-    /* Depth as a plane over the texels, kept within the triangle's own range. */
+    /* Depth is a plane over the texels: zx and zy are its slopes. It is kept within lo..hi, the triangle's
+       own range, since rounding would lead beyond where triangles are thin. */
     inv = 256.0 / (double)area;
     zx = (float)(((double)(q->z - p->z) * (double)(r->y - p->y) -
                   (double)(r->z - p->z) * (double)(q->y - p->y)) * inv);
@@ -71,15 +79,16 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
     hi = p->z < q->z ? q->z : p->z;
     lo = r->z < lo ? r->z : lo;
     hi = r->z > hi ? r->z : hi;
-    lo = lo < 0.0f ? 0.0f : lo;             /* nearer than the near plane: still in the way */
+    lo = lo < 0.0f ? 0.0f : lo;             /* what is nearer than the near plane is in the way all the same
+                                               */
     z0 = p->z + zx * ((float)(box.x0 * 256 + 128 - p->x) / 256.0f) +
          zy * ((float)(box.y0 * 256 + 128 - p->y) / 256.0f);
     b0 = envsh__edge_value(p, q, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(p, q);
     b1 = envsh__edge_value(q, r, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(q, r);
     b2 = envsh__edge_value(r, p, box.x0 * 256 + 128, box.y0 * 256 + 128) + envsh__edge_bias(r, p);
     for (y = box.y0; y <= box.y1; y++) {
-        float *out = to->tile + (size_t)y * to->row + (size_t)box.x0 * to->step,
-                     zr = z0 + zy * (float)(y - box.y0);
+        float *out = to->tile + (size_t)y * to->row + (size_t)box.x0 * to->step;
+        float zr = z0 + zy * (float)(y - box.y0);
         e0 = b0;
         e1 = b1;
         e2 = b2;
@@ -109,12 +118,12 @@ static void envsh__combine_row(const float *row, const float *m, float *out)
     }
 }
 
-/* Triangles are drawn as they are within this many texels from a tile's corner. What reaches further is cut
-   first, since 256ths of a texel, and depths in floats, would bend it there. */
+/* Triangles whose corners lie within this many texels of the tile's corner are drawn as they are. Others are
+   cut to that reach first, in doubles: floats are too coarse there for 256ths of a texel and for depths. */
 #define ENVSH__REACH 32768.0
 
-/* Takes a corner into the tile. Returns 0 if it is not finite or beyond reach: envsh__cut_triangle decides
-   then. */
+/* Writes where a corner lies in the tile. Returns 0 if the corner is beyond reach or not finite, in which
+   case envsh__cut_triangle decides about the triangle. */
 static int envsh__transform_corner(const float *rows, const float *p, envsh__corner3 *out)
 {
     const float limit = (float)ENVSH__REACH;
@@ -128,10 +137,12 @@ static int envsh__transform_corner(const float *rows, const float *p, envsh__cor
     return 1;
 }
 
-typedef struct envsh__point64 { double p[3]; } envsh__point64;      /* texels, texels, depth */
+/* A point in a tile, in doubles: x and y in texels, and the depth. */
+typedef struct envsh__point64 { double p[3]; } envsh__point64;
 
-/* Returns the point where an edge leaves what is within reach, counted from its inner end whichever way the
-   edge runs, so that both its triangles get the same point. */
+/* Returns the point where an edge crosses the limit of reach. `in` is its end within reach and `out` its
+   other end, din and dout their distances from the limit. The point is computed from the inner end whichever
+   way the edge runs, so that both triangles at the edge get the same point. */
 static envsh__point64 envsh__cross_reach(const envsh__point64 *in, const envsh__point64 *out, double din,
                                          double dout)
 {
@@ -141,8 +152,8 @@ static envsh__point64 envsh__cross_reach(const envsh__point64 *in, const envsh__
     return c;
 }
 
-/* Cuts a polygon to the square of all that is within reach (Sutherland and Hodgman 1974), and returns how
-   many corners are left. q has room for 8 points. */
+/* Cuts a polygon to the square of what is within reach (Sutherland and Hodgman 1974), and returns how many
+   corners are left. q has room for 8 points. */
 static int envsh__cut_to_reach(envsh__point64 *q, int count)
 {
     envsh__point64 r[8];
@@ -162,8 +173,8 @@ static int envsh__cut_to_reach(envsh__point64 *q, int count)
     return count;
 }
 
-/* Cuts a triangle that reaches beyond, in doubles, and returns how many corners are left: none if it has
-   places that floats do not hold. c has room for 8 corners. */
+/* Cuts a triangle to what is within reach, and returns how many corners are left, which is 0 if a corner lies
+   where no float does. c has room for 8 corners. */
 static int envsh__cut_triangle(const float *rows, const float *const *corners, envsh__corner3 *c)
 {
     envsh__point64 q[8];
@@ -172,8 +183,7 @@ static int envsh__cut_triangle(const float *rows, const float *const *corners, e
         for (k = 0; k < 3; k++) {
             const float *row = rows + 4 * k, *p = corners[i];
             q[i].p[k] = (double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] +
-                        (double)row[2] * (double)p[2] +
-                        (double)row[3];
+                        (double)row[2] * (double)p[2] + (double)row[3];
             if (!(fabs(q[i].p[k]) <= 3e38)) return 0;
         }
     n = envsh__cut_to_reach(q, 3);

@@ -1,18 +1,19 @@
 /* ---- shade: all lights at many points ---- */
 
-#define ENVSH__BATCH 256u
-#define ENVSH__ALL UINT32_MAX
+#define ENVSH__BATCH 256u           /* points of a task */
+#define ENVSH__ALL UINT32_MAX       /* in place of the number of one light */
 
 typedef struct envsh__shading {
     const envsh_maps  *maps;
-    const envsh_query *query;       /* without defaults */
+    const envsh_query *query;       /* with its defaults filled in */
     const envsh_points *points;
-    float    *out;
-    uint32_t  only;                 /* one light, or ENVSH__ALL: irradiance of all */
-    float     disc[2 * ENVSH_MAX_TAPS];
+    float    *out;                  /* the visibility of one light, or the irradiance of all */
+    uint32_t  only;                 /* the number of that one light, or ENVSH__ALL */
+    float     disc[2 * ENVSH_MAX_TAPS];     /* taps on the unit disc */
 } envsh__shading;
 
-/* Adds one light to a batch of points: a tile's texels are used while they are in the cache. */
+/* Adds one light to a batch of points. Lights come one after the other, not points, so that the texels of a
+   tile are used while they are in the cache. */
 static void envsh__shade_light(const envsh__shading *s, uint32_t light, size_t begin, size_t end)
 {
     const envsh_maps *m = s->maps;
@@ -49,6 +50,7 @@ static void envsh__shade_light(const envsh__shading *s, uint32_t light, size_t b
     }
 }
 
+/* Shades a batch of points. */
 static void envsh__shade_task(void *context, size_t batch)
 {
     const envsh__shading *s = (const envsh__shading *)context;
@@ -63,7 +65,8 @@ static void envsh__shade_task(void *context, size_t batch)
     for (light = 0; light < s->maps->count; light++) envsh__shade_light(s, light, begin, end);
 }
 
-/* Returns the first normal that is finite but neither unit nor 0 0 0, or count if there is none. */
+/* Returns the number of the first normal that is finite but neither unit nor 0 0 0, or count if there is
+   none. */
 static size_t envsh__find_bad_normal(const float *normals, size_t stride, size_t count)
 {
     size_t i;
@@ -75,6 +78,7 @@ static size_t envsh__find_bad_normal(const float *normals, size_t stride, size_t
     return count;
 }
 
+/* Checks the lengths of normals, which may be NULL. */
 static envsh_result envsh__check_normals(const char *field, const float *normals, size_t stride, size_t count,
                                          const envsh__logger *log)
 {
@@ -86,7 +90,9 @@ static envsh_result envsh__check_normals(const char *field, const float *normals
     return ENVSH_ERR_INPUT;
 }
 
-static envsh_result envsh__check_points(const envsh_points *p, const void *out, const envsh__logger *log)
+/* Checks points and the output, whose name is for the log. */
+static envsh_result envsh__check_points(const envsh_points *p, const void *out, const char *name,
+                                        const envsh__logger *log)
 {
     const envsh_result bad = ENVSH_ERR_ARGUMENT;
     envsh_result result;
@@ -100,15 +106,14 @@ static envsh_result envsh__check_points(const envsh_points *p, const void *out, 
     if (!p->count) return ENVSH_OK;
     if (!p->positions) return envsh__refuse_text(log, "points.positions", "is NULL", bad);
     if (!p->normals) return envsh__refuse_text(log, "points.normals", "is NULL", bad);
-    if (!out) return envsh__refuse_text(log, "the output", "is NULL", bad);
+    if (!out) return envsh__refuse_text(log, name, "is NULL", bad);
     result = envsh__check_normals("points.normals", p->normals, p->normal_stride, p->count, log);
     if (result != ENVSH_OK) return result;
     return envsh__check_normals("points.geometric_normals", p->geometric_normals, p->geometric_normal_stride,
-                                p->count,
-                                log);
+                                p->count, log);
 }
 
-/* Shades points by a query without defaults; both have been checked. */
+/* Shades points by a query whose defaults are filled in. Both have been checked. */
 static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q, const envsh_points *points,
                                        float *out, uint32_t only)
 {
@@ -123,10 +128,10 @@ static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q
     return envsh__run_steps(m, batches, envsh__shade_task, &s);
 }
 
+/* Checks whether maps can be shaded with: they have texels, and envsh_maps_end came after the last change. */
 static envsh_result envsh__check_finished(const envsh_maps *m, const envsh__logger *log)
 {
-    if (m->no_depth)
-        return envsh__refuse_text(log, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    if (m->no_depth) return envsh__refuse_no_depth(log);
     if (m->phase != 2) return envsh__refuse_text(log, "envsh_maps_end", "must come first", ENVSH_ERR_ORDER);
     return ENVSH_OK;
 }
@@ -140,7 +145,7 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_shade");
     result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, irradiance, "irradiance", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
     return result == ENVSH_OK ? envsh__run_shading(maps, &q, points, irradiance, ENVSH__ALL) : result;
 }
@@ -154,7 +159,7 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
     if (!maps) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&maps->system, "envsh_visible");
     result = envsh__check_query(query, &q, &logger);
-    if (result == ENVSH_OK) result = envsh__check_points(points, visible, &logger);
+    if (result == ENVSH_OK) result = envsh__check_points(points, visible, "visible", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
     if (result == ENVSH_OK && light >= maps->count)
         result = envsh__refuse(&logger, "light", light, "below the count of the last begin",

@@ -23,12 +23,43 @@ static envsh_maps *maps;
 #define ALL AS_LIGHTS(list, count)
 static const envsh_bounds box = { { -1, -1, -1 }, { 1, 1, 1 } };
 
+/* ---- the log ---- */
+
+static char logged[300];
+static int log_calls;
+
+static void keep(void *user, const char *message)
+{
+    assert_ptr_equal(user, &log_calls);
+    snprintf(logged, sizeof logged, "%s", message);
+    log_calls++;
+}
+
+static void expect_log(envsh_result result, envsh_result expected, const char *message)
+{
+    assert_int_equal(result, expected);
+    assert_int_equal(log_calls, 1);
+    assert_string_equal(logged, message);
+    log_calls = 0;
+}
+
+/* The call is refused, and says why in exactly one line, which begins with the function's name. */
+#define REFUSES(call, why)                                                                                       \
+    do {                                                                                                         \
+        log_calls = 0;                                                                                           \
+        assert_int_equal(call, why);                                                                             \
+        assert_int_equal(log_calls, 1);                                                                          \
+        assert_int_equal(strncmp(#call, logged, strcspn(#call, "(")), 0);                                        \
+    } while (0)
+
 static int setup(void **state)
 {
     envsh_maps_desc d;
     (void)state;
     memset(&d, 0, sizeof d);
     d.map_side = 32;
+    d.system.log = keep;
+    d.system.user = &log_calls;
     day = sky_alloc(ENVLT_PROJECTION_LATLONG, 32, 16);
     sky_fill(&day, sunny);
     if (envlt_create(NULL, &day.map, &good, NULL) != ENVLT_OK) return -1;
@@ -124,49 +155,49 @@ static void drawing_is_checked(void **state)
     assert_int_equal(envsh_maps_begin(NULL, AS_LIGHTS(list, 1), box), ENVSH_ERR_ARGUMENT);
     envsh_maps_free(fresh);
     one.direction[0] = NOT_A_NUMBER;
-    assert_int_equal(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
     one = list[0];
     for (int c = 0; c < 3; c++) one.direction[c] *= 2;
-    assert_int_equal(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
     one = list[0];
     one.irradiance[2] = INF;
-    assert_int_equal(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, AS_LIGHTS(&one, 1), box), ENVSH_ERR_INPUT);
     b.high[1] = NOT_A_NUMBER;
-    assert_int_equal(envsh_maps_begin(maps, ALL, b), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, ALL, b), ENVSH_ERR_INPUT);
     b = box;
     b.low[2] = -1e16f;
-    assert_int_equal(envsh_maps_begin(maps, ALL, b), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, ALL, b), ENVSH_ERR_INPUT);
     assert_int_equal(envsh_maps_begin(maps, ALL, envsh_bounds_of(NULL, 0, NULL)), ENVSH_OK);   /* empty */
     assert_int_equal(envsh_maps_begin(maps, ALL, box), ENVSH_OK);
-    assert_int_equal(envsh_maps_draw(maps, NULL, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, NULL, NULL), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_draw(NULL, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     for (int i = 3; i < 16; i += 4) {
         m[i] += 1;
-        assert_int_equal(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_INPUT);
+        REFUSES(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_INPUT);
         m[i] -= 1;
     }
     m[12] = INF;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_INPUT);
     mesh.indices = outside;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
     mesh.indices = inside;
     mesh.index_count = 2;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
     mesh.index_count = 3;
     mesh.vertex_stride = 10;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.vertex_stride = 14;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.vertex_stride = SIZE_MAX & ~(size_t)3;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.vertex_stride = 0;
     mesh.positions = NULL;
-    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_set(NULL, 0, depth, 0), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_maps_set(maps, count, depth, 0), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_maps_set(maps, 0, NULL, 0), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_maps_set(maps, 0, depth, 64), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_maps_set(maps, 0, depth, 130), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_set(maps, count, depth, 0), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_set(maps, 0, NULL, 0), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_set(maps, 0, depth, 64), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_set(maps, 0, depth, 130), ENVSH_ERR_ARGUMENT);
 }
 
 static void lights_are_checked(void **state)
@@ -181,13 +212,13 @@ static void lights_are_checked(void **state)
     assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_OK);
     assert_true(envsh_get_views(maps, NULL)->spread[0] == 0);
     l.axes_u = u;                                   /* half of an extent */
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
     l = two;
     l.directions = NULL;
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
     l = two;
     l.irradiances = NULL;
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
     for (size_t stride = 1; stride < 20; stride++) {
         l = two;
         l.count = 1;
@@ -196,13 +227,13 @@ static void lights_are_checked(void **state)
     }
     l = two;
     direction[4] = 0.7f;                            /* not a unit vector */
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
     direction[4] = 0.6f;
     irradiance[5] = INF;
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
     irradiance[5] = 1;
     v[4] = 1000;
-    assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_INPUT);
     l.count = 1;                                    /* what is beyond the count is not read */
     assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(maps, NULL, box), ENVSH_OK);      /* no lights at all */
@@ -429,26 +460,6 @@ static void every_call_of_progress_may_cancel(void **state)
     envsh_maps_free(m);
 }
 
-/* ---- the log ---- */
-
-static char logged[300];
-static int log_calls;
-
-static void keep(void *user, const char *message)
-{
-    assert_ptr_equal(user, &log_calls);
-    snprintf(logged, sizeof logged, "%s", message);
-    log_calls++;
-}
-
-static void expect_log(envsh_result result, envsh_result expected, const char *message)
-{
-    assert_int_equal(result, expected);
-    assert_int_equal(log_calls, 1);
-    assert_string_equal(logged, message);
-    log_calls = 0;
-}
-
 /* One line that names function, field or element, value and range. */
 static void failed_calls_say_why(void **state)
 {
@@ -467,6 +478,7 @@ static void failed_calls_say_why(void **state)
     d.system.log = keep;
     d.system.user = &log_calls;
     d.map_side = 8;
+    log_calls = 0;
     expect_log(envsh_maps_create(&d, 1, &m), ENVSH_ERR_DESC,
                "envsh_maps_create: desc.map_side is 8; it must be 0 (= 256) or 16..4096");
     d.map_side = 16;
@@ -474,6 +486,9 @@ static void failed_calls_say_why(void **state)
     expect_log(envsh_maps_create(&d, 1, &m), ENVSH_ERR_DESC,
                "envsh_maps_create: desc.clip_depth is 7; it must be one of envsh_clip_depth");
     d.clip_depth = ENVSH_CLIP_DEPTH_DEFAULT;
+    expect_log(envsh_maps_create(&d, ENVSH_MAX_LIGHTS + 1, &m), ENVSH_ERR_ARGUMENT,
+               "envsh_maps_create: capacity is 8193; it must be 0..8192");
+    expect_log(envsh_maps_create(&d, 1, NULL), ENVSH_ERR_ARGUMENT, "envsh_maps_create: out is NULL");
     d.rows = (envsh_rows)-1;
     assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_ERR_DESC);
     d.rows = ENVSH_ROWS_DEFAULT;
@@ -499,6 +514,10 @@ static void failed_calls_say_why(void **state)
     expect_log(envsh_visible(m, 0, NULL, &r, e), ENVSH_ERR_INPUT,
                "envsh_visible: points.geometric_normals[0] has the length 0.5; it must be 1 (0.97..1.03), or 0");
     r.geometric_normals = NULL;
+    expect_log(envsh_visible(m, 1, NULL, &r, e), ENVSH_ERR_ARGUMENT,
+               "envsh_visible: light is 1; it must be below the count of the last begin");
+    expect_log(envsh_visible(m, 0, NULL, &r, NULL), ENVSH_ERR_ARGUMENT, "envsh_visible: visible is NULL");
+    expect_log(envsh_shade(m, NULL, &r, NULL), ENVSH_ERR_ARGUMENT, "envsh_shade: irradiance is NULL");
     q.filter = ENVSH_FILTER_SMOOTH;
     q.radius = 0.25f;
     expect_log(envsh_shade(m, &q, &r, e), ENVSH_ERR_DESC,
@@ -618,14 +637,39 @@ static void zero_is_the_default(void **state)
     assert_true(a[0] >= 0 && a[0] <= 0);
 }
 
-/* 16-bit indices draw what 32-bit ones do; a depth buffer that is reversed is turned round. */
-static void all_kinds_of_input_draw_the_same(void **state)
+/* A mesh with 16-bit indices casts the shadow of one with 32-bit indices; a mesh that has both is refused. */
+static void indices_of_16_bits_draw_the_same(void **state)
 {
     static const float p[] = { -0.6f, 0.3f, -0.5f,  0.7f, 0.3f, -0.4f,  0.1f, 0.4f, 0.8f,  9, 9, 9 };
     static const uint32_t wide[] = { 2, 0, 1 };
     static const uint16_t narrow[] = { 2, 0, 1 };
-    static float depth[2][32 * 32], tile[32 * 32];
     envsh_mesh meshes[2] = { { p, 4, 0, wide, 3, NULL }, { p, 4, 0, NULL, 3, narrow } };
+    float *depth;
+    size_t texels, drawn = 0;
+    envsh_info info;
+    (void)state;
+    envsh_get_info(maps, &info);
+    texels = (size_t)info.width * info.height * info.page_count;
+    depth = (float *)malloc(texels * sizeof *depth);
+    assert_non_null(depth);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(envsh_maps_begin(maps, ALL, box), ENVSH_OK);
+        assert_int_equal(envsh_maps_draw(maps, &meshes[i], NULL), ENVSH_OK);
+        if (i == 0) memcpy(depth, info.depth, texels * sizeof *depth);
+    }
+    assert_memory_equal(depth, info.depth, texels * sizeof *depth);
+    for (size_t i = 0; i < texels; i++) drawn += depth[i] < 1;
+    assert_true(drawn > 1000);
+    meshes[0].indices16 = narrow;
+    REFUSES(envsh_maps_draw(maps, &meshes[0], NULL), ENVSH_ERR_ARGUMENT);
+    assert_string_equal(logged, "envsh_maps_draw: mesh.indices, mesh.indices16 are both given");
+    free(depth);
+}
+
+/* A depth buffer that is reversed is turned round, and NaN in it is no caster. */
+static void reversed_depths_are_turned_round(void **state)
+{
+    static float depth[32 * 32], tile[32 * 32];
     envsh_maps_desc d;
     envsh_maps *m;
     envsh_info info;
@@ -635,20 +679,51 @@ static void all_kinds_of_input_draw_the_same(void **state)
     d.clip_depth = ENVSH_CLIP_DEPTH_REVERSED;
     assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
     envsh_get_info(m, &info);
-    for (int i = 0; i < 2; i++) {
-        assert_int_equal(envsh_maps_begin(m, AS_LIGHTS(list, 1), box), ENVSH_OK);
-        assert_int_equal(envsh_maps_draw(m, &meshes[i], NULL), ENVSH_OK);
-        memcpy(depth[i], info.depth, sizeof depth[i]);
+    for (int i = 0; i < 32 * 32; i++) {
+        const int guard = i % 32 < 4 || i % 32 >= 28 || i / 32 < 4 || i / 32 >= 28;
+        tile[i] = (float)(i % 97) / 96;
+        depth[i] = guard ? 1 : 1 - tile[i];
     }
-    assert_memory_equal(depth[0], depth[1], sizeof depth[0]);
-    for (int i = 0; i < 32 * 32; i++) tile[i] = 1 - depth[0][i];
     tile[32 * 16 + 16] = NOT_A_NUMBER;
-    depth[0][32 * 16 + 16] = 1;
+    depth[32 * 16 + 16] = 1;
     assert_int_equal(envsh_maps_begin(m, AS_LIGHTS(list, 1), box), ENVSH_OK);
     assert_int_equal(envsh_maps_set(m, 0, tile, 0), ENVSH_OK);
-    for (int i = 0; i < 32 * 32; i++) CLOSE(info.depth[i], depth[0][i], 1e-6);
-    meshes[0].indices16 = narrow;
-    assert_int_equal(envsh_maps_draw(m, &meshes[0], NULL), ENVSH_ERR_ARGUMENT);
+    for (int i = 0; i < 32 * 32; i++) CLOSE(info.depth[i], depth[i], 1e-6);
+    envsh_maps_free(m);
+}
+
+/* envsh_illuminate checks all that it can before it has anything drawn, and names itself in the log. */
+static void clusters_are_checked_before_drawing(void **state)
+{
+    static const float direction[3] = { 0, 1, 0 }, point[3] = { 0, 0, 0 };
+    const envsh_lights light = { 1, direction, direction, NULL, NULL, 0 };
+    envsh_points r = { 1, point, 0, direction, 0, NULL, 0, 0 };
+    envsh_bounds far_away = box;
+    envsh_maps_desc d;
+    envsh_maps *m;
+    float e[3];
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.map_side = 16;
+    d.system.log = keep;
+    d.system.user = &log_calls;
+    d.no_depth = 1;
+    far_away.high[1] = 1e16f;
+    log_calls = 0;
+    expect_log(envsh_illuminate(maps, &light, far_away, never, NULL, NULL, &r, e), ENVSH_ERR_INPUT,
+               "envsh_illuminate: bounds.high is 1e16; it must be -1e15..1e15");
+    expect_log(envsh_illuminate(maps, &light, box, NULL, NULL, NULL, &r, e), ENVSH_ERR_ARGUMENT,
+               "envsh_illuminate: draw_fn is NULL");
+    expect_log(envsh_illuminate(maps, &light, box, never, NULL, NULL, &r, NULL), ENVSH_ERR_ARGUMENT,
+               "envsh_illuminate: irradiance is NULL");
+    assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
+    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_DESC,
+               "envsh_illuminate: desc.no_depth was set: these maps have no texels");
+    envsh_maps_free(m);
+    d.no_depth = 0;
+    assert_int_equal(envsh_maps_create(&d, 0, &m), ENVSH_OK);
+    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_ARGUMENT,
+               "envsh_illuminate: capacity is 0: no light has room");
     envsh_maps_free(m);
 }
 
@@ -666,14 +741,14 @@ static void queries_are_checked(void **state)
     good_points.count = 1;
     r = good_points;
     assert_int_equal(envsh_maps_begin(maps, ALL, box), ENVSH_OK);
-    assert_int_equal(envsh_shade(maps, &good_query, &r, out), ENVSH_ERR_ORDER);     /* no end yet */
+    REFUSES(envsh_shade(maps, &good_query, &r, out), ENVSH_ERR_ORDER);     /* no end yet */
     assert_int_equal(envsh_maps_end(maps), ENVSH_OK);
 #define REFUSED(why, change)                                                                                       \
     do {                                                                                                           \
         q = good_query;                                                                                            \
         r = good_points;                                                                                           \
         change;                                                                                                    \
-        assert_int_equal(envsh_shade(maps, &q, &r, out), why);                                                     \
+        REFUSES(envsh_shade(maps, &q, &r, out), why);                                                              \
     } while (0)
     REFUSED(ENVSH_ERR_ARGUMENT, r.positions = NULL);
     REFUSED(ENVSH_ERR_ARGUMENT, r.normals = NULL);
@@ -692,18 +767,18 @@ static void queries_are_checked(void **state)
     r = good_points;
     assert_int_equal(envsh_shade(maps, NULL, &r, out), ENVSH_OK);                   /* all defaults */
     out[0] = 7;
-    assert_int_equal(envsh_shade(maps, &good_query, NULL, out), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_shade(maps, &good_query, NULL, out), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_shade(NULL, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_shade(maps, &good_query, &r, NULL), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_visible(maps, count, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_visible(maps, ENVLT_NO_LIGHT, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
-    assert_int_equal(envsh_illuminate(maps, ALL, box, NULL, NULL, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_shade(maps, &good_query, &r, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_visible(maps, count, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_visible(maps, ENVLT_NO_LIGHT, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_illuminate(maps, ALL, box, NULL, NULL, &good_query, &r, out), ENVSH_ERR_ARGUMENT);
     {
         envsh_result says = ENVSH_ERR_INPUT;
         envsh_maps *none;
         const envsh_query *g = &good_query;
         assert_int_equal(envsh_illuminate(NULL, ALL, box, draw_fails, &says, g, &r, out), ENVSH_ERR_ARGUMENT);
-        assert_int_equal(envsh_illuminate(maps, ALL, box, draw_fails, &says, g, NULL, out), ENVSH_ERR_ARGUMENT);
+        REFUSES(envsh_illuminate(maps, ALL, box, draw_fails, &says, g, NULL, out), ENVSH_ERR_ARGUMENT);
         assert_int_equal(envsh_illuminate(maps, AS_LIGHTS(NULL, count), box, draw_fails, &says, g, &r, out),
                          ENVSH_ERR_ARGUMENT);
         assert_int_equal(envsh_maps_create(NULL, 0, &none), ENVSH_OK);
@@ -713,8 +788,8 @@ static void queries_are_checked(void **state)
         assert_true(out[0] >= 7 && out[0] <= 7);
         q = good_query;                                         /* the query is looked at before anything is drawn */
         q.bias = INF;
-        assert_int_equal(envsh_illuminate(maps, ALL, box, draw_fails, &says, &q, &r, out), ENVSH_ERR_DESC);
-        assert_int_equal(envsh_illuminate(maps, ALL, box, draw_fails, &says, g, &r, NULL), ENVSH_ERR_ARGUMENT);
+        REFUSES(envsh_illuminate(maps, ALL, box, draw_fails, &says, &q, &r, out), ENVSH_ERR_DESC);
+        REFUSES(envsh_illuminate(maps, ALL, box, draw_fails, &says, g, &r, NULL), ENVSH_ERR_ARGUMENT);
         says = ENVSH_OK;
         assert_true(out[0] >= 7 && out[0] <= 7);
         assert_int_equal(envsh_illuminate(maps, AS_LIGHTS(NULL, 0), box, draw_fails, &says, g, &r, out), ENVSH_OK);
@@ -792,7 +867,9 @@ int main(void)
         cmocka_unit_test(missing_memory_is_told),
         cmocka_unit_test(clusters_name_the_light),
         cmocka_unit_test(zero_is_the_default),
-        cmocka_unit_test(all_kinds_of_input_draw_the_same),
+        cmocka_unit_test(clusters_are_checked_before_drawing),
+        cmocka_unit_test(indices_of_16_bits_draw_the_same),
+        cmocka_unit_test(reversed_depths_are_turned_round),
         cmocka_unit_test(queries_are_checked),
         cmocka_unit_test(costs_are_not_negative),
     };
