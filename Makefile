@@ -40,7 +40,8 @@ FUZZ_TIME ?= 60
 
 # In the order in which the README shows them.
 HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h lightsampling.h envlights.h gifilter.h) \
-           $(wildcard gl_backend/gl_backend.h) $(filter-out gl_backend/gl_backend.h,$(wildcard gl_backend/*.h))
+           $(wildcard gl_backend/gl_backend.h gl_backend/gl_programs.h) \
+           $(filter-out gl_backend/gl_backend.h gl_backend/gl_programs.h,$(wildcard gl_backend/*.h))
 
 # gcc -O0 takes arrays for unset that are filled after a struct got their address.
 O0 := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)

@@ -6,6 +6,7 @@
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
 #define GL_CSM_IMPLEMENTATION
 #include "gl_backend/gl_csm.h"

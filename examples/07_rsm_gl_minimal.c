@@ -6,6 +6,7 @@
    cc -O2 07_rsm_gl_minimal.c -lglfw -lm -o rsm_gl_minimal && ./rsm_gl_minimal       Escape ends it
    ./rsm_gl_minimal picture.ppm                                            one picture, no visible window */
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
 #define GL_RSM_IMPLEMENTATION
 #include "gl_backend/gl_rsm.h"

@@ -7,6 +7,7 @@
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
 #define GL_SHADOWFIELD_IMPLEMENTATION
 #include "gl_backend/gl_shadowfield.h"

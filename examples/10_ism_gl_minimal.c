@@ -7,6 +7,7 @@
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
 #define GL_ISM_IMPLEMENTATION
 #include "gl_backend/gl_ism.h"

@@ -9,6 +9,7 @@
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_ENVSHADOW_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
 #include "gl_backend/gl_envshadow.h"

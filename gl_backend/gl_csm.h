@@ -18,6 +18,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_CSM_IMPLEMENTATION
        #include "gl_backend/gl_csm.h"
@@ -76,7 +77,7 @@
    Layouts: docs/gpu-layouts.md. The technique: docs/csm.md. State: docs/gl-state.md. Licence: end of file. */
 /* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
    csm.h and lightsampling.h lie above this folder. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "gl_gbuffer.h"
 #include "../csm.h"
 #include "../lightsampling.h"
@@ -4187,12 +4188,12 @@ static void glbk__csm_open_all(glbk_csm_builder *b)
    which the first 4 are its open segment. */
 static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 {
+    const glbk_box whole = { 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1 };
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
     for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
     if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
-    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1,
-                               b->words);
+    return glbk_texture_update(ctx, &b->opened[b->now], &whole, b->words);
 }
 
 /* Reads open segments and records back, 16 words a pixel on either path. */

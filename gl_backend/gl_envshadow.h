@@ -16,6 +16,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_ENVSHADOW_IMPLEMENTATION
        #include "gl_backend/gl_envshadow.h"

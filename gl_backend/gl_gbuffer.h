@@ -19,6 +19,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #include "gl_backend/gl_gbuffer.h"
        #include <stdio.h>
@@ -78,7 +79,7 @@
    Licence: end of file. */
 /* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
    lightsampling.h lies above this folder. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "../lightsampling.h"
 
 #ifndef GL_GBUFFER_H
@@ -941,7 +942,7 @@ static const glbk_file glbk__gbuffer_reads[] = {
 };
 static const glbk_part glbk__gbuffer_reader = {
     "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0],
-    glbk__gbuffer_units, glbk__gbuffer_bindings
+    glbk__gbuffer_units, glbk__gbuffer_bindings, NULL, NULL
 };
 
 /* ==== src/gl_gbuffer/refusing.h ==== */
@@ -1156,8 +1157,10 @@ static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
     int i;
     if (row) memset(row, 0, count * sizeof *row);
     for (i = 0; i < 4; i++)
-        for (y = 0; y < g->height && result == GLBK_OK; y++)
-            result = glbk_texture_update(ctx, &g->words[i], 0, 0, y, 0, g->width, 1, 1, row);
+        for (y = 0; y < g->height && result == GLBK_OK; y++) {
+            const glbk_box box = { 0, 0, y, 0, g->width, 1, 1 };
+            result = glbk_texture_update(ctx, &g->words[i], &box, row);
+        }
     glbk_gbuf__free(&memory, row);
     return result;
 }
@@ -1343,16 +1346,19 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uin
     glbk__gbuffer_rows rows;
     uint32_t pixel[4][4], k;
     glbk_result result = glbk__gbuffer_take_rows(ctx, __func__, g, row, row_count, pixels, &rows);
+    glbk_box box = { 0, 0, 0, 0, 0, 0, 1 };
     size_t i;
 
     if (result != GLBK_OK) return result;
+    box.y = row;
+    box.width = g->width;
+    box.height = row_count;
     for (i = 0; i < rows.count; i++) {
         glbk__gbuffer_words(&pixels[i], pixel);
         for (k = 0; k < 4; k++) memcpy(rows.words + 4 * (k * rows.count + i), pixel[k], sizeof pixel[k]);
     }
     for (k = 0; k < 4 && result == GLBK_OK; k++)
-        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, row_count, 1,
-                                     rows.words + 4 * k * rows.count);
+        result = glbk_texture_update(ctx, &g->words[k], &box, rows.words + 4 * k * rows.count);
     glbk_gbuf__free(&rows.memory, rows.words);
     g->has_depth = g->has_clip = 0;
     return result;

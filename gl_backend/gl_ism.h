@@ -16,6 +16,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_ISM_IMPLEMENTATION
        #include "gl_backend/gl_ism.h"
@@ -131,7 +132,7 @@
    Licence: end of file. */
 /* These includes stand outside the guard, since an implementation may be asked for when the file is included
    for the second time. ism.h lies above this folder; its implementation is not needed. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "gl_gbuffer.h"
 #include "../ism.h"
 

@@ -17,6 +17,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_RSM_IMPLEMENTATION
        #include "gl_backend/gl_rsm.h"
@@ -135,7 +136,7 @@
    Licence: end of file. */
 /* These includes stand outside the guard, since an implementation may be asked for when the file is included
    for the second time. rsm.h and gifilter.h lie above this folder; their implementations are not needed. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "gl_gbuffer.h"
 #include "../rsm.h"
 #include "../gifilter.h"
@@ -2914,6 +2915,7 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     glbk_rsm__allocator memory;
     unsigned char *layer;
     size_t count;
+    glbk_box box = { 0, 0, 0, 0, 0, 0, 1 };
     uint32_t i;
     glbk_result result = GLBK_OK;
 
@@ -2925,10 +2927,12 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     count = (size_t)map->side * map->side;
     layer = (unsigned char *)glbk_rsm__alloc_array(&memory, count, 64);
     if (!layer) return GLBK_ERR_ALLOC;
+    box.width = box.height = map->side;
     for (i = 0; i < 3 * map->face_count && result == GLBK_OK; i++) {
         if (i % 3 == 0) memcpy(layer + 16 * count, texels + count * (i / 3), 48 * count);
         glbk__rsm_copy_layer(layer + 16 * count, layer, count, i % 3, 0);
-        result = glbk_texture_update(ctx, &map->texels, 0, 0, 0, i, map->side, map->side, 1, layer);
+        box.layer = i;
+        result = glbk_texture_update(ctx, &map->texels, &box, layer);
     }
     glbk_rsm__free(&memory, layer);
     map->summed = 0;

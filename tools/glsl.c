@@ -6,6 +6,7 @@
 
 #define SHADOWFIELD_IMPLEMENTATION      /* gl_shadowfield.h calls it */
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_PROGRAMS_IMPLEMENTATION
 #define GL_CSM_IMPLEMENTATION
 #define GL_SHADOWFIELD_IMPLEMENTATION
 #define GL_ENVSHADOW_IMPLEMENTATION
@@ -112,7 +113,7 @@ static int write_part(const char *folder, const glbk_part *part)
 
 int main(int argc, char **argv)
 {
-    const glbk_part *const parts[] = { glbk_base_part(), glbk_gbuffer_part(), glbk_csm_part(), glbk_sfield_part(),
+    const glbk_part *const parts[] = { glbk__base(), glbk_gbuffer_part(), glbk_csm_part(), glbk_sfield_part(),
                                        glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part() };
     char path[1024];
     size_t i;

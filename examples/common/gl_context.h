@@ -3,7 +3,7 @@
 #ifndef EX_GL_CONTEXT_H
 #define EX_GL_CONTEXT_H
 
-#include "../../gl_backend/gl_backend.h"
+#include "../../gl_backend/gl_programs.h"
 #include "scene.h"
 
 typedef enum ex_gl_api {

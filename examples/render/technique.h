@@ -14,7 +14,7 @@
 #ifndef RD_TECHNIQUE_H
 #define RD_TECHNIQUE_H
 
-#include "../../gl_backend/gl_backend.h"
+#include "../../gl_backend/gl_programs.h"
 #include "../common/common.h"
 #include "json.h"
 #include "settings.h"

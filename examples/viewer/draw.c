@@ -231,7 +231,7 @@ void vw_draw_picture(vw_draw *d, const vw_show *show, float ev)
         memcpy(grown + 4 * i, image->rgb + 3 * i, 3 * sizeof *grown);
         grown[4 * i + 3] = 1;
     }
-    glbk_texture_update(d->gl, &d->picture_texture, 0, 0, 0, 0, image->width, image->height, 1, grown);
+    glbk_texture_update(d->gl, &d->picture_texture, &(glbk_box){ 0, 0, 0, 0, image->width, image->height, 1 }, grown);
     pass = window_pass(d, show);
     glbk_begin(d->gl, &pass, &d->picture);
     d->gl->gl.Uniform1f(d->gl->gl.GetUniformLocation(d->picture.name, "scale"), ev);
@@ -244,7 +244,8 @@ void vw_draw_panel(vw_draw *d, const vw_panel *panel)
     glbk_pass pass;
     if (keep_texture(d, &d->panel_texture, GLBK_FORMAT_RGBA8, panel->width, panel->height) != 0)
         return;
-    glbk_texture_update(d->gl, &d->panel_texture, 0, 0, 0, 0, panel->width, panel->height, 1, panel->rgba);
+    glbk_texture_update(d->gl, &d->panel_texture, &(glbk_box){ 0, 0, 0, 0, panel->width, panel->height, 1 },
+                        panel->rgba);
     memset(&pass, 0, sizeof pass);
     pass.viewport[2] = (int32_t)panel->width;
     pass.viewport[3] = (int32_t)panel->height;

@@ -1,6 +1,6 @@
 /* ---- buffers: through the copy target, which no vertex array or draw looks at ---- */
 
-enum { GLBK__DYNAMIC_DRAW = 0x88E8 };
+enum { GLBK__DYNAMIC_DRAW = 0x88E8, GLBK__ELEMENT_ARRAY_BUFFER_BINDING = 0x8895 };
 
 static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, size_t bytes, const void *data,
                                      int indices, glbk_buffer *out)
@@ -9,14 +9,12 @@ static glbk_result glbk__buffer_make(glbk_context *ctx, const char *function, si
     int32_t bound = 0;
     glbk_result result;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    result = glbk__enter(ctx);
+    result = glbk__enter_create(ctx, function, out, sizeof *out);
     if (result != GLBK_OK) return result;
     if (!bytes || bytes > PTRDIFF_MAX)
         return glbk__refuse_range(ctx, bytes ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, function, "bytes",
                                   (double)bytes, 1, (double)PTRDIFF_MAX);
-    ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
+    ctx->gl.GetIntegerv(indices ? (uint32_t)GLBK__ELEMENT_ARRAY_BUFFER_BINDING : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
     ctx->gl.BindBuffer(target, out->name);
     ctx->gl.BufferData(target, (ptrdiff_t)bytes, data, GLBK_GL_STATIC_DRAW);
@@ -32,19 +30,20 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const v
     return glbk__buffer_make(ctx, __func__, bytes, data, 0, out);
 }
 
-/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one
-   belongs to the vertex array, and core profiles need not have one bound. */
+/* WebGL lets a buffer hold indices only if it was bound as such first. Elsewhere indices go through the copy
+   target, since the binding of indices belongs to a vertex array, and in core profiles none may be bound. */
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out)
 {
     return glbk__buffer_make(ctx, __func__, bytes, data, ctx && ctx->webgl, out);
 }
 
-/* Whether a run of bytes lies within a buffer, whose memory is at `memory`. */
+/* Checks that a run of bytes lies within a buffer, and that the memory for it, an argument of this name, is
+   not NULL. */
 static glbk_result glbk__check_run(const glbk_context *ctx, const char *function, const glbk_buffer *buffer,
-                                   size_t offset, size_t bytes, const void *memory)
+                                   size_t offset, size_t bytes, const void *memory, const char *name)
 {
     const glbk_result bad = GLBK_ERR_ARGUMENT;
-    if (!memory) return glbk__refuse(ctx, bad, function, "the data", "are NULL");
+    if (!memory) return glbk__refuse(ctx, bad, function, name, "is NULL");
     if (!buffer || !buffer->name) return glbk__refuse(ctx, bad, function, "buffer", "was not created");
     if (offset > buffer->bytes)
         return glbk__refuse_range(ctx, bad, function, "offset", (double)offset, 0, (double)buffer->bytes);
@@ -60,7 +59,7 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
     int32_t bound = 0;
     glbk_result result = glbk__enter_frame(ctx);
 
-    if (result == GLBK_OK) result = glbk__check_run(ctx, __func__, buffer, offset, bytes, data);
+    if (result == GLBK_OK) result = glbk__check_run(ctx, __func__, buffer, offset, bytes, data, "data");
     if (result != GLBK_OK) return result;
     ctx->gl.GetIntegerv(target, &bound);
     ctx->gl.BindBuffer(target, buffer->name);
@@ -70,31 +69,17 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
     return glbk__leave_frame(ctx);
 }
 
-/* All values of a block for the draws that follow, bound to its slot: two calls, which go through the binding
-   that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what
-   they read or, on GPUs that draw tile by tile, splits their pass. */
-GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
-                                      const void *values)
-{
-    const uint32_t target = GLBK_GL_UNIFORM_BUFFER;
-    glbk_result result = glbk__enter_frame(ctx);
-    if (ctx->lost || !buffer->name) return ctx->lost ? GLBK_ERR_LOST : GLBK_ERR_ARGUMENT;
-    /* Even so: a callback may draw in spite of an error. */
-    ctx->gl.BindBufferBase(target, ctx->first_block + slot, buffer->name);
-    if (result != GLBK_OK) return result;
-    ctx->gl.BufferData(target, (ptrdiff_t)buffer->bytes, values, GLBK_GL_STREAM_DRAW);
-    return glbk__leave_frame(ctx);
-}
-
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
                                       size_t bytes, void *out)
 {
     int32_t bound = 0;
     glbk_result result = glbk__enter(ctx);
 
-    if (result == GLBK_OK) result = glbk__check_run(ctx, __func__, buffer, offset, bytes, out);
+    if (result == GLBK_OK) result = glbk__check_run(ctx, __func__, buffer, offset, bytes, out, "out");
     if (result != GLBK_OK) return result;
-    if (ctx->es) return GLBK_ERR_FEATURE;
+    if (ctx->es)
+        return glbk__refuse(ctx, GLBK_ERR_FEATURE, __func__, "ctx",
+                            "is of OpenGL ES, which cannot read buffers");
     ctx->gl.GetIntegerv(GLBK_GL_COPY_WRITE_BUFFER, &bound);
     ctx->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, buffer->name);
     ctx->gl.GetBufferSubData(GLBK_GL_COPY_WRITE_BUFFER, (ptrdiff_t)offset, (ptrdiff_t)bytes, out);

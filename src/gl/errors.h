@@ -1,9 +1,12 @@
 /* ---- errors: GL's error flag ---- */
 
-enum { GLBK__OUT_OF_MEMORY = 0x0505, GLBK__CONTEXT_LOST = 0x0507 };
+enum {
+    GLBK__OUT_OF_MEMORY = 0x0505, GLBK__CONTEXT_LOST = 0x0507, GLBK__DRAW_FRAMEBUFFER_BINDING = 0x8CA6
+};
 
-/* Takes all errors that GL keeps; there may be one for each part of a distributed driver. The count is
-   bounded since a driver without a context may return an error for ever. */
+/* Takes all errors that GL keeps, of which there may be one for each part of a distributed driver, and
+   returns `otherwise` if there was one. The count is bounded since a driver without a context may return an
+   error for ever. */
 static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
 {
     uint32_t first = ctx->gl.GetError(), error = first;
@@ -22,18 +25,24 @@ static glbk_result glbk__take_errors(glbk_context *ctx, glbk_result otherwise)
     return otherwise == GLBK_ERR_GL && first == GLBK__OUT_OF_MEMORY ? GLBK_ERR_GL_MEMORY : otherwise;
 }
 
-/* Every function that can fail and calls GL begins and ends with these. */
 GLBK__DEF glbk_result glbk__enter(glbk_context *ctx)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
     return ctx->lost ? GLBK_ERR_LOST : glbk__take_errors(ctx, GLBK_ERR_PENDING);
 }
 
+GLBK__DEF glbk_result glbk__enter_create(glbk_context *ctx, const char *function, void *out, size_t bytes)
+{
+    if (out) memset(out, 0, bytes);
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    return out ? glbk__enter(ctx) : glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "out", "is NULL");
+}
+
 GLBK__DEF glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
 
-/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and
-   drivers with threads of their own wait for all that was asked of them before. */
-static glbk_result glbk__enter_frame(glbk_context *ctx)
+/* Begins a call of a frame, which asks GL only if the user wants it: the answer makes browsers and drivers
+   with threads of their own wait for all that was asked of them before. */
+GLBK__DEF glbk_result glbk__enter_frame(glbk_context *ctx)
 {
     if (!ctx || ctx->check) return glbk__enter(ctx);
     return ctx->lost ? GLBK_ERR_LOST : GLBK_OK;
@@ -41,7 +50,6 @@ static glbk_result glbk__enter_frame(glbk_context *ctx)
 
 GLBK__DEF glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
 
-/* The end of a creating call whose last steps were a frame's. */
 GLBK__DEF glbk_result glbk__leave_created(glbk_context *ctx, glbk_result result)
 {
     return result == GLBK_OK ? glbk__leave(ctx) : result;
@@ -51,7 +59,7 @@ GLBK__DEF glbk_result glbk__check_bound(const glbk_context *ctx, const char *fun
 {
     int32_t bound = 0;
     if (!ctx->check || !ctx->inner) return GLBK_OK;
-    ctx->gl.GetIntegerv(0x8CA6 /* DRAW_FRAMEBUFFER_BINDING */, &bound);
+    ctx->gl.GetIntegerv(GLBK__DRAW_FRAMEBUFFER_BINDING, &bound);
     if ((uint32_t)bound != ctx->inner) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "a technique's framebuffer",
                         "is still bound: after its passes bind your own");

@@ -1,42 +1,3 @@
-/* ---- results ---- */
-
-#define GLBK_RESULTS(X)                                                                                     \
-    X(GLBK_OK, "ok")                                                                                        \
-    X(GLBK_ERR_ARGUMENT, "a pointer is NULL, or a count or stride is out of range")                         \
-    X(GLBK_ERR_DESC, "a field of a desc is out of range")                                                   \
-    X(GLBK_ERR_INPUT, "the data cannot be used")                                                            \
-    X(GLBK_ERR_ALLOC, "the allocator returned no memory")                                                   \
-    X(GLBK_ERR_MEMORY, "the caller's memory is too small or misaligned")                                    \
-    X(GLBK_ERR_LIMIT, "a size overflows or passes a limit")                                                 \
-    X(GLBK_ERR_CANCELLED, "cancelled by the progress callback")                                             \
-    X(GLBK_ERR_ORDER, "this call comes too early, too late or twice")                                       \
-    X(GLBK_ERR_FORMAT, "not a file of this kind, or a damaged one")                                         \
-    X(GLBK_ERR_VERSION, "a file of an unknown version")                                                     \
-    X(GLBK_ERR_MISMATCH, "what was given does not belong together")                                         \
-    X(GLBK_ERR_CONTEXT, "no GL context is current")                                                         \
-    X(GLBK_ERR_OLD_CONTEXT, "the context is older than OpenGL 3.3 or OpenGL ES 3.0")                        \
-    X(GLBK_ERR_FUNCTION, "a GL function is missing")                                                        \
-    X(GLBK_ERR_FEATURE, "this call needs OpenGL 4.3 (compute)")                                             \
-    X(GLBK_ERR_FLOAT_TARGET, "rendering to this float format needs EXT_color_buffer_float")                 \
-    X(GLBK_ERR_NAME, "no GLSL file of that name")                                                           \
-    X(GLBK_ERR_COMPILE, "a shader does not compile")                                                        \
-    X(GLBK_ERR_LINK, "a program does not link")                                                             \
-    X(GLBK_ERR_TARGET, "the driver cannot render to this combination of formats")                           \
-    X(GLBK_ERR_GL_MEMORY, "GL is out of memory")                                                            \
-    X(GLBK_ERR_GL, "GL reported an error")                                                                  \
-    X(GLBK_ERR_PENDING, "a GL error from before this call was pending")                                     \
-    X(GLBK_ERR_LOST, "the GL context is lost")
-
-typedef enum glbk_result {
-#define GLBK__ENUM(name, text) name,
-    GLBK_RESULTS(GLBK__ENUM)
-#undef GLBK__ENUM
-    GLBK_RESULT_COUNT
-} glbk_result;
-
-GLBK_DEF const char *glbk_result_text(glbk_result result);
-/* Returns what a result means as a constant string, "unknown result" for a value beyond the list. */
-
 /* ---- GL itself: functions without the gl prefix, constants ----
 
    X(group, return type, name, types of the parameters, in the order that GL's reference gives them). Groups:
@@ -121,6 +82,10 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, int32_t, GetUniformLocation, (uint32_t, const char *)) \
     X(CORE, uint32_t, GetUniformBlockIndex, (uint32_t, const char *)) \
     X(CORE, void, UniformBlockBinding, (uint32_t, uint32_t, uint32_t)) \
+    X(CORE, void, GetActiveUniform, (uint32_t, uint32_t, int32_t, int32_t *, int32_t *, uint32_t *, char *)) \
+    X(CORE, void, GetActiveUniformBlockName, (uint32_t, uint32_t, int32_t, int32_t *, char *)) \
+    X(CORE, void, GetActiveUniformBlockiv, (uint32_t, uint32_t, uint32_t, int32_t *)) \
+    X(CORE, void, GetUniformiv, (uint32_t, int32_t, int32_t *)) \
     X(CORE, void, Uniform1i, (int32_t, int32_t)) X(CORE, void, Uniform1f, (int32_t, float)) \
     X(CORE, void, Uniform4fv, (int32_t, int32_t, const float *)) \
     X(CORE, void, UniformMatrix4fv, (int32_t, int32_t, uint8_t, const float *))
@@ -144,6 +109,7 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
 #define GLBK__COMPUTE_FUNCTIONS(X) \
     X(COMPUTE, void, DispatchCompute, (uint32_t, uint32_t, uint32_t)) \
     X(COMPUTE, void, DispatchComputeIndirect, (ptrdiff_t)) \
+    X(COMPUTE, uint32_t, GetProgramResourceIndex, (uint32_t, uint32_t, const char *)) \
     X(COMPUTE, void, BindImageTexture, (uint32_t, uint32_t, int32_t, uint8_t, int32_t, uint32_t, \
                                         uint32_t)) \
     X(COMPUTE, void, Barrier, (uint32_t)) /* glMemoryBarrier: windows.h has a macro of that name */ \

@@ -1,6 +1,16 @@
 /* ---- init: functions and what the context can do ---- */
 
 enum {
+    GLBK__RENDERER = 0x1F01, GLBK__VERSION_TEXT = 0x1F02, GLBK__EXTENSIONS = 0x1F03,
+    GLBK__NUM_EXTENSIONS = 0x821D, GLBK__CLIP_ORIGIN = 0x935C, GLBK__CLIP_DEPTH_MODE = 0x935D,
+    GLBK__LOWER_LEFT = 0x8CA1, GLBK__UPPER_LEFT = 0x8CA2, GLBK__NEGATIVE_ONE_TO_ONE = 0x935E,
+    GLBK__MAX_TEXTURE_SIZE = 0x0D33, GLBK__MAX_ARRAY_TEXTURE_LAYERS = 0x88FF, GLBK__MAX_DRAW_BUFFERS = 0x8824,
+    GLBK__MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE, GLBK__ALIASED_POINT_SIZE_RANGE = 0x846D,
+    GLBK__MAX_TEXTURE_UNITS = 0x8B4D /* MAX_COMBINED_TEXTURE_IMAGE_UNITS */,
+    GLBK__MAX_BLOCK_BINDINGS = 0x8A2F /* MAX_UNIFORM_BUFFER_BINDINGS */
+};
+
+enum {
     GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS,
     GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
 };
@@ -38,8 +48,8 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
     return NULL;
 }
 
-/* "4.5 (Core Profile) ...", "OpenGL ES 3.0 ...", "OpenGL ES 3.0 (WebGL 2.0 ...)": the first number is the
-   version. */
+/* Reads the version, the first number of a text like "4.5 (Core Profile) ...", "OpenGL ES 3.0 ..." or "OpenGL
+   ES 3.0 (WebGL 2.0 ...)". */
 static void glbk__read_version(glbk_context *ctx, const char *text)
 {
     const char *s = text;
@@ -55,30 +65,31 @@ static void glbk__read_version(glbk_context *ctx, const char *text)
 static int glbk__has_extension(const glbk_context *ctx, const char *name)
 {
     int32_t count = 0, i;
-    ctx->gl.GetIntegerv(0x821D /* NUM_EXTENSIONS */, &count);
+    ctx->gl.GetIntegerv(GLBK__NUM_EXTENSIONS, &count);
     for (i = 0; i < count; i++) {
-        const char *text = (const char *)ctx->gl.GetStringi(0x1F03 /* EXTENSIONS */, (uint32_t)i);
+        const char *text = (const char *)ctx->gl.GetStringi(GLBK__EXTENSIONS, (uint32_t)i);
         if (text && strcmp(text, name) == 0) return 1;
     }
     return 0;
 }
 
-static uint32_t glbk__get_integer(const glbk_context *ctx, uint32_t name)
+GLBK__DEF uint32_t glbk__get_integer(const glbk_context *ctx, uint32_t name)
 {
     int32_t value[4] = { 0, 0, 0, 0 };
     ctx->gl.GetIntegerv(name, value);
     return (uint32_t)value[0];
 }
 
-/* Of WebGL's extensions, those are listed too that nobody has enabled: then GL does not know the state. */
+/* Returns whether glClipControl works. WebGL also lists extensions that nobody has enabled; GL does not know
+   their state then, which shows in the origin. */
 static int glbk__has_clip_control(glbk_context *ctx, const glbk_desc *desc)
 {
     uint32_t origin;
     if (!ctx->es && ctx->version < 450 && !glbk__has_extension(ctx, "GL_ARB_clip_control")) return 0;
     if (ctx->es && !glbk__has_extension(ctx, "GL_EXT_clip_control")) return 0;
     if (glbk__load(ctx, desc, GLBK__GROUP_CLIP)) return 0;
-    origin = glbk__get_integer(ctx, 0x935C /* CLIP_ORIGIN */);
-    if (origin == 0x8CA1 || origin == 0x8CA2) return 1;
+    origin = glbk__get_integer(ctx, GLBK__CLIP_ORIGIN);
+    if (origin == GLBK__LOWER_LEFT || origin == GLBK__UPPER_LEFT) return 1;
     ctx->gl.GetError();
     return 0;
 }
@@ -100,17 +111,17 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->offset_clamp = desk &&
                         (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
                         !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
-    ctx->max_side = glbk__get_integer(ctx, 0x0D33);
-    ctx->max_layers = glbk__get_integer(ctx, 0x88FF);
-    ctx->max_targets = glbk__get_integer(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
+    ctx->max_side = glbk__get_integer(ctx, GLBK__MAX_TEXTURE_SIZE);
+    ctx->max_layers = glbk__get_integer(ctx, GLBK__MAX_ARRAY_TEXTURE_LAYERS);
+    ctx->max_targets = glbk__get_integer(ctx, GLBK__MAX_DRAW_BUFFERS);
     if (ctx->max_targets > 8) ctx->max_targets = 8;
-    if (ctx->compute) ctx->max_storage = glbk__get_integer(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
-    ctx->gl.GetFloatv(0x846D /* ALIASED_POINT_SIZE_RANGE */, points);
+    if (ctx->compute) ctx->max_storage = glbk__get_integer(ctx, GLBK__MAX_SHADER_STORAGE_BLOCK_SIZE);
+    ctx->gl.GetFloatv(GLBK__ALIASED_POINT_SIZE_RANGE, points);
     ctx->max_point_side = points[1];
 }
 
-/* Whether `least` bindings from `first` on are among those that the context has; *out: how many, up to
-   `most`. */
+/* Checks that `least` bindings from `first` on are among the `has` ones of the context, and writes how many
+   there are, up to `most`. */
 static glbk_result glbk__check_first(const glbk_context *ctx, const char *field, uint32_t first, uint32_t has,
                                      uint32_t least, uint32_t most, uint32_t *out)
 {
@@ -127,7 +138,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
 
     missing = glbk__load(ctx, desc, GLBK__GROUP_CORE);
     if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
-    version = (const char *)ctx->gl.GetString(0x1F02);
+    version = (const char *)ctx->gl.GetString(GLBK__VERSION_TEXT);
     if (!version) return GLBK_ERR_CONTEXT;
     result = glbk__take_errors(ctx, GLBK_ERR_PENDING);
     if (result != GLBK_OK) return result;
@@ -137,14 +148,16 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     missing = glbk__load(ctx, desc, ctx->es ? GLBK__GROUP_ES : GLBK__GROUP_DESK);
     if (!missing && !ctx->es) missing = glbk__load(ctx, desc, GLBK__GROUP_TARGETS);
     if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
-    ctx->renderer = (const char *)ctx->gl.GetString(0x1F01);
+    ctx->renderer = (const char *)ctx->gl.GetString(GLBK__RENDERER);
     if (!ctx->renderer) ctx->renderer = "";
     glbk__read_features(ctx, desc);
-    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit, glbk__get_integer(ctx, 0x8B4D),
-                               GLBK_UNITS, GLBK_MAX_UNITS, &ctx->unit_count);
+    result = glbk__check_first(ctx, "desc.first_unit", desc->first_unit,
+                               glbk__get_integer(ctx, GLBK__MAX_TEXTURE_UNITS), GLBK_UNITS, GLBK_MAX_UNITS,
+                               &ctx->unit_count);
     if (result == GLBK_OK)
-        result = glbk__check_first(ctx, "desc.first_block", desc->first_block, glbk__get_integer(ctx, 0x8A2F),
-                                   GLBK_BLOCKS, GLBK_MAX_BLOCKS, &ctx->block_count);
+        result = glbk__check_first(ctx, "desc.first_block", desc->first_block,
+                                   glbk__get_integer(ctx, GLBK__MAX_BLOCK_BINDINGS), GLBK_BLOCKS,
+                                   GLBK_MAX_BLOCKS, &ctx->block_count);
     if (result != GLBK_OK) return result;
     ctx->gl.GenVertexArrays(1, &ctx->vertex_array);
     ctx->gl.GenBuffers(1, &ctx->shown);

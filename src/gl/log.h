@@ -13,6 +13,7 @@ static void glbk__log(const glbk_context *ctx, const char *text)
     if (ctx->system.log) ctx->system.log(ctx->system.user, text);
 }
 
+/* Logs a text and a name behind it, and returns the result. */
 static glbk_result glbk__fail(const glbk_context *ctx, glbk_result result, const char *text, const char *name)
 {
     glbk__message m;
@@ -23,7 +24,7 @@ static glbk_result glbk__fail(const glbk_context *ctx, glbk_result result, const
     return result;
 }
 
-/* "TEXT 0x0502": hexadecimal with four digits at least, as GL's constants are known. */
+/* Logs "TEXT 0x0502": hexadecimal with at least four digits, as GL's constants are known. */
 static void glbk__log_constant(const glbk_context *ctx, const char *text, uint32_t value)
 {
     char digits[16];
@@ -76,10 +77,3 @@ GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result re
     return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
 
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
-{
-    const glbk__logger logger = glbk__logger_of(ctx, function);
-    glbk__log_index(&logger, mesh, position, index, vertex_count);
-    return result;
-}

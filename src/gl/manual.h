@@ -5,7 +5,8 @@
    gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h bring the techniques onto the GPU:
    uploads as plain textures, GLSL functions to paste into your own shaders with a call that binds what they
    need, and complete passes. This is the small layer underneath, which they include and which you may use by
-   itself: GL functions without a loader, programs from the embedded GLSL, textures, targets, passes, state.
+   itself: GL functions without a loader, textures, buffers, targets, passes, state. Programs with the
+   techniques' GLSL are made by gl_programs.h, which they include as well.
 
    What it does not do
 
@@ -63,13 +64,9 @@
    Matrices column-major float[16]; GL names are uint32_t; rows of textures from the bottom up, as GL has
    them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
 
-     file       a piece of GLSL in a header: a library file (functions) or a program's main
-     part       all files of one header, and the slots of what they declare
-     set        defines that a program is compiled with: "FILTER=1 COUNT=4"
-     slot       number of a texture unit, uniform block, storage buffer or image as the lists of bindings give
-                it; the context adds desc.first_unit to those of textures and desc.first_block to those of
-                uniform blocks
-     table      an array of texels, addressed by one number: a 2D array texture 1024 wide and 1024 high
+     slot       number of a texture unit or uniform block counted from desc.first_unit or desc.first_block on;
+                of a storage buffer or image, the number that GLSL gives it
+     part       the GLSL of one header, and the slots of what it declares: see gl_programs.h
      target     a framebuffer object with the sizes and formats of what is attached
      pass       what GL must be set to before something is drawn
 
@@ -77,35 +74,35 @@
 
    All GL functions come from your get_proc_fn and are kept in the context object: several contexts live side
    by side, no GL header and no link against GL is needed. What exists is decided by version and extension
-   strings, not by whether get_proc_fn returns something. GLSL is kept without its comments, a text for each
-   file under src/gl and src/gl_*; a program is version line, defines, lib/prelude.glsl, the library files
-   that it names, and its own. One text serves 330 core and 300 es. Names, units and block layouts come from
-   one list for each header that C, GLSL and the tests share.
+   strings, not by whether get_proc_fn returns something.
 
    Floats on ES 3.0 and WebGL 2 are renderable with EXT_color_buffer_float only. Without it a target of format
-   GLBK_FORMAT_COLOR holds the bits of floats in integers, and lib/prelude.glsl hides the difference
-   (glbk_color).
+   GLBK_FORMAT_COLOR holds the bits of floats in integers; ctx->float_targets says so, and lib/prelude.glsl of
+   gl_programs.h hides the difference.
 
    Configuration
 
      GL_BACKEND_IMPLEMENTATION   in one source file: compiles the code
-     GLBK_STATIC                 everywhere it is included: a private copy, all functions static
-     GLBK_DEF                    everywhere: your own linkage instead
+     GLBK_STATIC                 together with it, in each file that includes this header: a private copy, all
+                                 functions static
+     GLBK_DEF                    in each file that includes this header: your own linkage instead
 
    Memory, errors, threads, determinism
 
-   Memory comes from the allocator in the desc, only while a program is compiled and by calls that say so.
-   Every function that can fail returns a glbk_result; where it is not GLBK_OK its outputs are zeroed, GL
+   Memory comes from the allocator in the desc, only in calls that say so; those of this header need none.
+   Every function that can fail returns a glbk_result. If that is not GLBK_OK, its outputs are zeroed, GL
    objects made on the way are deleted, and desc.system.log gets the driver's words, the name of what is
-   missing, or the field that is wrong with its value and its range. Calls that create, compile or read refuse
-   to start while a GL error is pending (GLBK_ERR_PENDING), so none of yours gets lost or blamed on us. Those
-   of a frame (_update, _upload, _place, _object, _render, _shade, ...) do not ask for GL's error flag, which
-   would wait for the driver: they return what they see by themselves. Call glbk_check once a frame, or set
-   desc.check while you look for an error: then all of them ask, before and after. Creating, updating, reading
-   and destroying leave every GL state as they found it; passes change what docs/gl-state.md lists, and
-   glbk_state_save and glbk_state_restore bring it back. Objects are destroyed explicitly; destroying accepts
-   NULL, zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL. A context and
-   its objects belong to the thread where the GL context is current. No globals.
+   missing, or the field that is wrong with its value and its range. Without a context there is no log: calls
+   with NULL for ctx, and glbk_init without a desc, return GLBK_ERR_ARGUMENT in silence. Calls that create,
+   compile or read refuse to start while a GL error is pending (GLBK_ERR_PENDING), so that none of yours gets
+   lost or blamed on us. Those of a frame (_update, _upload, _place, _object, _render, _shade, ...) do not ask
+   for GL's error flag, which would wait for the driver: they return what they see by themselves. Call
+   glbk_check once a frame, or set desc.check while you look for an error: then all of them ask, before and
+   after. Creating, updating, reading and freeing leave every GL state as they found it; passes change what
+   docs/gl-state.md lists, and glbk_state_save and glbk_state_restore bring it back. Every object is freed by
+   its _free function, which accepts NULL, zeroed and half-made objects and, after glbk_abandon or
+   GLBK_ERR_LOST, calls no GL. A context and its objects belong to the thread where the GL context is current.
+   There are no globals.
 
    Cost: docs/measured/performance.md.  State: docs/gl-state.md.  History: CHANGELOG.md.
    Licence: end of this file. */

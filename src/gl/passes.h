@@ -1,29 +1,40 @@
 /* ---- passes ---- */
 
+enum {
+    GLBK__LESS = 0x0201, GLBK__EQUAL = 0x0202, GLBK__GREATER = 0x0204, GLBK__ALWAYS = 0x0207,
+    GLBK__FUNC_ADD = 0x8006, GLBK__MIN = 0x8007, GLBK__MAX = 0x8008, GLBK__ONE = 1,
+    GLBK__SRC_ALPHA = 0x0302, GLBK__ONE_MINUS_SRC_ALPHA = 0x0303,
+    GLBK__FRONT = 0x0404, GLBK__BACK = 0x0405, GLBK__CCW = 0x0901, GLBK__READ_WRITE = 0x88BA
+};
+
 static void glbk__set_depth(const glbk_context *ctx, glbk_depth depth)
 {
-    static const uint32_t functions[] = { 0x0207, 0x0201, 0x0203, 0x0202, 0x0204 };
-    glbk__set_cap(ctx, 0x0B71, depth != GLBK_DEPTH_OFF);
+    static const uint32_t functions[] = { GLBK__ALWAYS, GLBK__LESS, GLBK__LEQUAL, GLBK__EQUAL,
+                                          GLBK__GREATER };
+    glbk__set_cap(ctx, GLBK__DEPTH_TEST, depth != GLBK_DEPTH_OFF);
     ctx->gl.DepthMask(depth != GLBK_DEPTH_OFF && depth != GLBK_DEPTH_EQUAL);
     ctx->gl.DepthFunc(functions[depth]);
 }
 
 static void glbk__set_blend(const glbk_context *ctx, glbk_blend blend)
 {
-    static const uint32_t equations[] = { 0x8006, 0x8006, 0x8007, 0x8008, 0x8006 };
+    static const uint32_t equations[] = { GLBK__FUNC_ADD, GLBK__FUNC_ADD, GLBK__MIN, GLBK__MAX,
+                                          GLBK__FUNC_ADD };
     if (blend == GLBK_BLEND_OFF) return;
     ctx->gl.Enable(GLBK__BLEND);
     ctx->gl.BlendEquationSeparate(equations[blend], equations[blend]);
-    if (blend == GLBK_BLEND_OVER) ctx->gl.BlendFuncSeparate(0x0302, 0x0303, 1, 0x0303);
-    else ctx->gl.BlendFuncSeparate(1, 1, 1, 1);
+    if (blend == GLBK_BLEND_OVER)
+        ctx->gl.BlendFuncSeparate(GLBK__SRC_ALPHA, GLBK__ONE_MINUS_SRC_ALPHA, GLBK__ONE,
+                                  GLBK__ONE_MINUS_SRC_ALPHA);
+    else ctx->gl.BlendFuncSeparate(GLBK__ONE, GLBK__ONE, GLBK__ONE, GLBK__ONE);
 }
 
 static void glbk__set_cull(const glbk_context *ctx, glbk_cull cull)
 {
-    ctx->gl.FrontFace(0x0901 /* CCW */);
+    ctx->gl.FrontFace(GLBK__CCW);
     if (cull == GLBK_CULL_OFF) return;
-    ctx->gl.Enable(0x0B44);
-    ctx->gl.CullFace(cull == GLBK_CULL_BACK ? 0x0405u : 0x0404u);
+    ctx->gl.Enable(GLBK__CULL_FACE);
+    ctx->gl.CullFace(cull == GLBK_CULL_BACK ? GLBK__BACK : GLBK__FRONT);
 }
 
 static int glbk__has_srgb(const glbk_target *target)
@@ -54,9 +65,17 @@ static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pa
                                   v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]", v[2] < 0 ? v[2] : v[3],
                                   "0 or more");
     if (!pass->target && (!v[2] || !v[3]))
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "pass.viewport",
-                            "is empty, and there is no pass.target");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, v[2] ? "pass.viewport[3]" : "pass.viewport[2]",
+                            "is 0, and there is no pass.target whose size it could be");
     return GLBK_OK;
+}
+
+GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program)
+{
+    if (!ctx || ctx->lost || !program) return;
+    ctx->gl.UseProgram(program->name);
+    if (program->slots_fn) program->slots_fn(ctx, program);
+    program->slots_fn = NULL;
 }
 
 GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_program *program)
@@ -89,11 +108,11 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     ctx->gl.ColorMask(color, color, color, color);
     glbk__depth_range(ctx, 0, 1);
     if (pass->offset[0] != 0 || pass->offset[1] != 0) {
-        ctx->gl.Enable(0x8037);
+        ctx->gl.Enable(GLBK__POLYGON_OFFSET_FILL);
         ctx->gl.PolygonOffset(pass->offset[0], pass->offset[1]);
     }
-    if (!ctx->es) ctx->gl.PolygonMode(0x0408, 0x1B02 /* FILL */);
-    if (ctx->clip_control) ctx->gl.ClipControl(0x8CA1 /* LOWER_LEFT */, 0x935E /* NEGATIVE_ONE_TO_ONE */);
+    if (!ctx->es) ctx->gl.PolygonMode(GLBK__FRONT_AND_BACK, GLBK__FILL);
+    if (ctx->clip_control) ctx->gl.ClipControl(GLBK__LOWER_LEFT, GLBK__NEGATIVE_ONE_TO_ONE);
     ctx->gl.BindVertexArray(ctx->vertex_array);
     glbk_program_use(ctx, program);
     return GLBK_OK;
@@ -107,7 +126,7 @@ GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t 
         uint32_t words[4];
         int i;
         if (target->format[attachment] == GLBK_FORMAT_RGBA32UI && !ctx->float_targets) {
-            memcpy(words, rgba, sizeof words);      /* floats by their bits */
+            memcpy(words, rgba, sizeof words);      /* the bits of the floats */
         } else {
             for (i = 0; i < 4; i++)
                 words[i] = rgba[i] > 0
@@ -153,25 +172,11 @@ GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buf
 GLBK_DEF void glbk_bind_image(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
 {
     if (!ctx || ctx->lost || !ctx->compute || !texture || !texture->name || slot >= GLBK_IMAGES) return;
-    ctx->gl.BindImageTexture(slot, texture->name, 0, texture->layers != 0, 0, 0x88BA /* READ_WRITE */,
+    ctx->gl.BindImageTexture(slot, texture->name, 0, texture->layers != 0, 0, GLBK__READ_WRITE,
                              (uint32_t)glbk__formats[texture->format].internal);
 }
 
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx)
 {
     if (ctx && !ctx->lost) ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
-}
-
-GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
-                                   uint32_t z)
-{
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!program || !program->name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
-    if (ctx->lost) return GLBK_ERR_LOST;
-    if (!ctx->compute) return GLBK_ERR_FEATURE;
-    glbk_program_use(ctx, program);
-    ctx->gl.DispatchCompute(x, y, z);
-    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
-    return GLBK_OK;
 }

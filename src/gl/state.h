@@ -1,48 +1,48 @@
-/* ---- state: what passes touch ----
+/* ---- state: what passes touch ---- */
 
-   GL's name, where it exists, the value that a pass needs. BOTH are in both dialects, DESK in OpenGL alone.
-   PROGRAM_POINT_SIZE and MULTISAMPLE are on because ES has no switch for them and behaves so; the rest must
-   not interfere. SRGB is for targets alone that have such a format, which ES encodes, too: in the user's
-   framebuffer it is a matter of the user's. */
+/* Capabilities: GL's name and constant, where there is such a capability, and the value that a pass needs.
+   BOTH are in both dialects, DESK in OpenGL alone. PROGRAM_POINT_SIZE, MULTISAMPLE and
+   TEXTURE_CUBE_MAP_SEAMLESS are on, because ES has no switch for them and behaves so; the others must not
+   interfere. FRAMEBUFFER_SRGB is for targets alone that have such a format, which ES encodes, too: the user
+   decides about other framebuffers. */
+#define GLBK__COMMON_CAPS(X)                                                                            \
+    X(BLEND, 0x0BE2, BOTH, 0) X(DEPTH_TEST, 0x0B71, BOTH, 0) X(CULL_FACE, 0x0B44, BOTH, 0)              \
+    X(POLYGON_OFFSET_FILL, 0x8037, BOTH, 0) X(SCISSOR_TEST, 0x0C11, BOTH, 0)                            \
+    X(STENCIL_TEST, 0x0B90, BOTH, 0) X(DITHER, 0x0BD0, BOTH, 0)                                         \
+    X(SAMPLE_ALPHA_TO_COVERAGE, 0x809E, BOTH, 0) X(SAMPLE_COVERAGE, 0x80A0, BOTH, 0)                    \
+    X(RASTERIZER_DISCARD, 0x8C89, BOTH, 0) X(PRIMITIVE_RESTART_FIXED_INDEX, 0x8D69, RESTART, 0)
+#define GLBK__DESK_CAPS(X)                                                                              \
+    X(PRIMITIVE_RESTART, 0x8F9D, DESK, 0) X(COLOR_LOGIC_OP, 0x0BF2, DESK, 0)                            \
+    X(DEPTH_CLAMP, 0x864F, DESK, 0) X(SAMPLE_ALPHA_TO_ONE, 0x809F, DESK, 0)                             \
+    X(SAMPLE_MASK, 0x8E51, DESK, 0) X(POLYGON_SMOOTH, 0x0B41, DESK, 0) X(LINE_SMOOTH, 0x0B20, DESK, 0)  \
+    X(POLYGON_OFFSET_LINE, 0x2A02, DESK, 0) X(POLYGON_OFFSET_POINT, 0x2A01, DESK, 0)                    \
+    X(PROGRAM_POINT_SIZE, 0x8642, DESK, 1) X(MULTISAMPLE, 0x809D, DESK, 1)                              \
+    X(FRAMEBUFFER_SRGB, 0x8DB9, SRGB, 1) X(TEXTURE_CUBE_MAP_SEAMLESS, 0x884F, DESK, 1)
+#define GLBK__CLIP_CAPS(X)                                                                              \
+    X(CLIP_DISTANCE0, 0x3000, DESK, 0) X(CLIP_DISTANCE1, 0x3001, DESK, 0)                               \
+    X(CLIP_DISTANCE2, 0x3002, DESK, 0) X(CLIP_DISTANCE3, 0x3003, DESK, 0)                               \
+    X(CLIP_DISTANCE4, 0x3004, DESK, 0) X(CLIP_DISTANCE5, 0x3005, DESK, 0)                               \
+    X(CLIP_DISTANCE6, 0x3006, DESK, 0) X(CLIP_DISTANCE7, 0x3007, DESK, 0)
+#define GLBK__CAPS(X) GLBK__COMMON_CAPS(X) GLBK__DESK_CAPS(X) GLBK__CLIP_CAPS(X)
 
-enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB };
+enum {
+    GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB,
+#define GLBK__ENTRY(name, gl, group, value) GLBK__##name = gl,
+    GLBK__CAPS(GLBK__ENTRY)
+#undef GLBK__ENTRY
+};
 
 static const struct { uint32_t name; int group, value; } glbk__caps[] = {
-    { 0x0BE2, GLBK__CAP_BOTH, 0 },      /* BLEND */
-    { 0x0B71, GLBK__CAP_BOTH, 0 },      /* DEPTH_TEST */
-    { 0x0B44, GLBK__CAP_BOTH, 0 },      /* CULL_FACE */
-    { 0x8037, GLBK__CAP_BOTH, 0 },      /* POLYGON_OFFSET_FILL */
-    { 0x0C11, GLBK__CAP_BOTH, 0 },      /* SCISSOR_TEST */
-    { 0x0B90, GLBK__CAP_BOTH, 0 },      /* STENCIL_TEST */
-    { 0x0BD0, GLBK__CAP_BOTH, 0 },      /* DITHER */
-    { 0x809E, GLBK__CAP_BOTH, 0 },      /* SAMPLE_ALPHA_TO_COVERAGE */
-    { 0x80A0, GLBK__CAP_BOTH, 0 },      /* SAMPLE_COVERAGE */
-    { 0x8C89, GLBK__CAP_BOTH, 0 },      /* RASTERIZER_DISCARD */
-    { 0x8D69, GLBK__CAP_RESTART, 0 },   /* PRIMITIVE_RESTART_FIXED_INDEX */
-    { 0x8F9D, GLBK__CAP_DESK, 0 },      /* PRIMITIVE_RESTART */
-    { 0x0BF2, GLBK__CAP_DESK, 0 },      /* COLOR_LOGIC_OP */
-    { 0x864F, GLBK__CAP_DESK, 0 },      /* DEPTH_CLAMP */
-    { 0x809F, GLBK__CAP_DESK, 0 },      /* SAMPLE_ALPHA_TO_ONE */
-    { 0x8E51, GLBK__CAP_DESK, 0 },      /* SAMPLE_MASK */
-    { 0x0B41, GLBK__CAP_DESK, 0 },      /* POLYGON_SMOOTH */
-    { 0x0B20, GLBK__CAP_DESK, 0 },      /* LINE_SMOOTH */
-    { 0x2A02, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_LINE */
-    { 0x2A01, GLBK__CAP_DESK, 0 },      /* POLYGON_OFFSET_POINT */
-    { 0x8642, GLBK__CAP_DESK, 1 },      /* PROGRAM_POINT_SIZE */
-    { 0x809D, GLBK__CAP_DESK, 1 },      /* MULTISAMPLE */
-    { 0x8DB9, GLBK__CAP_SRGB, 1 },      /* FRAMEBUFFER_SRGB */
-    { 0x884F, GLBK__CAP_DESK, 1 },      /* TEXTURE_CUBE_MAP_SEAMLESS */
-    /* CLIP_DISTANCE0 to 7 */
-    { 0x3000, GLBK__CAP_DESK, 0 }, { 0x3001, GLBK__CAP_DESK, 0 }, { 0x3002, GLBK__CAP_DESK, 0 },
-    { 0x3003, GLBK__CAP_DESK, 0 }, { 0x3004, GLBK__CAP_DESK, 0 }, { 0x3005, GLBK__CAP_DESK, 0 },
-    { 0x3006, GLBK__CAP_DESK, 0 }, { 0x3007, GLBK__CAP_DESK, 0 }
+#define GLBK__ENTRY(name, gl, group, value) { gl, GLBK__CAP_##group, value },
+    GLBK__CAPS(GLBK__ENTRY)
+#undef GLBK__ENTRY
 };
 enum { GLBK__CAP_COUNT = sizeof glbk__caps / sizeof glbk__caps[0] };
 
 static int glbk__has_cap(const glbk_context *ctx, int i)
 {
     if (glbk__caps[i].group == GLBK__CAP_RESTART)
-        return ctx->es ? !ctx->webgl : ctx->version >= 430;     /* in WebGL it is always on */
+        return ctx->es ? !ctx->webgl : ctx->version >= 430;     /* WebGL has no switch: primitives restart */
     return glbk__caps[i].group == GLBK__CAP_BOTH || !ctx->es;
 }
 
@@ -52,12 +52,54 @@ GLBK__DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
     else ctx->gl.Disable(name);
 }
 
-#define GLBK__WORDS(X)                                              \
-    X(PROGRAM, 0x8B8D) X(VERTEX_ARRAY, 0x85B5) X(TARGET, 0x8CA6)    \
-    X(UNIT, 0x84E0) X(BLOCK, 0x8A28) X(DEPTH_FUNC, 0x0B74)          \
-    X(CULL_MODE, 0x0B45) X(FRONT, 0x0B46)                           \
-    X(SOURCE_RGB, 0x80C9) X(DEST_RGB, 0x80C8) X(SOURCE_ALPHA, 0x80CB) X(DEST_ALPHA, 0x80CA)     \
-    X(EQUATION_RGB, 0x8009) X(EQUATION_ALPHA, 0x883D)
+/* Whole numbers: GL's name for asking, and the one that GLBK__W_ is followed by. */
+#define GLBK__WORDS(X)                                                                                  \
+    X(PROGRAM, GLBK__CURRENT_PROGRAM_NAME) X(VERTEX_ARRAY, GLBK__VERTEX_ARRAY_BINDING)                  \
+    X(TARGET, GLBK__DRAW_FRAMEBUFFER_BINDING) X(UNIT, GLBK__ACTIVE_TEXTURE)                             \
+    X(BLOCK, GLBK__UNIFORM_BUFFER_BINDING) X(DEPTH_FUNC, GLBK__DEPTH_FUNC)                              \
+    X(CULL_MODE, GLBK__CULL_FACE_MODE) X(FRONT, GLBK__FRONT_FACE)                                       \
+    X(SOURCE_RGB, GLBK__BLEND_SRC_RGB) X(DEST_RGB, GLBK__BLEND_DST_RGB)                                 \
+    X(SOURCE_ALPHA, GLBK__BLEND_SRC_ALPHA) X(DEST_ALPHA, GLBK__BLEND_DST_ALPHA)                         \
+    X(EQUATION_RGB, GLBK__BLEND_EQUATION_RGB) X(EQUATION_ALPHA, GLBK__BLEND_EQUATION_ALPHA)
+
+enum {
+    GLBK__CURRENT_PROGRAM_NAME = 0x8B8D,
+    GLBK__VERTEX_ARRAY_BINDING = 0x85B5,
+    GLBK__ACTIVE_TEXTURE = 0x84E0,
+    GLBK__DEPTH_FUNC = 0x0B74,
+    GLBK__CULL_FACE_MODE = 0x0B45,
+    GLBK__FRONT_FACE = 0x0B46,
+    GLBK__BLEND_SRC_RGB = 0x80C9,
+    GLBK__BLEND_DST_RGB = 0x80C8,
+    GLBK__BLEND_SRC_ALPHA = 0x80CB,
+    GLBK__BLEND_DST_ALPHA = 0x80CA,
+    GLBK__BLEND_EQUATION_RGB = 0x8009,
+    GLBK__BLEND_EQUATION_ALPHA = 0x883D,
+    GLBK__COLOR_WRITEMASK = 0x0C23,
+    GLBK__SAMPLER_BINDING = 0x8919,
+    GLBK__UNIFORM_BUFFER_BINDING = 0x8A28,
+    GLBK__UNIFORM_BUFFER_START = 0x8A29,
+    GLBK__UNIFORM_BUFFER_BYTES = 0x8A2A /* UNIFORM_BUFFER_SIZE */,
+    GLBK__STORAGE_BUFFER_BINDING = 0x90D3,
+    GLBK__STORAGE_BUFFER_START = 0x90D4,
+    GLBK__STORAGE_BUFFER_BYTES = 0x90D5,
+    GLBK__DISPATCH_INDIRECT_BUFFER_BINDING = 0x90EF,
+    GLBK__IMAGE_BINDING_NAME = 0x8F3A,
+    GLBK__IMAGE_BINDING_LEVEL = 0x8F3B,
+    GLBK__IMAGE_BINDING_LAYERED = 0x8F3C,
+    GLBK__IMAGE_BINDING_LAYER = 0x8F3D,
+    GLBK__IMAGE_BINDING_ACCESS = 0x8F3E,
+    GLBK__IMAGE_BINDING_FORMAT = 0x906E,
+    GLBK__POLYGON_MODE = 0x0B40,
+    GLBK__FRONT_AND_BACK = 0x0408,
+    GLBK__FILL = 0x1B02,
+    GLBK__VIEWPORT = 0x0BA2,
+    GLBK__DEPTH_WRITEMASK = 0x0B72,
+    GLBK__DEPTH_RANGE = 0x0B70,
+    GLBK__POLYGON_OFFSET_FACTOR = 0x8038,
+    GLBK__POLYGON_OFFSET_UNITS = 0x2A00,
+    GLBK__POLYGON_OFFSET_CLAMP = 0x8E1B
+};
 
 enum {
 #define GLBK__ENTRY(name, gl) GLBK__W_##name,
@@ -74,28 +116,26 @@ static const uint32_t glbk__word_names[] = {
 #undef GLBK__ENTRY
 };
 
-enum { GLBK__BLEND = 0x0BE2, GLBK__COLOR_MASK = 0x0C23 };
-
-/* Words from SOURCE_RGB to EQUATION_ALPHA. */
-enum { GLBK__BLEND_WORDS = 6 };
+enum { GLBK__BLEND_WORDS = 6 };     /* the words from SOURCE_RGB to EQUATION_ALPHA */
 
 static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
 {
     uint32_t i, k;
     if (!ctx->each_target) {
-        ctx->gl.GetBooleanv(GLBK__COLOR_MASK, s->color_mask[0]);
+        ctx->gl.GetBooleanv(GLBK__COLOR_WRITEMASK, s->color_mask[0]);
         return;
     }
     for (i = 0; i < ctx->max_targets; i++) {
         s->blend[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
-        ctx->gl.GetBooleani_v(GLBK__COLOR_MASK, i, s->color_mask[i]);
+        ctx->gl.GetBooleani_v(GLBK__COLOR_WRITEMASK, i, s->color_mask[i]);
         for (k = 0; k < GLBK__BLEND_WORDS && ctx->each_blend; k++)
             ctx->gl.GetIntegeri_v(glbk__word_names[GLBK__W_SOURCE_RGB + k], i, &s->blends[i][k]);
     }
 }
 
-/* IMAGE_BINDING_NAME, _LEVEL, _LAYERED, _LAYER, _ACCESS, _FORMAT. */
-static const uint32_t glbk__image_names[6] = { 0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E };
+static const uint32_t glbk__image_names[6] = { GLBK__IMAGE_BINDING_NAME,    GLBK__IMAGE_BINDING_LEVEL,
+                                               GLBK__IMAGE_BINDING_LAYERED, GLBK__IMAGE_BINDING_LAYER,
+                                               GLBK__IMAGE_BINDING_ACCESS,  GLBK__IMAGE_BINDING_FORMAT };
 
 static void glbk__save_images(glbk_context *ctx, glbk_state *s)
 {
@@ -119,20 +159,20 @@ static void glbk__save_bindings(glbk_context *ctx, glbk_state *s)
     uint32_t i;
     for (i = 0; i < ctx->unit_count; i++) {
         ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + i);
-        ctx->gl.GetIntegerv(0x8069 /* TEXTURE_BINDING_2D */, &s->units[i][0]);
-        ctx->gl.GetIntegerv(0x8C1D /* TEXTURE_BINDING_2D_ARRAY */, &s->units[i][1]);
-        ctx->gl.GetIntegerv(0x8919 /* SAMPLER_BINDING */, &s->units[i][2]);
+        ctx->gl.GetIntegerv(GLBK__TEXTURE_BINDING_2D, &s->units[i][0]);
+        ctx->gl.GetIntegerv(GLBK__TEXTURE_BINDING_2D_ARRAY, &s->units[i][1]);
+        ctx->gl.GetIntegerv(GLBK__SAMPLER_BINDING, &s->units[i][2]);
     }
     ctx->gl.ActiveTexture((uint32_t)s->words[GLBK__W_UNIT]);
     for (i = 0; i < ctx->block_count; i++) {
-        ctx->gl.GetIntegeri_v(0x8A28, ctx->first_block + i, &s->blocks[i]);
-        ctx->gl.GetInteger64i_v(0x8A29, ctx->first_block + i, &s->ranges[i][0]);
-        ctx->gl.GetInteger64i_v(0x8A2A, ctx->first_block + i, &s->ranges[i][1]);
+        ctx->gl.GetIntegeri_v(GLBK__UNIFORM_BUFFER_BINDING, ctx->first_block + i, &s->blocks[i]);
+        ctx->gl.GetInteger64i_v(GLBK__UNIFORM_BUFFER_START, ctx->first_block + i, &s->ranges[i][0]);
+        ctx->gl.GetInteger64i_v(GLBK__UNIFORM_BUFFER_BYTES, ctx->first_block + i, &s->ranges[i][1]);
     }
     for (i = 0; i < GLBK_BLOCKS && ctx->compute; i++) {
-        ctx->gl.GetIntegeri_v(0x90D3, i, &s->storage[i]);
-        ctx->gl.GetInteger64i_v(0x90D4, i, &s->storage_ranges[i][0]);
-        ctx->gl.GetInteger64i_v(0x90D5, i, &s->storage_ranges[i][1]);
+        ctx->gl.GetIntegeri_v(GLBK__STORAGE_BUFFER_BINDING, i, &s->storage[i]);
+        ctx->gl.GetInteger64i_v(GLBK__STORAGE_BUFFER_START, i, &s->storage_ranges[i][0]);
+        ctx->gl.GetInteger64i_v(GLBK__STORAGE_BUFFER_BYTES, i, &s->storage_ranges[i][1]);
     }
 }
 
@@ -146,21 +186,21 @@ GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out)
         if (glbk__has_cap(ctx, i)) out->caps[i] = ctx->gl.IsEnabled(glbk__caps[i].name);
     for (i = 0; i < GLBK__WORD_COUNT; i++) ctx->gl.GetIntegerv(glbk__word_names[i], &out->words[i]);
     if (ctx->compute) {
-        ctx->gl.GetIntegerv(0x90D3, &out->words[GLBK__W_STORAGE]);
-        ctx->gl.GetIntegerv(0x90EF, &out->words[GLBK__W_GROUPS]);
+        ctx->gl.GetIntegerv(GLBK__STORAGE_BUFFER_BINDING, &out->words[GLBK__W_STORAGE]);
+        ctx->gl.GetIntegerv(GLBK__DISPATCH_INDIRECT_BUFFER_BINDING, &out->words[GLBK__W_GROUPS]);
         glbk__save_images(ctx, out);
     }
     if (ctx->clip_control) {
-        ctx->gl.GetIntegerv(0x935C, &out->words[GLBK__W_ORIGIN]);
-        ctx->gl.GetIntegerv(0x935D, &out->words[GLBK__W_CLIP_DEPTH]);
+        ctx->gl.GetIntegerv(GLBK__CLIP_ORIGIN, &out->words[GLBK__W_ORIGIN]);
+        ctx->gl.GetIntegerv(GLBK__CLIP_DEPTH_MODE, &out->words[GLBK__W_CLIP_DEPTH]);
     }
-    if (!ctx->es) ctx->gl.GetIntegerv(0x0B40, &out->words[GLBK__W_POLYGON]);    /* writes two */
-    ctx->gl.GetIntegerv(0x0BA2, out->viewport);
-    ctx->gl.GetBooleanv(0x0B72, &out->depth_mask);
-    ctx->gl.GetFloatv(0x0B70 /* DEPTH_RANGE */, out->floats);
-    ctx->gl.GetFloatv(0x8038 /* POLYGON_OFFSET_FACTOR */, out->floats + 2);
-    ctx->gl.GetFloatv(0x2A00 /* POLYGON_OFFSET_UNITS */, out->floats + 3);
-    if (ctx->offset_clamp) ctx->gl.GetFloatv(0x8E1B /* POLYGON_OFFSET_CLAMP */, &out->offset_clamp);
+    if (!ctx->es) ctx->gl.GetIntegerv(GLBK__POLYGON_MODE, &out->words[GLBK__W_POLYGON]);    /* writes two */
+    ctx->gl.GetIntegerv(GLBK__VIEWPORT, out->viewport);
+    ctx->gl.GetBooleanv(GLBK__DEPTH_WRITEMASK, &out->depth_mask);
+    ctx->gl.GetFloatv(GLBK__DEPTH_RANGE, out->floats);
+    ctx->gl.GetFloatv(GLBK__POLYGON_OFFSET_FACTOR, out->floats + 2);
+    ctx->gl.GetFloatv(GLBK__POLYGON_OFFSET_UNITS, out->floats + 3);
+    if (ctx->offset_clamp) ctx->gl.GetFloatv(GLBK__POLYGON_OFFSET_CLAMP, &out->offset_clamp);
     glbk__save_indexed(ctx, out);
     glbk__save_bindings(ctx, out);
 }
@@ -238,7 +278,7 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state)
                               (uint32_t)w[GLBK__W_SOURCE_ALPHA], (uint32_t)w[GLBK__W_DEST_ALPHA]);
     ctx->gl.BlendEquationSeparate((uint32_t)w[GLBK__W_EQUATION_RGB], (uint32_t)w[GLBK__W_EQUATION_ALPHA]);
     if (ctx->clip_control) ctx->gl.ClipControl((uint32_t)w[GLBK__W_ORIGIN], (uint32_t)w[GLBK__W_CLIP_DEPTH]);
-    if (!ctx->es) ctx->gl.PolygonMode(0x0408, (uint32_t)w[GLBK__W_POLYGON]);
+    if (!ctx->es) ctx->gl.PolygonMode(GLBK__FRONT_AND_BACK, (uint32_t)w[GLBK__W_POLYGON]);
     ctx->gl.Viewport(state->viewport[0], state->viewport[1], state->viewport[2], state->viewport[3]);
     ctx->gl.DepthMask(state->depth_mask);
     glbk__depth_range(ctx, state->floats[0], state->floats[1]);

@@ -1,6 +1,11 @@
 /* ---- targets ---- */
 
-/* Checks one attachment and takes its size, which all have in common. */
+enum {
+    GLBK__READ_FRAMEBUFFER_BINDING = 0x8CAA, GLBK__FRAMEBUFFER_COMPLETE = 0x8CD5,
+    GLBK__CLAMP_READ_COLOR = 0x891C, GLBK__NONE = 0, GLBK__FALSE = 0
+};
+
+/* Checks one attachment and takes its size, which all attachments have in common. */
 static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_target_desc *d, uint32_t i,
                                           glbk_target *out)
 {
@@ -23,7 +28,9 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     if (is_color == glbk__is_depth(t->format))
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
                             is_color ? "is a depth texture" : "is no depth texture");
-    if (glbk__is_float(t->format) && !ctx->float_targets) return GLBK_ERR_FLOAT_TARGET;
+    if (glbk__is_float(t->format) && !ctx->float_targets)
+        return glbk__refuse(ctx, GLBK_ERR_FLOAT_TARGET, function, names[i],
+                            "is of floats, which this context cannot draw to");
     if (out->width && (out->width != glbk__half(t->width, d->level) ||
                        out->height != glbk__half(t->height, d->level)))
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
@@ -58,14 +65,14 @@ GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const 
                                      (int32_t)level);
 }
 
-/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1
-   dropped that. */
+/* Makes a framebuffer without colours complete: OpenGL 3.3 wants that no colour is to be read from it
+   either; 4.1 dropped that rule. */
 static void glbk__read_nothing(const glbk_context *ctx, uint32_t name)
 {
     int32_t bound = 0;
-    ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
+    ctx->gl.GetIntegerv(GLBK__READ_FRAMEBUFFER_BINDING, &bound);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, name);
-    ctx->gl.ReadBuffer(0);
+    ctx->gl.ReadBuffer(GLBK__NONE);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
 }
 
@@ -75,9 +82,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     int32_t bound = 0;
     glbk_result result;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    result = glbk__enter(ctx);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
     if (result != GLBK_OK) return result;
     if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     result = glbk__check_target(ctx, desc, out);
@@ -85,7 +90,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
         memset(out, 0, sizeof *out);
         return result;
     }
-    ctx->gl.GetIntegerv(0x8CA6 /* DRAW_FRAMEBUFFER_BINDING */, &bound);
+    ctx->gl.GetIntegerv(GLBK__DRAW_FRAMEBUFFER_BINDING, &bound);
     ctx->gl.GenFramebuffers(1, &out->name);
     ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, out->name);
     for (i = 0; i < out->count; i++) {
@@ -94,14 +99,14 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     }
     glbk__attach(ctx, GLBK_GL_DEPTH_ATTACHMENT, desc->depth, desc->level, desc->depth_layer);
     if (!out->count) {
-        buffers[0] = 0;
+        buffers[0] = GLBK__NONE;
         glbk__read_nothing(ctx, out->name);
     }
     ctx->gl.DrawBuffers(out->count ? (int32_t)out->count : 1, buffers);
     status = ctx->gl.CheckFramebufferStatus(GLBK_GL_DRAW_FRAMEBUFFER);
     ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, (uint32_t)bound);
     result = glbk__leave(ctx);
-    if (result == GLBK_OK && status != 0x8CD5) {
+    if (result == GLBK_OK && status != GLBK__FRAMEBUFFER_COMPLETE) {
         glbk__log_constant(ctx, "glbk_target_create: framebuffer status ", status);
         result = GLBK_ERR_TARGET;
     }
@@ -116,34 +121,14 @@ GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_d
     return result;
 }
 
-/* A texture and the target that is drawn to it. */
-GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                   const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
-{
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    if (!width || !height)
-        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, "a picture", width ? "height" : "width", 0,
-                                  "1 or more");
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    t.color[0] = texture;
-    t.depth = depth;
-    result = glbk_texture_create(ctx, &d, texture);
-    return result == GLBK_OK ? glbk__target_create(ctx, &t, target) : result;
-}
-
-/* Bytes 0..255 at the end of the room for count pixels of four floats become those floats. */
+/* Makes floats of bytes 0..255: `rgba` has room for count pixels of four floats, and the bytes stand at its
+ * end. */
 static void glbk__widen(void *rgba, size_t count)
 {
     const unsigned char *from = (const unsigned char *)rgba + 12 * count;
     float *to = (float *)rgba, pixel[4];
     size_t i, k;
-    for (i = 0; i < count; i++) {       /* a pixel never overwrites one that is still to come */
+    for (i = 0; i < count; i++) {       /* a pixel overwrites none that is still to come */
         for (k = 0; k < 4; k++) pixel[k] = (float)from[4 * i + k] / 255.0f;
         memcpy(to + 4 * i, pixel, sizeof pixel);
     }
@@ -170,20 +155,23 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
         result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, target->height);
     if (result != GLBK_OK) return result;
     integer = glbk__is_integer(target->format[attachment]);
-    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of
-                                                                                       these */
-    ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
+    /* Of formats of bytes, ES gives no floats. */
+    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);
+    ctx->gl.GetIntegerv(GLBK__READ_FRAMEBUFFER_BINDING, &bound);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, target->name);
     ctx->gl.ReadBuffer(GLBK_GL_COLOR_ATTACHMENT0 + attachment);
     glbk__store_begin(ctx, GLBK__PACK, &store);
     if (!ctx->es) {
-        ctx->gl.GetIntegerv(0x891C /* CLAMP_READ_COLOR */, &clamp);
-        ctx->gl.ClampColor(0x891C, 0);
+        ctx->gl.GetIntegerv(GLBK__CLAMP_READ_COLOR, &clamp);
+        ctx->gl.ClampColor(GLBK__CLAMP_READ_COLOR, GLBK__FALSE);
     }
-    ctx->gl.ReadPixels((int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height, integer ? 0x8D99u : 0x1908u,
-                       integer ? GLBK_GL_UNSIGNED_INT : bytes ? GLBK_GL_UNSIGNED_BYTE : GLBK_GL_FLOAT,
+    ctx->gl.ReadPixels((int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
+                       integer ? GLBK__RGBA_INTEGER : GLBK__RGBA,
+                       integer ? GLBK_GL_UNSIGNED_INT
+                       : bytes ? GLBK_GL_UNSIGNED_BYTE
+                               : GLBK_GL_FLOAT,
                        (unsigned char *)rgba + (bytes ? 12 * count : 0));
-    if (!ctx->es) ctx->gl.ClampColor(0x891C, (uint32_t)clamp);
+    if (!ctx->es) ctx->gl.ClampColor(GLBK__CLAMP_READ_COLOR, (uint32_t)clamp);
     glbk__store_end(ctx, GLBK__PACK, &store);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
     result = glbk__leave(ctx);

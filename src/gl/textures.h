@@ -11,6 +11,24 @@ enum {
     GLBK__DEPTH_COMPONENT32F = 0x8CAC
 };
 
+/* GL's constants of textures, and of texels in memory. */
+enum {
+    GLBK__TEXTURE_BINDING_2D = 0x8069, GLBK__TEXTURE_BINDING_2D_ARRAY = 0x8C1D,
+    GLBK__TEXTURE_MAX_LEVEL = 0x813D, GLBK__TEXTURE_MIN_FILTER = 0x2801, GLBK__TEXTURE_MAG_FILTER = 0x2800,
+    GLBK__TEXTURE_WRAP_S = 0x2802, GLBK__TEXTURE_WRAP_T = 0x2803, GLBK__TEXTURE_COMPARE_MODE = 0x884C,
+    GLBK__TEXTURE_COMPARE_FUNC = 0x884D, GLBK__COMPARE_REF_TO_TEXTURE = 0x884E, GLBK__LEQUAL = 0x0203,
+    GLBK__NEAREST = 0x2600, GLBK__LINEAR = 0x2601, GLBK__NEAREST_MIPMAP_NEAREST = 0x2700,
+    GLBK__LINEAR_MIPMAP_LINEAR = 0x2703, GLBK__REPEAT = 0x2901, GLBK__CLAMP_TO_EDGE = 0x812F,
+    GLBK__UNPACK_SWAP_BYTES = 0x0CF0, GLBK__UNPACK_LSB_FIRST = 0x0CF1, GLBK__UNPACK_ROW_LENGTH = 0x0CF2,
+    GLBK__UNPACK_SKIP_ROWS = 0x0CF3, GLBK__UNPACK_SKIP_PIXELS = 0x0CF4, GLBK__UNPACK_ALIGNMENT = 0x0CF5,
+    GLBK__UNPACK_SKIP_IMAGES = 0x806D, GLBK__UNPACK_IMAGE_HEIGHT = 0x806E,
+    GLBK__PACK_SWAP_BYTES = 0x0D00, GLBK__PACK_LSB_FIRST = 0x0D01, GLBK__PACK_ROW_LENGTH = 0x0D02,
+    GLBK__PACK_SKIP_ROWS = 0x0D03, GLBK__PACK_SKIP_PIXELS = 0x0D04, GLBK__PACK_ALIGNMENT = 0x0D05,
+    GLBK__PACK_SKIP_IMAGES = 0x806B, GLBK__PACK_IMAGE_HEIGHT = 0x806C,
+    GLBK__PIXEL_PACK_BUFFER = 0x88EB, GLBK__PIXEL_UNPACK_BUFFER = 0x88EC,
+    GLBK__PIXEL_PACK_BUFFER_BINDING = 0x88ED, GLBK__PIXEL_UNPACK_BUFFER_BINDING = 0x88EF
+};
+
 typedef struct glbk__format_info {
     int32_t  internal;
     uint32_t format, type, bytes;           /* a texel */
@@ -40,6 +58,8 @@ static const glbk__format_info glbk__formats[] = {
     { GLBK__DEPTH_COMPONENT32F, GLBK__DEPTH_COMPONENT, GLBK_GL_FLOAT, 4 }
 };
 
+GLBK__DEF uint32_t glbk__texel_bytes(glbk_format format) { return glbk__formats[format].bytes; }
+
 static int glbk__is_depth(glbk_format f) { return f == GLBK_FORMAT_DEPTH24 || f == GLBK_FORMAT_DEPTH32F; }
 
 static int glbk__is_integer(glbk_format f)
@@ -54,21 +74,20 @@ static int glbk__is_float(glbk_format f)
            (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
-/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or
-   writes. */
+/* What a user left behind of row lengths, offsets, byte order and pixel buffers would change what GL reads or
+   writes; so a transfer sets them, and puts them back. */
 enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
 
-typedef struct glbk__store {
-    int32_t value[GLBK__STORE_COUNT], buffer;
-} glbk__store;
-
 static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
-    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB
-       first */
-    { 0x0CF5, 0x0CF2, 0x0CF3, 0x0CF4, 0x806E, 0x806D, 0x0CF0, 0x0CF1 },
-    { 0x0D05, 0x0D02, 0x0D03, 0x0D04, 0x806C, 0x806B, 0x0D00, 0x0D01 }
+    { GLBK__UNPACK_ALIGNMENT, GLBK__UNPACK_ROW_LENGTH, GLBK__UNPACK_SKIP_ROWS, GLBK__UNPACK_SKIP_PIXELS,
+      GLBK__UNPACK_IMAGE_HEIGHT, GLBK__UNPACK_SKIP_IMAGES, GLBK__UNPACK_SWAP_BYTES, GLBK__UNPACK_LSB_FIRST },
+    { GLBK__PACK_ALIGNMENT, GLBK__PACK_ROW_LENGTH, GLBK__PACK_SKIP_ROWS, GLBK__PACK_SKIP_PIXELS,
+      GLBK__PACK_IMAGE_HEIGHT, GLBK__PACK_SKIP_IMAGES, GLBK__PACK_SWAP_BYTES, GLBK__PACK_LSB_FIRST }
 };
-static const uint32_t glbk__store_buffer[2][2] = { { 0x88EC, 0x88EF }, { 0x88EB, 0x88ED } };
+static const uint32_t glbk__store_buffer[2][2] = {
+    { GLBK__PIXEL_UNPACK_BUFFER, GLBK__PIXEL_UNPACK_BUFFER_BINDING },
+    { GLBK__PIXEL_PACK_BUFFER, GLBK__PIXEL_PACK_BUFFER_BINDING }
+};
 
 /* ES knows the first six for unpacking and the first four for packing. */
 static int glbk__store_count(const glbk_context *ctx, int way)
@@ -97,7 +116,7 @@ static void glbk__store_end(const glbk_context *ctx, int way, const glbk__store 
 
 static uint32_t glbk__binding_of(uint32_t gl_target)
 {
-    return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du;
+    return gl_target == GLBK_GL_TEXTURE_2D ? GLBK__TEXTURE_BINDING_2D : GLBK__TEXTURE_BINDING_2D_ARRAY;
 }
 
 static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
@@ -107,7 +126,7 @@ static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
     return levels;
 }
 
-/* What a format allows of the sampling; of its own values the desc is right. */
+/* Checks that the format allows the sampling, which is one of the enum. */
 static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function,
                                         const glbk_texture_desc *d)
 {
@@ -124,12 +143,13 @@ static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *fun
         return glbk__refuse(ctx, bad, function, "desc.sampling",
                             "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
     if (d->sampling == GLBK_SAMPLING_MIPMAPS && d->data && glbk__is_float(d->format) && !ctx->float_targets)
-        return GLBK_ERR_FLOAT_TARGET;           /* glGenerateMipmap is for what can be rendered to */
+        return glbk__refuse(
+            ctx, GLBK_ERR_FLOAT_TARGET, function, "desc.sampling",
+            "is MIPMAPS, which this context makes of no floats, since it cannot draw to them");
     return GLBK_OK;
 }
 
-/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its
-   limit. */
+/* Checks a size: below `low` the desc is wrong, above `high` the context's limit is passed. */
 static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field,
                                       uint32_t value, uint32_t low, uint32_t high)
 {
@@ -166,8 +186,9 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
-/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those
-   below it are seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
+/* Allots all levels at once, on ES and WebGL. Of textures whose levels are allotted one by one, ES lets
+   nobody draw to a level while only those below it are seen (BASE_LEVEL, MAX_LEVEL), as makers of pyramids
+   do. */
 static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];
@@ -181,25 +202,28 @@ static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc
     if (d->sampling == GLBK_SAMPLING_MIPMAPS) ctx->gl.GenerateMipmap(target);
 }
 
-/* Storage and parameters of the texture that is bound to target. */
+/* Gives the texture that is bound to target its storage and parameters. */
 static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];
     int linear = d->sampling == GLBK_SAMPLING_LINEAR || d->sampling == GLBK_SAMPLING_COMPARE;
-    int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? 0x2901 : 0x812F;
-    /* LINEAR_MIPMAP_LINEAR, LINEAR, NEAREST_MIPMAP_NEAREST, NEAREST */
-    const int smaller = mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700 : 0x2600;
+    int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? GLBK__REPEAT : GLBK__CLAMP_TO_EDGE;
+    const int smaller = mipmaps         ? GLBK__LINEAR_MIPMAP_LINEAR
+                        : linear        ? GLBK__LINEAR
+                        : d->levels > 1 ? GLBK__NEAREST_MIPMAP_NEAREST
+                                        : GLBK__NEAREST;
     uint32_t level;
 
-    /* Parameters first: Mesa allots levels by them, and else forgets some of small arrays of integers. */
-    ctx->gl.TexParameteri(target, 0x813D /* MAX_LEVEL */, (int32_t)d->levels - 1);
-    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, smaller);
-    ctx->gl.TexParameteri(target, 0x2800 /* MAG_FILTER */, mipmaps || linear ? 0x2601 : 0x2600);
-    ctx->gl.TexParameteri(target, 0x2802 /* WRAP_S */, wrap);
-    ctx->gl.TexParameteri(target, 0x2803 /* WRAP_T */, wrap);
+    /* Parameters come first: Mesa allots levels by them, and otherwise forgets some of small arrays of
+     * integers. */
+    ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAX_LEVEL, (int32_t)d->levels - 1);
+    ctx->gl.TexParameteri(target, GLBK__TEXTURE_MIN_FILTER, smaller);
+    ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAG_FILTER, mipmaps || linear ? GLBK__LINEAR : GLBK__NEAREST);
+    ctx->gl.TexParameteri(target, GLBK__TEXTURE_WRAP_S, wrap);
+    ctx->gl.TexParameteri(target, GLBK__TEXTURE_WRAP_T, wrap);
     if (d->sampling == GLBK_SAMPLING_COMPARE) {
-        ctx->gl.TexParameteri(target, 0x884C /* COMPARE_MODE */, 0x884E /* COMPARE_REF_TO_TEXTURE */);
-        ctx->gl.TexParameteri(target, 0x884D /* COMPARE_FUNC */, 0x0203 /* LEQUAL */);
+        ctx->gl.TexParameteri(target, GLBK__TEXTURE_COMPARE_MODE, GLBK__COMPARE_REF_TO_TEXTURE);
+        ctx->gl.TexParameteri(target, GLBK__TEXTURE_COMPARE_FUNC, GLBK__LEQUAL);
     }
     if (ctx->es) {
         glbk__store_texture(ctx, d, target);
@@ -225,9 +249,7 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
     int32_t bound = 0;
     glbk_result result;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    result = glbk__enter(ctx);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
     if (result != GLBK_OK) return result;
     if (!desc) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
     d = *desc;
@@ -252,13 +274,7 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
     return result;
 }
 
-/* What is bound in a texture's place while texels go into it. */
-typedef struct glbk__upload {
-    glbk__store store;
-    int32_t     bound;
-} glbk__upload;
-
-static void glbk__upload_begin(const glbk_context *ctx, const glbk_texture *t, glbk__upload *old)
+GLBK__DEF void glbk__upload_begin(const glbk_context *ctx, const glbk_texture *t, glbk__upload *old)
 {
     old->bound = 0;
     ctx->gl.GetIntegerv(glbk__binding_of(t->gl_target), &old->bound);
@@ -266,26 +282,26 @@ static void glbk__upload_begin(const glbk_context *ctx, const glbk_texture *t, g
     ctx->gl.BindTexture(t->gl_target, t->name);
 }
 
-static void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, const glbk__upload *old)
+GLBK__DEF void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, const glbk__upload *old)
 {
     ctx->gl.BindTexture(t->gl_target, (uint32_t)old->bound);
     glbk__store_end(ctx, GLBK__UNPACK, &old->store);
 }
 
-static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
-                             uint32_t y, uint32_t layer, uint32_t width, uint32_t height, uint32_t layers,
+GLBK__DEF void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, const glbk_box *b,
                              const void *data)
 {
     const glbk__format_info *f = &glbk__formats[t->format];
+    const int32_t level = (int32_t)b->level, x = (int32_t)b->x, y = (int32_t)b->y;
+    const int32_t width = (int32_t)b->width, height = (int32_t)b->height;
     if (t->layers)
-        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer,
-                              (int32_t)width, (int32_t)height, (int32_t)layers, f->format, f->type, data);
+        ctx->gl.TexSubImage3D(t->gl_target, level, x, y, (int32_t)b->layer, width, height,
+                              b->layers ? (int32_t)b->layers : 1, f->format, f->type, data);
     else
-        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width,
-                              (int32_t)height, f->format, f->type, data);
+        ctx->gl.TexSubImage2D(t->gl_target, level, x, y, width, height, f->format, f->type, data);
 }
 
-/* Where a run of texels or layers ends. */
+/* Checks where a run of texels or layers ends. */
 static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field,
                                     uint64_t end, uint64_t most)
 {
@@ -294,28 +310,40 @@ static glbk_result glbk__check_span(const glbk_context *ctx, const char *functio
                : glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
 }
 
-GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
-                                         uint32_t y, uint32_t layer, uint32_t width, uint32_t height,
-                                         uint32_t layers, const void *data)
+/* Checks that a box lies within the texture. */
+static glbk_result glbk__check_box(const glbk_context *ctx, const char *function, const glbk_texture *t,
+                                   const glbk_box *b)
+{
+    glbk_result result;
+    if (b->level >= t->levels)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "box.level", b->level, 0,
+                                  (double)t->levels - 1);
+    result = glbk__check_span(ctx, function, "box.x + box.width", (uint64_t)b->x + b->width,
+                              glbk__half(t->width, b->level));
+    if (result == GLBK_OK)
+        result = glbk__check_span(ctx, function, "box.y + box.height", (uint64_t)b->y + b->height,
+                                  glbk__half(t->height, b->level));
+    if (result == GLBK_OK)
+        result =
+            glbk__check_span(ctx, function, "box.layer + box.layers",
+                             (uint64_t)b->layer + (b->layers ? b->layers : 1), t->layers ? t->layers : 1);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, const glbk_box *box,
+                                         const void *data)
 {
     glbk__upload old;
     glbk_result result = glbk__enter_frame(ctx);
 
     if (result != GLBK_OK) return result;
     if (!t || !t->name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
+    if (!box) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "box", "is NULL");
     if (!data) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
-    if (level >= t->levels)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
-    result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
-    if (result == GLBK_OK)
-        result =
-            glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
-    if (result == GLBK_OK)
-        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers,
-                                  t->layers ? t->layers : 1);
+    result = glbk__check_box(ctx, __func__, t, box);
     if (result != GLBK_OK) return result;
     glbk__upload_begin(ctx, t, &old);
-    glbk__upload_box(ctx, t, level, x, y, layer, width, height, layers, data);
+    glbk__upload_box(ctx, t, box, data);
     glbk__upload_end(ctx, t, &old);
     return glbk__leave_frame(ctx);
 }

@@ -81,12 +81,12 @@ static void glbk__csm_open_all(glbk_csm_builder *b)
    which the first 4 are its open segment. */
 static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 {
+    const glbk_box whole = { 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1 };
     size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
     for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
     if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
-    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1,
-                               b->words);
+    return glbk_texture_update(ctx, &b->opened[b->now], &whole, b->words);
 }
 
 /* Reads open segments and records back, 16 words a pixel on either path. */

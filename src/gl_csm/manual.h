@@ -18,6 +18,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_CSM_IMPLEMENTATION
        #include "gl_backend/gl_csm.h"
@@ -76,7 +77,7 @@
    Layouts: docs/gpu-layouts.md. The technique: docs/csm.md. State: docs/gl-state.md. Licence: end of file. */
 /* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
    csm.h and lightsampling.h lie above this folder. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "gl_gbuffer.h"
 #include "../csm.h"
 #include "../lightsampling.h"

@@ -19,6 +19,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #include "gl_backend/gl_gbuffer.h"
        #include <stdio.h>
@@ -78,7 +79,7 @@
    Licence: end of file. */
 /* These stand outside the guard, because a second inclusion of this file may ask for their implementations.
    lightsampling.h lies above this folder. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "../lightsampling.h"
 
 #ifndef GL_GBUFFER_H

@@ -17,6 +17,7 @@
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_PROGRAMS_IMPLEMENTATION
        #define GL_GBUFFER_IMPLEMENTATION
        #define GL_RSM_IMPLEMENTATION
        #include "gl_backend/gl_rsm.h"
@@ -135,7 +136,7 @@
    Licence: end of file. */
 /* These includes stand outside the guard, since an implementation may be asked for when the file is included
    for the second time. rsm.h and gifilter.h lie above this folder; their implementations are not needed. */
-#include "gl_backend.h"
+#include "gl_programs.h"
 #include "gl_gbuffer.h"
 #include "../rsm.h"
 #include "../gifilter.h"

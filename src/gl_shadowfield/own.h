@@ -18,8 +18,10 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.layers = (r->bands * r->bands + 7) / 8;
     if (texture.layers < 2) texture.layers = 2;         /* drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
-    for (y = 0; y < r->height && result == GLBK_OK; y++)
-        result = glbk_texture_update(ctx, &r->self, 0, 0, y, 0, r->width, 1, 1, zeros);
+    for (y = 0; y < r->height && result == GLBK_OK; y++) {
+        const glbk_box box = { 0, 0, y, 0, r->width, 1, 1 };
+        result = glbk_texture_update(ctx, &r->self, &box, zeros);
+    }
     glbk_sfield__free(&memory, zeros);
     return result;
 }
@@ -62,6 +64,7 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t row,
                                              uint32_t row_count, const float *const *self)
 {
+    glbk_box box = { 0, 0, 0, 0, 0, 0, 1 };
     glbk_sfield__allocator memory;
     uint32_t *words, layer, k, n;
     size_t count, i;
@@ -81,6 +84,9 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     n = r->bands * r->bands;
     words = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 16);
     if (!words) return GLBK_ERR_ALLOC;
+    box.y = row;
+    box.width = r->width;
+    box.height = row_count;
     for (layer = 0; 8 * layer < n && result == GLBK_OK; layer++) {
         memset(words, 0, 16 * count);
         for (i = 0; i < count; i++) {
@@ -89,7 +95,8 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
             if (!layer && self[i] && !(words[4 * i] & 0xffffu))
                 words[4 * i] |= 1; /* 0 would say: not recorded */
         }
-        result = glbk_texture_update(ctx, &r->self, 0, 0, row, layer, r->width, row_count, 1, words);
+        box.layer = layer;
+        result = glbk_texture_update(ctx, &r->self, &box, words);
     }
     glbk_sfield__free(&memory, words);
     return result;

@@ -57,18 +57,19 @@ static void textures_and_tables(void **state)
     WRONG_IS(GLBK_ERR_LIMIT, x, d.layers, gl->max_layers + 1, glbk_texture_create(gl, &d, &x));
 
     assert_glbk(t, glbk_texture_create(gl, &d, &x));
-    assert_glbk(t, glbk_texture_update(gl, &x, 1, 1, 1, 1, 3, 1, 2, words));
-    REFUSED(glbk_texture_update(NULL, &x, 1, 1, 1, 1, 3, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, NULL, 1, 1, 1, 1, 3, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, &(glbk_texture){ 0 }, 1, 1, 1, 1, 3, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 2, 1, 1, 1, 3, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 1, 3, 1, 2, NULL));
-    REFUSED(glbk_texture_update(gl, &x, 1, 5, 1, 1, 0, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 1, 4, 1, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 3, 1, 3, 0, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 1, 3, 2, 2, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 4, 3, 1, 0, words));
-    REFUSED(glbk_texture_update(gl, &x, 1, 1, 1, 1, 3, 1, 3, words));
+    assert_glbk(t, glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 1, 3, 1, 2 }, words));
+    REFUSED(glbk_texture_update(NULL, &x, &(glbk_box){ 1, 1, 1, 1, 3, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, NULL, &(glbk_box){ 1, 1, 1, 1, 3, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &(glbk_texture){ 0 }, &(glbk_box){ 1, 1, 1, 1, 3, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, NULL, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 2, 1, 1, 1, 3, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 1, 3, 1, 2 }, NULL));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 5, 1, 1, 0, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 1, 4, 1, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 3, 1, 3, 0, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 1, 3, 2, 2 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 4, 3, 1, 0 }, words));
+    REFUSED(glbk_texture_update(gl, &x, &(glbk_box){ 1, 1, 1, 1, 3, 1, 3 }, words));
 
     assert_glbk(t, glbk__table_create(gl, GLBK_FORMAT_R32UI, words, 2048, &table));
     assert_glbk(t, glbk__table_update(gl, &table, 2000, 48, words));

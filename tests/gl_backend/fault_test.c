@@ -9,7 +9,8 @@
 #include <cmocka.h>
 
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend/gl_backend.h"
+#define GL_PROGRAMS_IMPLEMENTATION
+#include "gl_backend/gl_programs.h"
 
 #include "gl_test.h"
 #include "gl_fake.h"
@@ -453,7 +454,7 @@ static void updates_ask_for_errors_only_when_told(void **state)
     t->expected_errors = ~0u;
     t->gl.gl.Enable(0xFFFF);
     assert_glbk(t, glbk__table_update(&t->gl, &table, 0, 1, zeros));
-    assert_glbk(t, glbk_texture_update(&t->gl, &table, 0, 0, 0, 0, 1, 1, 1, zeros));
+    assert_glbk(t, glbk_texture_update(&t->gl, &table, &(glbk_box){ 0, 0, 0, 0, 1, 1, 1 }, zeros));
     assert_glbk(t, glbk_buffer_update(&t->gl, &buffer, 0, sizeof zeros, zeros));
     assert_int_equal(glbk_buffer_create(&t->gl, 4, NULL, &none), GLBK_ERR_PENDING);     /* takes it */
     assert_glbk(t, glbk_buffer_create(&t->gl, 4, NULL, &none));
@@ -465,7 +466,8 @@ static void updates_ask_for_errors_only_when_told(void **state)
     t->gl.gl.Enable(0xFFFF);
     assert_int_equal(glbk__table_update(&checked, &table, 0, 1, zeros), GLBK_ERR_PENDING);
     t->gl.gl.Enable(0xFFFF);
-    assert_int_equal(glbk_texture_update(&checked, &table, 0, 0, 0, 0, 1, 1, 1, zeros), GLBK_ERR_PENDING);
+    assert_int_equal(glbk_texture_update(&checked, &table, &(glbk_box){ 0, 0, 0, 0, 1, 1, 1 }, zeros),
+                     GLBK_ERR_PENDING);
     t->gl.gl.Enable(0xFFFF);
     assert_int_equal(glbk_buffer_update(&checked, &buffer, 0, sizeof zeros, zeros), GLBK_ERR_PENDING);
     assert_glbk(t, glbk_buffer_update(&checked, &buffer, 0, sizeof zeros, zeros));

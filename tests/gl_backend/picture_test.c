@@ -48,7 +48,7 @@ static void put_light(gl_test *t, const glbk_texture *texture, float value)
     int i, k;
     for (i = 0; i < TEXELS; i++)
         for (k = 0; k < 4; k++) rgba[i][k] = value;
-    assert_glbk(t, glbk_texture_update(&t->gl, texture, 0, 0, 0, 0, WIDE, HIGH, 1, rgba));
+    assert_glbk(t, glbk_texture_update(&t->gl, texture, &(glbk_box){ 0, 0, 0, 0, WIDE, HIGH, 1 }, rgba));
 }
 
 static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)

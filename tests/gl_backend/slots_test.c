@@ -1,5 +1,6 @@
 /* slots_test - several parts in one program: an offset for each keeps their textures and uniform blocks apart, and
-   where they meet, compiling says which names do. With two small parts of the test's own. */
+   where they meet, compiling says which names do, or glbk_set_slots, of a program that the user linked. With two small
+   parts of the test's own. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>
@@ -30,8 +31,8 @@ static const glbk_slot one_maps[] = { { "glbk_one_map", 3 }, { NULL, 0 } };
 static const glbk_slot two_maps[] = { { "glbk_two_map", 3 }, { NULL, 0 } };
 static const glbk_slot one_blocks[] = { { "glbk_one_values_block", 2 }, { NULL, 0 } };
 static const glbk_slot two_blocks[] = { { "glbk_two_values_block", 2 }, { NULL, 0 } };
-static const glbk_part part_one = { "one", one_files, 1, one_maps, one_blocks };
-static const glbk_part part_two = { "two", two_files, 1, two_maps, two_blocks };
+static const glbk_part part_one = { "one", one_files, 1, one_maps, one_blocks, NULL, NULL };
+static const glbk_part part_two = { "two", two_files, 1, two_maps, two_blocks, NULL, NULL };
 
 static const char both[] = "layout(location = 0) out vec4 color;\n"
                            "void main() { color = vec4(one(), two(), 0.0, 1.0); }\n";
@@ -205,26 +206,33 @@ static uint32_t link_text(gl_test *t, const char *vertex, const char *fragment)
     return program;
 }
 
-/* A program that the user linked takes one part after the other, while another program is in use. */
-static void set_slots_takes_an_offset(void **state)
+/* Links a text that uses two parts as a renderer of its own does. */
+static uint32_t link_parts(gl_test *t, const char *text, const char *uses, const glbk_part *first,
+                           const glbk_part *second)
 {
-    GL_TEST(t, state)
-    static char vertex[20000], fragment[20000];
+    static char vertex[20000], fragment[200000];
     const glbk_dialect dialect = t->gl.es ? GLBK_GLSL_300_ES : GLBK_GLSL_DEFAULT;
-    const glbk_offset second = { 20, 9 }, far = { 0, GLBK_MAX_BLOCKS };
-    things x = make_things(t);
     glbk_shader shader;
-    uint32_t program;
     memset(&shader, 0, sizeof shader);
     shader.name = "prog/screen.vert";
     assert_in_range(glbk_write_glsl(dialect, 0, &shader, vertex, sizeof vertex), 1, sizeof vertex);
     shader.name = NULL;
-    shader.text = both;
-    shader.uses = "one two";
-    shader.parts[0] = &part_one;
-    shader.parts[1] = &part_two;
-    assert_in_range(glbk_write_glsl(dialect, 0, &shader, fragment, sizeof fragment), 1, sizeof fragment);
-    program = link_text(t, vertex, fragment);
+    shader.text = text;
+    shader.uses = uses;
+    shader.parts[0] = first;
+    shader.parts[1] = second;
+    assert_in_range(glbk_write_glsl(dialect, !t->gl.float_targets, &shader, fragment, sizeof fragment), 1,
+                    sizeof fragment);
+    return link_text(t, vertex, fragment);
+}
+
+/* A program that the user linked takes one part after the other, while another program is in use. */
+static void set_slots_takes_an_offset(void **state)
+{
+    GL_TEST(t, state)
+    const glbk_offset second = { 20, 9 }, far = { 0, GLBK_MAX_BLOCKS };
+    things x = make_things(t);
+    uint32_t program = link_parts(t, both, "one two", &part_one, &part_two);
     assert_glbk(t, glbk_set_slots(&t->gl, &part_one, NULL, program));
     assert_glbk(t, glbk_set_slots(&t->gl, &part_two, &second, program));
     assert_int_equal(glbk_set_slots(&t->gl, &part_two, &far, program), GLBK_ERR_LIMIT);
@@ -233,6 +241,173 @@ static void set_slots_takes_an_offset(void **state)
     t->gl.gl.UseProgram(0);
     t->gl.gl.DeleteProgram(program);
     free_things(t, &x);
+}
+
+/* The unit of a sampler of a program. */
+static int32_t unit_of(gl_test *t, uint32_t program, const char *name)
+{
+    int32_t unit = -1;
+    t->gl.gl.GetUniformiv(program, t->gl.gl.GetUniformLocation(program, name), &unit);
+    return unit;
+}
+
+static void delete_program(gl_test *t, uint32_t program)
+{
+    t->gl.gl.UseProgram(0);
+    t->gl.gl.DeleteProgram(program);
+}
+
+/* Each call knows one part, and finds what the calls before have set. What it refuses it does not change. */
+static void set_slots_refuses_parts_that_meet(void **state)
+{
+    GL_TEST(t, state)
+    const glbk_offset second = { 20, 9 }, block_alone = { 20, 0 };
+    uint32_t program = link_parts(t, both, "one two", &part_one, &part_two);
+    things x = make_things(t);
+
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_one, NULL, program));
+    assert_int_equal(glbk_set_slots(&t->gl, &part_two, NULL, program), GLBK_ERR_MISMATCH);
+    assert_string_equal(t->log, "glbk_set_slots: glbk_one_map and glbk_two_map both have texture unit 3: give one part "
+                                "an offset");
+    assert_int_equal(glbk_set_slots(&t->gl, &part_two, &block_alone, program), GLBK_ERR_MISMATCH);
+    assert_string_equal(t->log, "glbk_set_slots: glbk_one_values_block and glbk_two_values_block both have the binding "
+                                "of uniform blocks 2: give one part an offset");
+    assert_int_equal(unit_of(t, program, "glbk_one_map"), 3);
+    /* Again, with an offset, and each call once more. */
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_two, &second, program));
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_one, NULL, program));
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_two, &second, program));
+    assert_glbk(t, glbk_set_slots(&t->gl, NULL, NULL, program));
+    shows_both(t, &x, NULL, program, second);
+    assert_int_equal(glbk_set_slots(&t->gl, &part_one, &second, program), GLBK_ERR_MISMATCH);
+    delete_program(t, program);
+    free_things(t, &x);
+}
+
+/* Slot 0 is GL's default as well: before a part's call its names are at 0 and in nobody's way, afterwards they hold
+   it. */
+static void set_slots_tells_a_unit_0_that_was_set_from_the_default(void **state)
+{
+    GL_TEST(t, state)
+    static const glbk_slot first_map[] = { { "glbk_one_map", 0 }, { NULL, 0 } };
+    static const glbk_slot first_block[] = { { "glbk_one_values_block", 0 }, { NULL, 0 } };
+    static const glbk_slot second_map[] = { { "glbk_two_map", 0 }, { NULL, 0 } };
+    static const glbk_slot second_block[] = { { "glbk_two_values_block", 0 }, { NULL, 0 } };
+    static const glbk_part first = { "one", one_files, 1, first_map, first_block, NULL, NULL };
+    static const glbk_part second = { "two", two_files, 1, second_map, second_block, NULL, NULL };
+    const glbk_offset units = { 1, 0 }, apart = { 1, 1 };
+    int swapped;
+    for (swapped = 0; swapped < 2; swapped++) {
+        const glbk_part *a = swapped ? &second : &first, *b = swapped ? &first : &second;
+        uint32_t program = link_parts(t, both, "one two", &first, &second);
+        assert_glbk(t, glbk_set_slots(&t->gl, a, NULL, program));
+        assert_glbk(t, glbk_set_slots(&t->gl, NULL, NULL, program));        /* the base alone takes nothing away */
+        assert_int_equal(unit_of(t, program, a == &first ? "glbk_one_map" : "glbk_two_map"), 0);
+        assert_int_equal(glbk_set_slots(&t->gl, b, NULL, program), GLBK_ERR_MISMATCH);
+        assert_non_null(strstr(t->log, " both have texture unit 0"));
+        assert_int_equal(glbk_set_slots(&t->gl, b, &units, program), GLBK_ERR_MISMATCH);
+        assert_non_null(strstr(t->log, " both have the binding of uniform blocks 0"));
+        assert_glbk(t, glbk_set_slots(&t->gl, b, &apart, program));
+        assert_glbk(t, glbk_set_slots(&t->gl, a, NULL, program));
+        assert_int_equal(unit_of(t, program, a == &first ? "glbk_one_map" : "glbk_two_map"), 0);
+        assert_int_equal(unit_of(t, program, a == &first ? "glbk_two_map" : "glbk_one_map"), 1);
+        delete_program(t, program);
+    }
+}
+
+/* A sampler of the user's own counts once it has a unit, each element of an array by itself. */
+static void set_slots_sees_samplers_of_the_users_own(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] = "uniform sampler2D mine, many[3], glbk_user1;\n"
+                               "layout(location = 0) out vec4 color;\n"
+                               "void main() { color = vec4(one()) + texelFetch(mine, ivec2(0), 0)\n"
+                               "    + texelFetch(many[0], ivec2(0), 0) + texelFetch(many[2], ivec2(0), 0)\n"
+                               "    + texelFetch(glbk_user1, ivec2(0), 0); }\n";
+    const glbk_functions *gl = &t->gl.gl;
+    const glbk_offset on_user1 = { GLBK_SLOT_glbk_user1 - 3, 0 };
+    uint32_t program = link_parts(t, text, "one", &part_one, NULL);
+
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_one, NULL, program));
+    gl->UseProgram(program);
+    gl->Uniform1i(gl->GetUniformLocation(program, "mine"), 3);
+    assert_int_equal(glbk_set_slots(&t->gl, &part_one, NULL, program), GLBK_ERR_MISMATCH);
+    assert_non_null(strstr(t->log, "mine and glbk_one_map both have texture unit 3"));
+    gl->Uniform1i(gl->GetUniformLocation(program, "mine"), 0);
+    assert_glbk(t, glbk_set_slots(&t->gl, &part_one, NULL, program));
+    gl->Uniform1i(gl->GetUniformLocation(program, "many[2]"), 3);
+    assert_int_equal(glbk_set_slots(&t->gl, &part_one, NULL, program), GLBK_ERR_MISMATCH);
+    assert_non_null(strstr(t->log, "many[0] and glbk_one_map both have texture unit 3"));
+    gl->Uniform1i(gl->GetUniformLocation(program, "many[2]"), 4);
+    assert_int_equal(glbk_set_slots(&t->gl, &part_one, &on_user1, program), GLBK_ERR_MISMATCH);
+    assert_non_null(strstr(t->log, "glbk_user1 and glbk_one_map both have texture unit 13"));
+    delete_program(t, program);
+}
+
+/* Two techniques, whose slots begin with 0 each. */
+static void set_slots_refuses_two_techniques_that_meet(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] = "layout(location = 0) out vec4 color;\n"
+                               "void main()\n{\n"
+                               "    vec3 p = vec3(gl_FragCoord.xy, 1.0), n = vec3(0.0, 0.0, 1.0);\n"
+                               "    cohsm_query ask = cohsm_ask(COHSM_LIGHT_DIRECTION, COHSM_FILTER_NEAREST, 1.0);\n"
+                               "    vec3 light = rsm_gather_list(rsm_bound(), p, n, 0u, 4u, false, 0.0);\n"
+                               "    color = vec4(light * csm_visible(0u, ask, p, n), 1.0);\n"
+                               "}\n";
+    const glbk_offset behind = { GLBK_UNITS, GLBK_BLOCKS };
+    uint32_t program = link_parts(t, text, "csm_visible rsm_gather", glbk_csm_part(), glbk_rsm_part());
+    assert_glbk(t, glbk_set_slots(&t->gl, glbk_csm_part(), NULL, program));
+    assert_int_equal(glbk_set_slots(&t->gl, glbk_rsm_part(), NULL, program), GLBK_ERR_MISMATCH);
+    assert_non_null(strstr(t->log, "glbk_set_slots: glbk_csm_"));
+    assert_non_null(strstr(t->log, " and glbk_rsm_"));
+    assert_glbk(t, glbk_set_slots(&t->gl, glbk_rsm_part(), &behind, program));
+    delete_program(t, program);
+}
+
+/* GLSL says the numbers of storage buffers and images, so that no offset helps. */
+static void storage_and_images_that_meet_are_named(void **state)
+{
+    GL_TEST(t, state)
+    static const char *const texts[][1] = {
+        { "layout(std430, binding = 1) buffer glbk_one_words_storage { uint glbk_one_words[]; };\n" },
+        { "layout(std430, binding = 1) buffer glbk_two_words_storage { uint glbk_two_words[]; };\n" },
+        { "layout(r32ui, binding = 2) uniform highp uimage2D glbk_one_image;\n" },
+        { "layout(r32ui, binding = 2) uniform highp uimage2D glbk_two_image;\n" }
+    };
+    static const glbk_file files[] = { { "lib/one_words.glsl", texts[0], 1, "", "", "", "" },
+                                       { "lib/two_words.glsl", texts[1], 1, "", "", "", "" },
+                                       { "lib/one_image.glsl", texts[2], 1, "", "", "", "" },
+                                       { "lib/two_image.glsl", texts[3], 1, "", "", "", "" } };
+    static const glbk_slot none[] = { { NULL, 0 } };
+    static const glbk_slot storage[2][2] = { { { "glbk_one_words_storage", 1 }, { NULL, 0 } },
+                                             { { "glbk_two_words_storage", 1 }, { NULL, 0 } } };
+    static const glbk_slot images[2][2] = { { { "glbk_one_image", 2 }, { NULL, 0 } },
+                                            { { "glbk_two_image", 2 }, { NULL, 0 } } };
+    static const glbk_part one = { "one", files, 4, none, none, storage[0], images[0] };
+    static const glbk_part two = { "two", files, 4, none, none, storage[1], images[1] };
+    glbk_source s;
+    glbk_program program;
+    if (!t->gl.compute) return;
+    memset(&s, 0, sizeof s);
+    s.parts[0] = &one;
+    s.parts[1] = &two;
+    s.uses = "one_words two_words";
+    s.compute = "layout(local_size_x = 1) in;\nvoid main() { glbk_one_words[0] = glbk_two_words[0] + 1u; }\n";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &program), GLBK_ERR_MISMATCH);
+    assert_string_equal(t->log, "glbk_program_compile: glbk_one_words_storage and glbk_two_words_storage both have "
+                                "storage buffer 1: give each part a program of its own");
+    s.uses = "one_image two_image";
+    s.compute = "layout(local_size_x = 1) in;\n"
+                "void main() { imageStore(glbk_one_image, ivec2(0), imageLoad(glbk_two_image, ivec2(0))); }\n";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &program), GLBK_ERR_MISMATCH);
+    assert_string_equal(t->log, "glbk_program_compile: glbk_one_image and glbk_two_image both have image 2: give each "
+                                "part a program of its own");
+    s.uses = "one_words two_image";
+    s.compute = "layout(local_size_x = 1) in;\n"
+                "void main() { glbk_one_words[0] = imageLoad(glbk_two_image, ivec2(0)).x; }\n";
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &program));
+    glbk_program_free(&t->gl, &program);
 }
 
 /* What was bound at units and bindings that only an offset reaches comes back, too. */
@@ -262,6 +437,11 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(an_offset_keeps_two_parts_apart), gl_unit_test(parts_that_meet_are_named),
         gl_unit_test(two_techniques_meet),             gl_unit_test(set_slots_takes_an_offset),
+        gl_unit_test(set_slots_refuses_parts_that_meet),
+        gl_unit_test(set_slots_tells_a_unit_0_that_was_set_from_the_default),
+        gl_unit_test(set_slots_sees_samplers_of_the_users_own),
+        gl_unit_test(set_slots_refuses_two_techniques_that_meet),
+        gl_unit_test(storage_and_images_that_meet_are_named),
         gl_unit_test(state_beyond_the_slots_comes_back)
     };
     (void)count;

@@ -9,7 +9,8 @@
 #include <cmocka.h>
 
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend/gl_backend.h"
+#define GL_PROGRAMS_IMPLEMENTATION
+#include "gl_backend/gl_programs.h"
 
 #include "gl_test.h"
 #include "gl_state.h"
@@ -69,7 +70,7 @@ static void every_call(gl_test *t, picture *out)
     GL_SAME(t, assert_glbk(t, glbk_texture_create(&t->gl, &d, &color)));
     d.data = in;
     GL_SAME(t, assert_glbk(t, glbk_texture_create(&t->gl, &d, &source)));
-    GL_SAME(t, assert_glbk(t, glbk_texture_update(&t->gl, &source, 0, 3, 1, 0, 7, 9, 1, in)));
+    GL_SAME(t, assert_glbk(t, glbk_texture_update(&t->gl, &source, &(glbk_box){ 0, 3, 1, 0, 7, 9, 1 }, in)));
     d.data = NULL;
     d.format = GLBK_FORMAT_DEPTH24;
     GL_SAME(t, assert_glbk(t, glbk_texture_create(&t->gl, &d, &depth)));

@@ -95,7 +95,7 @@ static void check_views(gl_test *t, resolver resolve, void *renderer)
 
 static void put(gl_test *t, const glbk_texture *texture, double factor)
 {
-    assert_glbk(t, glbk_texture_update(&t->gl, texture, 0, 0, 0, 0, WIDE, HIGH, 1, light_of(factor)));
+    assert_glbk(t, glbk_texture_update(&t->gl, texture, &(glbk_box){ 0, 0, 0, 0, WIDE, HIGH, 1 }, light_of(factor)));
 }
 
 static glbk_result resolve_csm(glbk_context *gl, void *renderer, const glbk_pass *pass)

@@ -260,7 +260,8 @@ static void noise_is_filled_alike(void **state)
         surfels[4 * i + 3] = unit() < share ? depth : 1e30f;
     }
     for (int way = 0; way < 2; way++) {
-        assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].planes, 0, 0, 0, 0, SIZE, SIZE, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].planes, &(glbk_box){ 0, 0, 0, 0, SIZE, SIZE, 1 },
+                                           surfels));
         assert_glbk(t, glbk__ism_fill(&p.gl[way], &p.maps[way]));
         assert_glbk(t, gl_read_atlas(&p.gl[way], &p.maps[way], atlas[way]));
     }

@@ -316,7 +316,7 @@ static void pull_and_push(void **state)
                 g[3] = 1 / (g[0] * w[0] + g[1] * w[1] + g[2] * w[2]);
             memcpy(surfels + 4 * i, g, sizeof g);
         }
-        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, &(glbk_box){ 0, 0, 0, 0, 64, 64, 1 }, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
         assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {
@@ -379,7 +379,7 @@ static void silhouettes_and_borders(void **state)
             for (k = 0; k < 3; k++) surfels[4 * i + (size_t)k] = 0.5f * w[k];
             surfels[4 * i + 3] = full ? 2 : ISM_FAR;
         }
-        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, &(glbk_box){ 0, 0, 0, 0, 64, 64, 1 }, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
         assert_glbk(t, gl_read_atlas(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {

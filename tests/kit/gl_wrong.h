@@ -3,18 +3,15 @@
 #ifndef GL_WRONG_H
 #define GL_WRONG_H
 
-/* A technique's calls with the test's context have a log: it must have got one line, which names the function, or
-   glbk_begin where a pass is wrong, and then what is wrong. `call` is the text of the call, which may stand in brackets
-   behind assignments. */
+/* Calls with the test's context have a log: it must have got one line, which names the function, or glbk_begin where a
+   pass is wrong, and then what is wrong. `call` is the text of the call, which may stand in brackets behind
+   assignments. */
 static inline void gl_said_why(const char *call, glbk_result result, const char *file, int line)
 {
-    static const char *const parts[] = { "gbuffer_", "csm_", "envsh_", "rsm_", "ism_" };
     const char *name = strstr(call, "glbk_"), *argument;
-    size_t length, i;
+    size_t length;
     while (name && name[strcspn(name, "( ,;)")] != '(') name = strstr(name + 1, "glbk_");
-    for (i = 0; name && i < sizeof parts / sizeof parts[0]; i++)
-        if (strncmp(name + 5, parts[i], strlen(parts[i])) == 0) break;
-    if (!name || i == sizeof parts / sizeof parts[0]) return;
+    if (!name) return;
     length = strcspn(name, "(");
     argument = name + length + 1;
     if (strncmp(argument, "gl,", 3) != 0 && strncmp(argument, "&t->gl,", 7) != 0) return;

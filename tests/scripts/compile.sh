@@ -17,12 +17,14 @@ macro() { basename "$1" | tr a-z A-Z; }
 call() {
     units=$(sed -n 's/^units //p' $(grep -lx "header $1.h" src/*/parts.txt))
     [ "$units" != glbk_gbuf ] || units=glbk_gbuffer
+    [ "$units" != glbk_prog ] || { echo 'glbk_find_file(NULL, "lib/table.glsl") != NULL'; return; }
     if [ -n "$units" ]; then echo "${units}_part() != NULL"; else echo "$(prefix "$1")_result_text(($(prefix "$1")_result)0) != NULL"; fi
 }
-# Whose implementations a header wants in some file, its own or another one: every gl_*.h that of gl_backend.h, those of
-# techniques that of gl_gbuffer.h, and gl_shadowfield.h that of shadowfield.h.
+# Whose implementations a header wants in some file, its own or another one: every gl_*.h that of gl_backend.h, and all but
+# gl_programs.h that of gl_programs.h; those of techniques that of gl_gbuffer.h, and gl_shadowfield.h that of shadowfield.h.
 under() {
     case $1 in gl_backend/gl_backend) ;; gl_backend/*) echo gl_backend/gl_backend ;; esac
+    case $1 in gl_backend/gl_backend | gl_backend/gl_programs) ;; gl_backend/*) echo gl_backend/gl_programs ;; esac
     case $1 in gl_backend/gl_csm | gl_backend/gl_envshadow | gl_backend/gl_rsm | gl_backend/gl_ism) echo gl_backend/gl_gbuffer ;; esac
     case $1 in gl_backend/gl_shadowfield) echo gl_backend/gl_gbuffer shadowfield ;; esac
 }

@@ -1,8 +1,8 @@
 #!/bin/sh
 # size HEADER... - what a program carries that needs only one technique on the GPU: it calls every public function of one
-# gl_*.h and of gl_backend.h, their GLSL included, is linked with the implementations of all headers by -Os and
-# --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header calls
-# of its technique's.
+# gl_*.h, of gl_backend.h and gl_programs.h, their GLSL included, is linked with the implementations of all headers by -Os
+# and --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header
+# calls of its technique's.
 CC=${CC:-gcc}
 limit=150000
 dir=$(mktemp -d) || exit 1
@@ -14,6 +14,13 @@ if ! echo 'int main(void) { return 0; }' | $CC -x c - -Wl,--gc-sections -o "$dir
     echo "check-size: skipped: the linker of $CC has no --gc-sections"
     exit 0
 fi
+# The headers of gl_backend/ that a header includes, one way or another.
+below() {
+    sed -n 's/^#include "\(gl_[a-z]*\.h\)"$/\1/p' "$1" | while read -r name; do
+        echo "gl_backend/$name"
+        below "gl_backend/$name"
+    done | sort -u
+}
 strip "$dir/empty"
 empty=$(wc -c < "$dir/empty")
 for header in "$@"; do
@@ -27,7 +34,8 @@ for header in "$@"; do
     case $header in gl_backend/gl_backend.h) continue ;; gl_backend/*) ;; *) continue ;; esac
     {
         printf '#include "%s"\ntypedef void (*call)(void);\nstatic const call calls[] = {\n' "$header"
-        sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' gl_backend/gl_backend.h "$header" | grep -v __ | sort -u |
+        # shellcheck disable=SC2046
+        sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' $(below "$header" | grep -v gl_gbuffer) "$header" | grep -v __ | sort -u |
             sed 's/.*/    (call)&,/'
         printf '};\nint main(int argc, char **argv)\n{\n    (void)argv;\n    calls[argc]();\n    return 0;\n}\n'
     } > "$dir/program.c"

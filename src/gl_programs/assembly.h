@@ -2,7 +2,8 @@
 
 enum { GLBK__MAX_FILES = 32 };
 
-/* "lib/" + "table" + ".glsl" = "lib/table.glsl"; length counts the middle. */
+/* Returns whether a name is the three parts together, as "lib/table.glsl" is "lib/", "table" and ".glsl";
+   length counts the middle. */
 static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length,
                           const char *after)
 {
@@ -23,15 +24,17 @@ static const glbk_file *glbk__find_in(const glbk_part *part, const char *before,
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
 {
     const glbk_file *file = part && name ? glbk__find_in(part, "", name, strlen(name), "") : NULL;
-    return file || !name ? file : glbk__find_in(glbk_base_part(), "", name, strlen(name), "");
+    return file || !name ? file : glbk__find_in(glbk__base(), "", name, strlen(name), "");
 }
 
-/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts,
-   then the base. */
+/* Library files in the order in which they are compiled, and the parts in which they are looked for: the
+   shader's, then the base. */
 typedef struct glbk__list {
     const glbk_file *file[GLBK__MAX_FILES];
     uint32_t         count;
     const glbk_part *parts[GLBK_MAX_PARTS + 1];
+    const char      *unknown;       /* the first name that no part has; NULL = none, or too many files */
+    size_t           unknown_length;
 } glbk__list;
 
 static const glbk_file *glbk__find_listed(const glbk__list *list, const char *before, const char *middle,
@@ -44,8 +47,9 @@ static const glbk_file *glbk__find_listed(const glbk__list *list, const char *be
     return file;
 }
 
-/* Next word of a list separated by blanks; its length, 0 at the end. */
-static size_t glbk__word(const char **s)
+/* Moves *s to the next word of a list that is separated by blanks. Returns the word's length, 0 at the end.
+ */
+static size_t glbk__next_word(const char **s)
 {
     size_t length = 0;
     while (**s == ' ') (*s)++;
@@ -58,8 +62,8 @@ static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <
 
 static int glbk__gather(glbk__list *list, const char *names);
 
-/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files,
-   which tests/gl_backend/backend_test.c walks. */
+/* Adds a library file after the files that it uses itself, unless it is in the list. The recursion is as deep
+   as the embedded files make it, all of which tests/gl_backend/backend_test.c walks. */
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
@@ -71,17 +75,23 @@ static int glbk__gather_file(glbk__list *list, const glbk_file *file)
     return 1;
 }
 
-/* The library files named; 0 where one is unknown. */
+/* Adds the library files named. Returns 0 if one is unknown, which the list then keeps. */
 static int glbk__gather(glbk__list *list, const char *names)
 {
     size_t length;
-    for (; (length = glbk__word(&names)) != 0; names += length)
-        if (!glbk__gather_file(list, glbk__find_listed(list, "lib/", names, length, ".glsl"))) return 0;
+    for (; (length = glbk__next_word(&names)) != 0; names += length) {
+        const glbk_file *file = glbk__find_listed(list, "lib/", names, length, ".glsl");
+        if (!file && !list->unknown) {
+            list->unknown = names;
+            list->unknown_length = length;
+        }
+        if (!glbk__gather_file(list, file)) return 0;
+    }
     return 1;
 }
 
-/* Uniform blocks that a text names. No others are declared, since
-   what is declared needs a buffer whether it is read or not (std140; WebGL 2 refuses to draw). */
+/* Adds the uniform blocks that a text names. No others are declared, since a block that is declared needs a
+   buffer whether it is read or not (std140; WebGL 2 refuses to draw). */
 static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const char *text)
 {
     uint32_t i;
@@ -97,16 +107,22 @@ static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const ch
     return 1;
 }
 
-/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is
-   unknown. */
+/* Gathers the files before a shader's own text, and writes its main file, or NULL if it has none. Returns 0
+   if a name is unknown. */
 static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const glbk_file **main_file)
 {
     uint32_t i;
     int known;
     list->count = 0;
+    list->unknown = NULL;
+    list->unknown_length = 0;
     memcpy(list->parts, shader->parts, sizeof shader->parts);
-    list->parts[GLBK_MAX_PARTS] = glbk_base_part();
+    list->parts[GLBK_MAX_PARTS] = glbk__base();
     *main_file = shader->name ? glbk__find_listed(list, "", shader->name, strlen(shader->name), "") : NULL;
+    if (shader->name && !*main_file) {
+        list->unknown = shader->name;
+        list->unknown_length = strlen(shader->name);
+    }
     known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
             glbk__gather(list, shader->uses ? shader->uses : "") &&
             glbk__gather(list, *main_file ? (*main_file)->uses : "");
@@ -128,9 +144,9 @@ GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text)
     glbk__append(sink, text, strlen(text));
 }
 
-/* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
-   the thousands. */
-static void glbk__put_line(glbk__sink *sink, uint32_t n)
+/* Appends "#line n001 n", so that line 4 of file 3 is line 3004 in the driver's messages. The number alone
+   would do, but Mesa's messages leave it out. */
+static void glbk__append_line(glbk__sink *sink, uint32_t n)
 {
     char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
     const char *number = n < 10 ? digits + 1 : digits;
@@ -149,11 +165,11 @@ GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
 
-/* "A=1 B" becomes "#define A 1", "#define B 1". */
-static int glbk__put_defines(glbk__sink *sink, const char *defines)
+/* Appends defines: "A=1 B" becomes "#define A 1", "#define B 1". Returns 0 if they do not parse. */
+static int glbk__append_defines(glbk__sink *sink, const char *defines)
 {
     size_t length;
-    for (; (length = glbk__word(&defines)) != 0; defines += length) {
+    for (; (length = glbk__next_word(&defines)) != 0; defines += length) {
         size_t name = 0, i;
         while (name < length && defines[name] != '=') name++;
         if (!name || !glbk__is_letter(defines[0])) return 0;
@@ -186,12 +202,12 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
     sink.used = 0;
     glbk__append_text(&sink, versions[dialect]);
     glbk__append_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
-    if (!glbk__put_defines(&sink, shader->defines ? shader->defines : "")) return 0;
+    if (!glbk__append_defines(&sink, shader->defines ? shader->defines : "")) return 0;
     for (i = 0; i < list.count; i++) {
-        glbk__put_line(&sink, i + 1);
+        glbk__append_line(&sink, i + 1);
         glbk__append_file(&sink, list.file[i]);
     }
-    glbk__put_line(&sink, list.count + 1);
+    glbk__append_line(&sink, list.count + 1);
     if (main_file) glbk__append_file(&sink, main_file);
     if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;

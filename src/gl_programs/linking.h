@@ -1,23 +1,26 @@
-/* ---- programs ---- */
+/* ---- linking: programs of the library, and programs of a user's text ---- */
 
-enum { GLBK__FRAGMENT = 0x8B30, GLBK__VERTEX = 0x8B31, GLBK__COMPUTE = 0x91B9 };
+enum {
+    GLBK__FRAGMENT_SHADER = 0x8B30, GLBK__VERTEX_SHADER = 0x8B31, GLBK__COMPUTE_SHADER = 0x91B9,
+    GLBK__COMPILE_STATUS = 0x8B81, GLBK__LINK_STATUS = 0x8B82, GLBK__INFO_LOG_LENGTH = 0x8B84
+};
 
-/* What a stage is made of. */
+/* One stage of a program, before it is compiled. */
 typedef struct glbk__stage {
     uint32_t    type;
-    glbk_shader shader;             /* name or text, one of them */
+    glbk_shader shader;             /* has a name or a text, one of them */
 } glbk__stage;
 
-static void glbk__put_number(glbk__sink *sink, uint32_t value)
+static void glbk__append_number(glbk__sink *sink, uint32_t value)
 {
-    glbk__message m;
+    glbk_prog__message m;
     m.used = 0;
-    glbk__message_count(&m, value);
+    glbk_prog__message_count(&m, value);
     glbk__append(sink, m.text, m.used);
 }
 
-/* Which number of the driver's messages is which file. */
-static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
+/* Appends which number of the driver's messages is which file. */
+static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
 {
     const glbk_file *main_file;
     glbk__list list;
@@ -27,7 +30,7 @@ static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
     glbk__append_text(sink, "files: 0 defines");
     for (i = 0; i <= list.count; i++) {
         glbk__append_text(sink, ", ");
-        glbk__put_number(sink, i + 1);
+        glbk__append_number(sink, i + 1);
         glbk__append_text(sink, " ");
         glbk__append_text(sink, i < list.count ? list.file[i]->name
                                 : shader->name ? shader->name
@@ -36,55 +39,76 @@ static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
     glbk__append_text(sink, "\n");
 }
 
-/* The driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
+/* Logs the driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
 static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glbk_shader *shader)
 {
-    glbk__allocator memory = glbk__memory(ctx);
+    glbk_prog__allocator memory = glbk_prog__memory(ctx);
     glbk__sink sink = { NULL, 0, 0 };
     int32_t length = 0;
 
     if (!ctx->system.log) return;
-    if (shader) ctx->gl.GetShaderiv(object, 0x8B84 /* INFO_LOG_LENGTH */, &length);
-    else ctx->gl.GetProgramiv(object, 0x8B84, &length);
+    if (shader) ctx->gl.GetShaderiv(object, GLBK__INFO_LOG_LENGTH, &length);
+    else ctx->gl.GetProgramiv(object, GLBK__INFO_LOG_LENGTH, &length);
     if (length < 0) length = 0;
-    if (shader) glbk__put_files(&sink, shader);
+    if (shader) glbk__append_files(&sink, shader);
     sink.bytes = sink.used + (size_t)length + 2;
-    sink.out = (char *)glbk__alloc(&memory, sink.bytes);
+    sink.out = (char *)glbk_prog__alloc(&memory, sink.bytes);
     if (!sink.out) {
-        glbk__log(ctx, "no memory for the driver's words");
+        ctx->system.log(ctx->system.user, "no memory for the driver's words");
         return;
     }
     sink.used = 0;
-    if (shader) glbk__put_files(&sink, shader);
+    if (shader) glbk__append_files(&sink, shader);
     memset(sink.out + sink.used, 0, sink.bytes - sink.used);
     if (shader) ctx->gl.GetShaderInfoLog(object, length + 1, NULL, sink.out + sink.used);
     else ctx->gl.GetProgramInfoLog(object, length + 1, NULL, sink.out + sink.used);
     sink.used = strlen(sink.out);
     while (sink.used && sink.out[sink.used - 1] == '\n') sink.out[--sink.used] = 0;
-    glbk__log(ctx, sink.used ? sink.out : "the driver says nothing");
-    glbk__free(&memory, sink.out);
+    ctx->system.log(ctx->system.user, sink.used ? sink.out : "the driver says nothing");
+    glbk_prog__free(&memory, sink.out);
+}
+
+/* Logs why a stage has no text: "FUNCTION: the library file NAME is unknown", or defines that do not parse.
+ */
+static glbk_result glbk__refuse_text(const glbk_context *ctx, const glbk_shader *shader)
+{
+    static const char function[] = "glbk_program_compile";
+    const glbk_file *main_file;
+    glbk__list list;
+    glbk_prog__message m;
+    m.used = 0;
+    if (glbk__gather_all(&list, shader, &main_file)) {
+        glbk_prog__message_text(&m, "do not parse: ");
+        glbk_prog__message_text(&m, shader->defines);
+        return glbk__refuse(ctx, GLBK_ERR_NAME, function, "defines", m.text);
+    }
+    if (!list.unknown)
+        return glbk__refuse_range(ctx, GLBK_ERR_NAME, function, "the number of library files",
+                                  (double)GLBK__MAX_FILES + 1, 0, GLBK__MAX_FILES);
+    while (list.unknown_length-- && m.used + 1 < sizeof m.text) m.text[m.used++] = *list.unknown++;
+    m.text[m.used] = 0;
+    glbk_prog__message_text(&m, " is in none of the parts");
+    return glbk__refuse(ctx, GLBK_ERR_NAME, function, "the library file", m.text);
 }
 
 /* Compiles one stage and attaches it. */
 static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const glbk__stage *stage)
 {
-    glbk_dialect dialect = ctx->es                        ? GLBK_GLSL_300_ES
-                           : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430
-                                                          : GLBK_GLSL_330;
-    glbk__allocator memory = glbk__memory(ctx);
+    glbk_dialect dialect = ctx->es                               ? GLBK_GLSL_300_ES
+                           : stage->type == GLBK__COMPUTE_SHADER ? GLBK_GLSL_430
+                                                                 : GLBK_GLSL_330;
+    glbk_prog__allocator memory = glbk_prog__memory(ctx);
     int bits = !ctx->float_targets;
     size_t bytes = glbk_write_glsl(dialect, bits, &stage->shader, NULL, 0);
     char *text;
     uint32_t shader;
     int32_t compiled = 0;
 
-    if (!bytes)
-        return glbk__fail(ctx, GLBK_ERR_NAME,
-                          "an unknown library file, or bad defines: ", stage->shader.uses);
+    if (!bytes) return glbk__refuse_text(ctx, &stage->shader);
     if (bytes > INT32_MAX)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1,
-                                  INT32_MAX);
-    text = (char *)glbk__alloc(&memory, bytes);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_program_compile",
+                                  "the bytes of a shader's text", (double)bytes, 1, INT32_MAX);
+    text = (char *)glbk_prog__alloc(&memory, bytes);
     if (!text) return GLBK_ERR_ALLOC;
     glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
     shader = ctx->gl.CreateShader(stage->type);
@@ -92,19 +116,19 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
         const char *const texts[1] = { text };
         ctx->gl.ShaderSource(shader, 1, texts, NULL);
         ctx->gl.CompileShader(shader);
-        ctx->gl.GetShaderiv(shader, 0x8B81 /* COMPILE_STATUS */, &compiled);
+        ctx->gl.GetShaderiv(shader, GLBK__COMPILE_STATUS, &compiled);
         if (compiled) {
             ctx->gl.AttachShader(program, shader);
         } else {
             glbk__log_driver(ctx, shader, &stage->shader);
         }
-        ctx->gl.DeleteShader(shader);       /* lives on as long as it is attached */
+        ctx->gl.DeleteShader(shader);       /* GL keeps it as long as it is attached */
     }
-    glbk__free(&memory, text);
+    glbk_prog__free(&memory, text);
     return compiled ? GLBK_OK : shader ? GLBK_ERR_COMPILE : GLBK_ERR_GL;
 }
 
-/* Names of transform feedback, which GL wants as an array. */
+/* Gives GL the names for transform feedback, which it wants as an array. */
 static glbk_result glbk__set_outputs(const glbk_context *ctx, uint32_t program, const char *outputs)
 {
     char text[512];
@@ -112,10 +136,10 @@ static glbk_result glbk__set_outputs(const glbk_context *ctx, uint32_t program, 
     int32_t count = 0;
     size_t length, used = 0;
 
-    for (; (length = glbk__word(&outputs)) != 0; outputs += length) {
+    for (; (length = glbk__next_word(&outputs)) != 0; outputs += length) {
         if (count == 16 || length + 1 > sizeof text - used)
             return glbk__refuse(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
-                                "has more than 16 names or 511 characters");
+                                count == 16 ? "has more than 16 names" : "has more than 511 characters");
         names[count++] = text + used;
         memcpy(text + used, outputs, length);
         text[used + length] = 0;
@@ -133,6 +157,7 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     int i;
 
     memcpy(out->parts, stages[0].shader.parts, sizeof out->parts);
+    out->slots_fn = glbk__set_program_slots;
     out->name = ctx->gl.CreateProgram();
     if (!out->name) result = GLBK_ERR_GL;
     for (i = 0; i < count && result == GLBK_OK; i++)
@@ -140,7 +165,7 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     if (result == GLBK_OK) result = glbk__set_outputs(ctx, out->name, outputs);
     if (result == GLBK_OK) {
         ctx->gl.LinkProgram(out->name);
-        ctx->gl.GetProgramiv(out->name, 0x8B82 /* LINK_STATUS */, &linked);
+        ctx->gl.GetProgramiv(out->name, GLBK__LINK_STATUS, &linked);
         if (!linked) {
             glbk__log_driver(ctx, out->name, NULL);
             result = GLBK_ERR_LINK;
@@ -155,21 +180,20 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
                                              const char *name, const char *defines, glbk_program *out)
 {
+    static const char function[] = "glbk__program_create";
     glbk__stage stages[2];
     const glbk_file *file, *vertex;
     char path[64] = "prog/";
     size_t length;
     glbk_result result;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    result = glbk__enter(ctx);
+    result = glbk__enter_create(ctx, function, out, sizeof *out);
     if (result != GLBK_OK) return result;
-    if (!name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, "glbk__program_create", "name", "is NULL");
+    if (!name) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "name", "is NULL");
     length = strlen(name);
     if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
     file = glbk_find_file(part, path);
-    if (!file) return glbk__fail(ctx, GLBK_ERR_NAME, "no file prog/", name);
+    if (!file) return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no file of the part");
     memset(stages, 0, sizeof stages);
     stages[0].shader.parts[0] = part;
     stages[0].shader.parts[1] = other;
@@ -178,15 +202,16 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     stages[1].shader = stages[0].shader;
     stages[0].shader.name = file->name;
     if (length > 5 && strcmp(name + length - 5, ".comp") == 0) {
-        if (!ctx->compute) return GLBK_ERR_FEATURE;
-        stages[0].type = GLBK__COMPUTE;
+        if (!ctx->compute) return glbk__refuse(ctx, GLBK_ERR_FEATURE, function, name, "needs OpenGL 4.3");
+        stages[0].type = GLBK__COMPUTE_SHADER;
         return glbk__link(ctx, stages, 1, "", out);
     }
     strcpy(path + 5, file->with);
     vertex = glbk_find_file(part, path);
-    if (!vertex) return glbk__fail(ctx, GLBK_ERR_NAME, "no program: ", name);
-    stages[0].type = GLBK__FRAGMENT;
-    stages[1].type = GLBK__VERTEX;
+    if (!vertex)
+        return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no program: it has no vertex shader");
+    stages[0].type = GLBK__FRAGMENT_SHADER;
+    stages[1].type = GLBK__VERTEX_SHADER;
     stages[1].shader.name = vertex->name;
     return glbk__link(ctx, stages, 2, "", out);
 }
@@ -197,7 +222,7 @@ GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *p
     return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
 }
 
-/* The program of a user's text: linked as others, then its parts must not meet. */
+/* Links the program of a user's text, whose parts must not meet. */
 static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count,
                                      const glbk_source *s, glbk_program *out)
 {
@@ -214,27 +239,30 @@ GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *
     glbk__stage stages[2];
     glbk_result result;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    result = glbk__enter(ctx);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
     if (result != GLBK_OK) return result;
     if (!s) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
-    if ((s->fragment != NULL) == (s->compute != NULL))
-        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
+    if (!s->fragment && !s->compute)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "source.fragment",
+                            "is NULL, and so is source.compute");
+    if (s->fragment && s->compute)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "source.fragment",
+                            "is given, and so is source.compute: a program has one of them");
     memset(stages, 0, sizeof stages);
     memcpy(stages[0].shader.parts, s->parts, sizeof s->parts);
     stages[0].shader.uses = s->uses ? s->uses : "";
     stages[0].shader.defines = s->defines;
     stages[1].shader = stages[0].shader;
     if (s->compute) {
-        if (!ctx->compute) return GLBK_ERR_FEATURE;
-        stages[0].type = GLBK__COMPUTE;
+        if (!ctx->compute)
+            return glbk__refuse(ctx, GLBK_ERR_FEATURE, __func__, "source.compute", "needs OpenGL 4.3");
+        stages[0].type = GLBK__COMPUTE_SHADER;
         stages[0].shader.text = s->compute;
         return glbk__link_source(ctx, stages, 1, s, out);
     }
-    stages[0].type = GLBK__FRAGMENT;
+    stages[0].type = GLBK__FRAGMENT_SHADER;
     stages[0].shader.text = s->fragment;
-    stages[1].type = GLBK__VERTEX;
+    stages[1].type = GLBK__VERTEX_SHADER;
     stages[1].shader.name = s->vertex ? NULL : "prog/screen.vert";
     if (!s->vertex) stages[1].shader.uses = "";     /* a library file may speak of gl_FragCoord */
     stages[1].shader.text = s->vertex;
@@ -246,4 +274,19 @@ GLBK_DEF void glbk_program_free(glbk_context *ctx, glbk_program *program)
     if (!program) return;
     if (ctx && !ctx->lost && program->name) ctx->gl.DeleteProgram(program->name);
     memset(program, 0, sizeof *program);
+}
+
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
+                                   uint32_t z)
+{
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!program || !program->name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "program", "was not created");
+    if (ctx->lost) return GLBK_ERR_LOST;
+    if (!ctx->compute)
+        return glbk__refuse(ctx, GLBK_ERR_FEATURE, __func__, "ctx", "is older than OpenGL 4.3");
+    glbk_program_use(ctx, program);
+    ctx->gl.DispatchCompute(x, y, z);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
 }

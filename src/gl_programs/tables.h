@@ -10,10 +10,10 @@ GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, 
     glbk_result result;
     size_t rows;
 
-    if (!out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
+    if (out) memset(out, 0, sizeof *out);
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (ctx->lost) return GLBK_ERR_LOST;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     rows = count ? (count - 1) / side + 1 : 0;
     if (!count || (rows - 1) / side >= ctx->max_layers)
         return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
@@ -55,18 +55,23 @@ GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *
     if (result != GLBK_OK || !count) return result;
     glbk__upload_begin(ctx, table, &old);
     while (count) {
-        size_t x = first % side, y = first / side % side, layer = first / side / side, width, height = 1;
+        const size_t x = first % side, y = first / side % side;
+        glbk_box box = { 0, 0, 0, 0, 0, 1, 1 };
+        size_t texels_in_box;
+        box.x = (uint32_t)x;
+        box.y = (uint32_t)y;
+        box.layer = (uint32_t)(first / side / side);
         if (x || count < side) {
-            width = count < side - x ? count : side - x;
+            box.width = (uint32_t)(count < side - x ? count : side - x);
         } else {
-            width = side;
-            height = count / side < side - y ? count / side : side - y;
+            box.width = GLBK__TABLE_SIDE;
+            box.height = (uint32_t)(count / side < side - y ? count / side : side - y);
         }
-        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width,
-                         (uint32_t)height, 1, from);
-        from += width * height * glbk__formats[table->format].bytes;
-        first += width * height;
-        count -= width * height;
+        glbk__upload_box(ctx, table, &box, from);
+        texels_in_box = (size_t)box.width * box.height;
+        from += texels_in_box * glbk__texel_bytes(table->format);
+        first += texels_in_box;
+        count -= texels_in_box;
     }
     glbk__upload_end(ctx, table, &old);
     return glbk__leave_frame(ctx);

@@ -1,0 +1,80 @@
+/* ---- for the techniques' headers: not for you, may change without notice ----
+
+   Their implementations may stand in other files than this header's, hence no static functions: GLBK__DEF is
+   GLBK_DEF for them. */
+
+#define GLBK__TEXTURE_ENTRY(type, name, slot) { #name, slot },
+#define GLBK__BLOCK_ENTRY(name, slot, members) { #name "_block", slot },
+#define GLBK__STORAGE_ENTRY(qualifiers, type, name, slot) { #name "_storage", slot },
+#define GLBK__IMAGE_ENTRY(qualifiers, format, type, name, slot) { #name, slot },
+#define GLBK__LISTS_CODE(part, PART)                                                               \
+    static const glbk_slot glbk__##part##_units[] = {                                              \
+        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) { NULL, 0 } };                                 \
+    static const glbk_slot glbk__##part##_bindings[] = {                                           \
+        GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY) { NULL, 0 } };                                     \
+    static const glbk_slot glbk__##part##_storage[] = {                                            \
+        GLBK_##PART##_STORAGE(GLBK__STORAGE_ENTRY) { NULL, 0 } };                                  \
+    static const glbk_slot glbk__##part##_images[] = {                                             \
+        GLBK_##PART##_IMAGES(GLBK__IMAGE_ENTRY) { NULL, 0 } };
+#define GLBK__PART_DATA(part)                                                                      \
+    static const glbk_part glbk__##part##_part = {                                                 \
+        #part, glbk__##part##_files, sizeof glbk__##part##_files / sizeof glbk__##part##_files[0], \
+        glbk__##part##_units, glbk__##part##_bindings,                                             \
+        glbk__##part##_storage, glbk__##part##_images                                              \
+    };
+#define GLBK__PART_CODE(part, PART)                                                                \
+    GLBK__LISTS_CODE(part, PART)                                                                   \
+    GLBK__PART_DATA(part)                                                                          \
+    GLBK_DEF const glbk_part *glbk_##part##_part(void) { return &glbk__##part##_part; }
+
+/* Returns the base, which the public functions take for a part that is NULL. */
+GLBK__DEF const glbk_part *glbk__base(void);
+
+/* Returns *offset, or zeros for NULL. */
+GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
+
+/* Compiles and links a program of the library.
+   part     has it; NULL = the base
+   other    a second part whose library files it uses, or NULL
+   name     is that of its last stage: "copy.frag", "csm_query.comp"
+   defines  one of its sets, or NULL = none
+   Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
+GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
+                                           const char *defines, glbk_program *out);
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
+                                             const char *name, const char *defines, glbk_program *out);
+
+/* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
+   glbk__append_text a string, glbk__append_file a file of GLSL. */
+typedef struct glbk__sink {
+    char  *out;
+    size_t bytes, used;
+} glbk__sink;
+GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length);
+GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
+
+/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
+   position counts indices from 0. */
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
+
+/* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
+GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
+                                      const void *values);
+
+/* Makes a texture and a target of it, with `depth` if that is not NULL. The target is a technique's own, as
+   those of glbk__target_create are. */
+GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                   const glbk_texture *depth, glbk_texture *texture, glbk_target *target);
+
+/* A table is an array texture that lib/table.glsl reads by one number: texel i stands at (i & 1023, i >> 10 &
+   1023, i >> 20). texels: count of them, 1 .. ctx->max_layers * 2^20, in any format but the depth formats, or
+   NULL = undefined. On the GPU a table takes count rounded up to rows of 1024, above 2^20 texels to layers of
+   2^20; beyond ctx->max_layers of them it is GLBK_ERR_LIMIT. Updating sets count texels from number first on,
+   as a call of a frame. */
+GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, const void *texels,
+                                         size_t count, glbk_texture *out);
+GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
+                                         size_t count, const void *texels);
