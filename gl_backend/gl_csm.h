@@ -877,7 +877,7 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_csm ==== */
 
 
-static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
+static const struct { char s0[3987]; char s1[1561]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
     "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n"
     "#endif\n"
@@ -1073,10 +1073,10 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
     "}\n"
     "}\n"
     "return cohsm_lobe_draw(lobe,vec2(cohsm_clamp_unit(u.x/share),u.y));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
+static const struct { char s0[2723]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
     "#define COHSM_SAMPLING_LIGHT 1\n"
     "#define COHSM_SAMPLING_BRDF 2\n"
@@ -1159,10 +1159,10 @@ static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
     "if(!(wi.z>.0)|| !(pdf>.0))return vec3(.0);\n"
     "f=f*found.radiance*(wi.z/pdf);\n"
     "return cohsm_if(cohsm_finite3(f),f,vec3(.0));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
+static const struct { char s0[3935]; char s1[3982]; char s2[3982]; char s3[1072]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
     "#endif\n"
@@ -1549,10 +1549,10 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "if(l.shape==COHSM_SHAPE_RECTANGLE||l.shape==COHSM_SHAPE_DISC)return cohsm_plane_hit(l,a,w,e);\n"
     "if(l.shape==COHSM_SHAPE_SPHERE||l.shape==COHSM_SHAPE_LINE)return cohsm_round_hit(l,a,w,e);\n"
     "return false;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
+static const struct { char s0[3955]; char s1[3328]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
     "#endif\n"
@@ -1785,10 +1785,10 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "uint depth=entry&0xffffu;\n"
     "if((entry&0x80000000u)==0u)depth=cohsm_list_depth(m,m.directories_at+entry,place&0xffffu);\n"
     "return depth;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
+static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -1931,10 +1931,10 @@ static const char *const glbk__csm_files_lib_cohsm_math_glsl[] = {
     "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
     "}\n"
     "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_cohsm_random_glsl[] = {
+static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_glsl = {
     "\n\n\n\nuint cohsm_hash(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
@@ -1975,10 +1975,10 @@ static const char *const glbk__glsl_lib_cohsm_random_glsl[] = {
     "}\n"
     "return vec2(cohsm_to_unit(cohsm_owen(x,cohsm_hash_combine(seed,1u))),\n"
     "cohsm_to_unit(cohsm_owen(y,cohsm_hash_combine(seed,2u))));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
+static const struct { char s0[3946]; char s1[3991]; char s2[3246]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2307,19 +2307,19 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "visible=cohsm_if(one<.0,COHSM_REFUSED,visible*one);\n"
     "}\n"
     "return visible;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_access_glsl[] = {
+static const struct { char s0[245]; char end; } glbk__glsl_lib_csm_access_glsl = {
     "\n\n#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n"
     "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n"
     "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n"
     "#ifndef COHSM_LOBES\n"
     "#define COHSM_LOBES 1\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
+static const struct { char s0[890]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
     "\nuniform usampler2DArray glbk_csm_blocks;\n"
     "uniform usampler2DArray glbk_csm_lights;\n"
     "uniform usampler2DArray glbk_csm_instances;\n"
@@ -2342,10 +2342,10 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)restrict uniform image2D glbk_csm_total;\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
+static const struct { char s0[1821]; char end; } glbk__glsl_lib_csm_compress_glsl = {
     "\n\n\n\n\nstruct csm_open{\n"
     "uint lo;\n"
     "uint hi;\n"
@@ -2410,10 +2410,10 @@ static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
     "o.fresh=fresh;\n"
     "}\n"
     "return ended;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_frame_glsl[] = {
+static const struct { char s0[325]; char end; } glbk__glsl_lib_csm_frame_glsl = {
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
     "uint light_texel;\n"
     "uint pattern_texel;\n"
@@ -2433,10 +2433,10 @@ static const char *const glbk__glsl_lib_csm_frame_glsl[] = {
     "float frame_share;\n"
     "vec4 eye;\n"
     "vec4 planes[8];\n"
-    "}glbk_csm_frame;\n"
+    "}glbk_csm_frame;\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
+static const struct { char s0[441]; char end; } glbk__glsl_lib_csm_instances_glsl = {
     "\n\n\n\n\n#ifdef CSM_INSTANCES\n"
     "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
     "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n"
@@ -2447,10 +2447,10 @@ static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
     "return texelFetch(glbk_csm_instances,glbk_table_at(4u*i+k),0);\n"
     "}\n"
     "#define COHSM_INSTANCE(table, i, k) csm_instance(i, k)\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_pattern_glsl[] = {
+static const struct { char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl = {
     "\n\n\n#ifdef CSM_PATTERNS\n"
     "\nvec2 csm_pattern(uint at)\n"
     "{\n"
@@ -2458,10 +2458,10 @@ static const char *const glbk__glsl_lib_csm_pattern_glsl[] = {
     "return uintBitsToFloat(cohsm_if((at&1u)!=0u,t.zw,t.xy));\n"
     "}\n"
     "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sample_count + (k))\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_peel_glsl[] = {
+static const struct { char s0[269]; char end; } glbk__glsl_lib_csm_peel_glsl = {
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
     "mat4 view;\n"
     "float clip_per_pixel;\n"
@@ -2476,20 +2476,20 @@ static const char *const glbk__glsl_lib_csm_peel_glsl[] = {
     "uint self_only;\n"
     "uint pad0;\n"
     "uint pad1;\n"
-    "}glbk_csm_peel;\n"
+    "}glbk_csm_peel;\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_scene_glsl[] = {
+static const struct { char s0[134]; char end; } glbk__glsl_lib_csm_scene_glsl = {
     "\nlayout(std140)uniform glbk_csm_scene_block{\n"
     "uint count;\n"
     "uint in_block;\n"
     "uint pad0;\n"
     "uint pad1;\n"
     "uvec4 instances[176];\n"
-    "}glbk_csm_scene;\n"
+    "}glbk_csm_scene;\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
+static const struct { char s0[2264]; char end; } glbk__glsl_lib_csm_shade_glsl = {
     "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
     "#error \"csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER\"\n"
     "#endif\n"
@@ -2540,17 +2540,17 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "else sum.rgb+=weight*visible;\n"
     "}\n"
     "return vec4(sum.rgb*(1./float(samples)),sum.a);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
+static const struct { char s0[168]; char end; } glbk__glsl_lib_csm_visible_glsl = {
     "\n\n\n\n\nfloat csm_visible(uint entity,const in cohsm_query query,vec3 point,vec3 light)\n"
     "{\n"
     "return cohsm_visible_scene(0u,glbk_csm_scene.count,entity,query,point,light);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_compress_comp[] = {
+static const struct { char s0[550]; char end; } glbk__glsl_prog_csm_compress_comp = {
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2564,10 +2564,10 @@ static const char *const glbk__glsl_prog_csm_compress_comp[] = {
     "glbk_csm_records[i+1u]=ended.records[0];\n"
     "glbk_csm_records[i+2u]=ended.records[1];\n"
     "glbk_csm_records[i+3u]=ended.records[2];\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_compress_frag[] = {
+static const struct { char s0[502]; char end; } glbk__glsl_prog_csm_compress_frag = {
     "\n\n\nlayout(location=0)out uvec4 open_now;\n"
     "layout(location=1)out uvec4 records0;\n"
     "layout(location=2)out uvec4 records1;\n"
@@ -2582,10 +2582,10 @@ static const char *const glbk__glsl_prog_csm_compress_frag[] = {
     "records0=ended.records[0];\n"
     "records1=ended.records[1];\n"
     "records2=ended.records[2];\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_peel_frag[] = {
+static const struct { char s0[385]; char end; } glbk__glsl_prog_csm_peel_frag = {
     "\n\n\n\n\n#ifndef CSM_FIRST\n"
     "#define CSM_FIRST 1\n"
     "#endif\n"
@@ -2602,10 +2602,10 @@ static const char *const glbk__glsl_prog_csm_peel_frag[] = {
     "#endif\n"
     "result=floatBitsToUint(depth);\n"
     "gl_FragDepth=depth;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_peel_vert[] = {
+static const struct { char s0[333]; char end; } glbk__glsl_prog_csm_peel_vert = {
     "\n\n\nlayout(location=0)in vec3 position;\n"
     "invariant gl_Position;\n"
     "invariant out float csm_depth;\n"
@@ -2615,10 +2615,10 @@ static const char *const glbk__glsl_prog_csm_peel_vert[] = {
     "float w=glbk_csm_peel.depth_scale>.0?p.w:1.;\n"
     "csm_depth=glbk_csm_peel.depth_scale>.0?w*glbk_csm_peel.depth_scale:p.z;\n"
     "gl_Position=vec4(p.xy*glbk_csm_peel.clip_per_pixel-w,.0,w);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_query_comp[] = {
+static const struct { char s0[427]; char end; } glbk__glsl_prog_csm_query_comp = {
     "\n\n\n\nlayout(local_size_x=64)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2628,10 +2628,10 @@ static const char *const glbk__glsl_prog_csm_query_comp[] = {
     "uint seed=glbk_csm_frame.roulette_seed;\n"
     "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.bias,seed,light.w);\n"
     "glbk_csm_answers[i]=csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_query_frag[] = {
+static const struct { char s0[563]; char end; } glbk__glsl_prog_csm_query_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2644,10 +2644,10 @@ static const char *const glbk__glsl_prog_csm_query_frag[] = {
     "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.bias,seed,light.w);\n"
     "float visible=csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz));\n"
     "result=uvec4(floatBitsToUint(visible),0u,0u,0u);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
+static const struct { char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag = {
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2661,10 +2661,10 @@ static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
     "}\n"
     "glbk_picture_show(seen,p);\n"
     "result=vec4(glbk_csm_frame.frame_share>.0?sum.rgb*glbk_csm_frame.frame_share:vec3(.0),1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_shade_comp[] = {
+static const struct { char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp = {
     "\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2675,10 +2675,10 @@ static const char *const glbk__glsl_prog_csm_shade_comp[] = {
     "vec4 sum=glbk_csm_frame.adds!=0u?imageLoad(glbk_csm_total,at):vec4(.0);\n"
     "if(glbk_read_point(at,p))sum+=csm_shade(p,pixel);\n"
     "imageStore(glbk_csm_total,at,sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_csm_shade_frag[] = {
+static const struct { char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag = {
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2687,62 +2687,88 @@ static const char *const glbk__glsl_prog_csm_shade_frag[] = {
     "glbk_point p;\n"
     "if(glbk_read_point(at,p))sum+=csm_shade(p,uint(at.y)*glbk_csm_frame.width+uint(at.x));\n"
     "result=glbk_pack(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__csm_files[] = {
-    { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 2, "cohsm_math", "",
-      "", "" },
-    { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 1, "cohsm_random cohsm_brdf cohsm_light", "",
-      "", "" },
-    { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 4, "cohsm_math", "",
-      "", "" },
-    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 2, "", "",
-      "", "" },
-    { "lib/cohsm_math.glsl", glbk__csm_files_lib_cohsm_math_glsl, 2, "", "",
-      "", "" },
-    { "lib/cohsm_random.glsl", glbk__glsl_lib_cohsm_random_glsl, 1, "", "",
-      "", "" },
-    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 3, "cohsm_math cohsm_random cohsm_lookup", "",
-      "", "" },
-    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 1, "table csm_bindings", "",
-      "", "" },
-    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 1, "csm_bindings csm_peel", "",
-      "", "" },
-    { "lib/csm_frame.glsl", glbk__glsl_lib_csm_frame_glsl, 1, "", "",
-      "", "glbk_csm_frame" },
-    { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 1, "csm_access csm_scene", "",
-      "", "" },
-    { "lib/csm_pattern.glsl", glbk__glsl_lib_csm_pattern_glsl, 1, "csm_access cohsm_math csm_frame", "",
-      "", "" },
-    { "lib/csm_peel.glsl", glbk__glsl_lib_csm_peel_glsl, 1, "", "",
-      "", "glbk_csm_peel" },
-    { "lib/csm_scene.glsl", glbk__glsl_lib_csm_scene_glsl, 1, "", "",
-      "", "glbk_csm_scene" },
-    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 1, "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame csm_scene", "",
-      "", "" },
-    { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 1, "csm_instances cohsm_visible csm_scene", "",
-      "", "" },
-    { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 1, "csm_compress csm_peel", "",
-      "", "" },
-    { "prog/csm_compress.frag", glbk__glsl_prog_csm_compress_frag, 1, "csm_compress", "screen.vert",
-      "", "" },
-    { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 1, "csm_bindings", "csm_peel.vert",
-      "CSM_FIRST=1 | CSM_FIRST=0", "" },
-    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 1, "csm_bindings csm_peel", "",
-      "", "" },
-    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 1, "csm_visible csm_frame", "",
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1", "" },
-    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 1, "csm_visible csm_frame", "screen.vert",
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1", "" },
-    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 1, "csm_bindings picture csm_frame", "screen.vert",
-      "", "" },
-    { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 1, "csm_shade csm_frame", "",
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1", "" },
-    { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 1, "csm_shade csm_frame", "screen.vert",
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1", "" }
+    { "lib/cohsm_brdf.glsl\0" "cohsm_math" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_brdf_glsl },
+    { "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_estimate_glsl },
+    { "lib/cohsm_light.glsl\0" "cohsm_math" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_light_glsl },
+    { "lib/cohsm_lookup.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_lookup_glsl },
+    { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__csm_files_lib_cohsm_math_glsl },
+    { "lib/cohsm_random.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_random_glsl },
+    { "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_random cohsm_lookup" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_visible_glsl },
+    { "lib/csm_access.glsl\0" "table csm_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_access_glsl },
+    { "lib/csm_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_bindings_glsl },
+    { "lib/csm_compress.glsl\0" "csm_bindings csm_peel" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_compress_glsl },
+    { "lib/csm_frame.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_csm_frame",
+      (const char *)&glbk__glsl_lib_csm_frame_glsl },
+    { "lib/csm_instances.glsl\0" "csm_access csm_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_instances_glsl },
+    { "lib/csm_pattern.glsl\0" "csm_access cohsm_math csm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_pattern_glsl },
+    { "lib/csm_peel.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_csm_peel",
+      (const char *)&glbk__glsl_lib_csm_peel_glsl },
+    { "lib/csm_scene.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_csm_scene",
+      (const char *)&glbk__glsl_lib_csm_scene_glsl },
+    { "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame csm_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_shade_glsl },
+    { "lib/csm_visible.glsl\0" "csm_instances cohsm_visible csm_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_csm_visible_glsl },
+    { "prog/csm_compress.comp\0" "csm_compress csm_peel" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_compress_comp },
+    { "prog/csm_compress.frag\0" "csm_compress" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_compress_frag },
+    { "prog/csm_peel.frag\0" "csm_bindings" "\0" "csm_peel.vert" "\0"
+      "CSM_FIRST=1 | CSM_FIRST=0" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_peel_frag },
+    { "prog/csm_peel.vert\0" "csm_bindings csm_peel" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_peel_vert },
+    { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_query_comp },
+    { "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "screen.vert" "\0"
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_query_frag },
+    { "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_resolve_frag },
+    { "prog/csm_shade.comp\0" "csm_shade csm_frame" "\0" "" "\0"
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_shade_comp },
+    { "prog/csm_shade.frag\0" "csm_shade csm_frame" "\0" "screen.vert" "\0"
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
+      (const char *)&glbk__glsl_prog_csm_shade_frag }
 };
 
 

@@ -428,7 +428,7 @@ static inline glbk_envsh__allocator glbk_envsh__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_envshadow ==== */
 
 
-static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
+static const struct { char s0[1094]; char end; } glbk__glsl_lib_envsh_access_glsl = {
     "\n\n#ifndef ENVSH_RGBA\n"
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n"
     "#endif\n"
@@ -453,10 +453,10 @@ static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
     "int layer=int((place>>22)*ENVSH_CHANNELS+(light&(ENVSH_CHANNELS-1u)));\n"
     "ivec2 corner=envsh_slot(place)*(int(glbk_envsh_scene.cells_side)>>level);\n"
     "return uintBitsToFloat(texelFetch(glbk_envsh_cells,ivec3(corner+at,layer),level).xy);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
+static const struct { char s0[311]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
     "\nuniform sampler2DArray glbk_envsh_depth;\n"
     "uniform usampler2DArray glbk_envsh_depth4;\n"
     "uniform usampler2DArray glbk_envsh_cells;\n"
@@ -464,10 +464,10 @@ static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
     "uniform glbk_color_sampler glbk_envsh_sum;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)restrict uniform image2D glbk_envsh_total;\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
+static const struct { char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl = {
     "\n\n\n\n\n#ifndef ENVSH_RGBA\n"
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n"
     "#endif\n"
@@ -513,25 +513,25 @@ static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
     "#define ENVSH_STORE(depth) { envsh_bits = ENVSH_BITS(depth); ENVSH_WRITE_DEPTH(depth) }\n"
     "#else\n"
     "#define ENVSH_STORE(depth) { ENVSH_WRITE_DEPTH(depth) }\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_chunk_glsl[] = {
+static const struct { char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl = {
     "\n\n\n\n\n\n#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n"
     "shared uvec4 envsh_chunk[512];\n"
     "\n\nvoid envsh_load_chunk(uint from,uint to)\n"
     "{\n"
     "for(uint i=8u*from+gl_LocalInvocationIndex;i<8u*min(from+64u,to);i+=64u)\n"
     "ENVSH_TEXEL(i)=texelFetch(glbk_envsh_views,glbk_table_at(i),0);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_disc_glsl[] = {
+static const struct { char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl = {
     "\n\n#define ENVSH_DISC_PAIR(i) glbk_envsh_query.disc[(i) >> 1]\n"
-    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? ENVSH_DISC_PAIR(i).zw : ENVSH_DISC_PAIR(i).xy)\n"
+    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? ENVSH_DISC_PAIR(i).zw : ENVSH_DISC_PAIR(i).xy)\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
+static const struct { char s0[1564]; char end; } glbk__glsl_lib_envsh_group_glsl = {
     "\n\n\n\nstruct envsh_group{\n"
     "vec3 low,high;\n"
     "vec3 n_low,n_high;\n"
@@ -571,10 +571,10 @@ static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
     "float slope=1.001*dot(flat_n*v.texel,reach+1.)/(cosine*v.depth_range);\n"
     "return envsh_decide_box(q,v,at,across+reach,z-deep-min(slope,1.001*envsh_plane_limit(q,v)),\n"
     "z+deep+slope);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
+static const struct { char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl = {
     "\n\n\n\n\nenvsh_query envsh_bound_query()\n"
     "{\n"
     "envsh_query q;\n"
@@ -590,10 +590,10 @@ static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
     "\n\n\n\nvec3 envsh_light(vec3 p,vec3 n,vec3 flat_n,uint index)\n"
     "{\n"
     "return envsh_irradiance(envsh_bound_query(),0u,glbk_envsh_scene.light_count,p,n,flat_n,index);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_object_glsl[] = {
+static const struct { char s0[192]; char end; } glbk__glsl_lib_envsh_object_glsl = {
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
     "mat4 world;\n"
     "uint first_light;\n"
@@ -604,10 +604,10 @@ static const char *const glbk__glsl_lib_envsh_object_glsl[] = {
     "uint unused0;\n"
     "uint unused1;\n"
     "uint unused2;\n"
-    "}glbk_envsh_object;\n"
+    "}glbk_envsh_object;\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_query_glsl[] = {
+static const struct { char s0[195]; char end; } glbk__glsl_lib_envsh_query_glsl = {
     "\nlayout(std140)uniform glbk_envsh_query_block{\n"
     "float radius;\n"
     "float bias;\n"
@@ -618,10 +618,10 @@ static const char *const glbk__glsl_lib_envsh_query_glsl[] = {
     "uint end_light;\n"
     "uint adds;\n"
     "vec4 disc[32];\n"
-    "}glbk_envsh_query;\n"
+    "}glbk_envsh_query;\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_scene_glsl[] = {
+static const struct { char s0[218]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
     "\nlayout(std140)uniform glbk_envsh_scene_block{\n"
     "uint map_side;\n"
     "uint guard;\n"
@@ -631,10 +631,10 @@ static const char *const glbk__glsl_lib_envsh_scene_glsl[] = {
     "float clip_per_inside;\n"
     "float clip_per_texel_x;\n"
     "float clip_per_texel_y;\n"
-    "}glbk_envsh_scene;\n"
+    "}glbk_envsh_scene;\n", 0
 };
 
-static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
+static const struct { char s0[3970]; char s1[2892]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
     "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
     "#error \"envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED\"\n"
     "#endif\n"
@@ -853,10 +853,10 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "if(cosine>.0)sum+=envsh_visible(q,light,p,flat_n,index)*cosine*envsh_power(light);\n"
     "}\n"
     "return sum;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_cast_frag[] = {
+static const struct { char s0[131]; char end; } glbk__glsl_prog_envsh_cast_frag = {
     "\n\n\n\nin float envsh_depth;\n"
     "#if ENVSH_RGBA\n"
     "layout(location=0)out uvec4 envsh_bits;\n"
@@ -864,19 +864,19 @@ static const char *const glbk__glsl_prog_envsh_cast_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "ENVSH_STORE(envsh_depth)\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_cast_vert[] = {
+static const struct { char s0[140]; char end; } glbk__glsl_prog_envsh_cast_vert = {
     "\n\n\nlayout(location=0)in vec3 position;\n"
     "out float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
     "ENVSH_CAST((glbk_envsh_object.world*vec4(position,1.)).xyz)\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_cells_frag[] = {
+static const struct { char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -900,10 +900,10 @@ static const char *const glbk__glsl_prog_envsh_cells_frag[] = {
     "}\n"
     "}\n"
     "result=uvec4(floatBitsToUint(bounds),0u,0u);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
+static const struct { char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_frag = {
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -914,10 +914,10 @@ static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
     "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0),sum=vec3(.0);\n"
     "if(glbk_envsh_object.lit!=0u)sum=glbk_unpack(texelFetch(glbk_envsh_sum,at,0)).xyz;\n"
     "result=vec4(sum*albedo*.318309886,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
+static const struct { char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_comp = {
     "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nshared uint envsh_all_lit[2],envsh_asked[2];\n"
     "\nstruct envsh_pixel{bool seen;vec3 p,n,flat_n;};\n"
@@ -986,10 +986,10 @@ static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
     "}\n"
     "}\n"
     "if(inside)imageStore(glbk_envsh_total,at,vec4(sum,.0));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
+static const struct { char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag = {
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1003,44 +1003,61 @@ static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
     "p.position,p.normal,p.geometric,index);\n"
     "}\n"
     "result=glbk_pack(vec4(sum,.0));\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__envsh_files[] = {
-    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 1, "table envsh_bindings envsh_scene", "",
-      "", "" },
-    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 1, "table envsh_bindings envsh_object envsh_scene", "",
-      "", "" },
-    { "lib/envsh_chunk.glsl", glbk__glsl_lib_envsh_chunk_glsl, 1, "table envsh_bindings", "",
-      "", "" },
-    { "lib/envsh_disc.glsl", glbk__glsl_lib_envsh_disc_glsl, 1, "envsh_bindings envsh_query", "",
-      "", "" },
-    { "lib/envsh_group.glsl", glbk__glsl_lib_envsh_group_glsl, 1, "envsh_visible", "",
-      "", "" },
-    { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 1, "envsh_access envsh_disc envsh_visible envsh_query envsh_scene", "",
-      "", "" },
-    { "lib/envsh_object.glsl", glbk__glsl_lib_envsh_object_glsl, 1, "", "",
-      "", "glbk_envsh_object" },
-    { "lib/envsh_query.glsl", glbk__glsl_lib_envsh_query_glsl, 1, "", "",
-      "", "glbk_envsh_query" },
-    { "lib/envsh_scene.glsl", glbk__glsl_lib_envsh_scene_glsl, 1, "", "",
-      "", "glbk_envsh_scene" },
-    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 2, "", "",
-      "", "" },
-    { "prog/envsh_cast.frag", glbk__glsl_prog_envsh_cast_frag, 1, "envsh_cast", "envsh_cast.vert",
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1", "" },
-    { "prog/envsh_cast.vert", glbk__glsl_prog_envsh_cast_vert, 1, "envsh_cast envsh_object", "",
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1", "" },
-    { "prog/envsh_cells.frag", glbk__glsl_prog_envsh_cells_frag, 1, "envsh_access envsh_object envsh_scene", "screen.vert",
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1", "" },
-    { "prog/envsh_resolve.frag", glbk__glsl_prog_envsh_resolve_frag, 1, "envsh_bindings gbuffer picture envsh_object", "screen.vert",
-      "", "" },
-    { "prog/envsh_shade.comp", glbk__glsl_prog_envsh_shade_comp, 1, "envsh_chunk envsh_light envsh_group gbuffer envsh_query", "",
-      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1", "" },
-    { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 1, "envsh_light gbuffer envsh_query", "screen.vert",
-      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1", "" }
+    { "lib/envsh_access.glsl\0" "table envsh_bindings envsh_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_access_glsl },
+    { "lib/envsh_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_bindings_glsl },
+    { "lib/envsh_cast.glsl\0" "table envsh_bindings envsh_object envsh_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_cast_glsl },
+    { "lib/envsh_chunk.glsl\0" "table envsh_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_chunk_glsl },
+    { "lib/envsh_disc.glsl\0" "envsh_bindings envsh_query" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_disc_glsl },
+    { "lib/envsh_group.glsl\0" "envsh_visible" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_group_glsl },
+    { "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible envsh_query envsh_scene" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_light_glsl },
+    { "lib/envsh_object.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_envsh_object",
+      (const char *)&glbk__glsl_lib_envsh_object_glsl },
+    { "lib/envsh_query.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_envsh_query",
+      (const char *)&glbk__glsl_lib_envsh_query_glsl },
+    { "lib/envsh_scene.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_envsh_scene",
+      (const char *)&glbk__glsl_lib_envsh_scene_glsl },
+    { "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_envsh_visible_glsl },
+    { "prog/envsh_cast.frag\0" "envsh_cast" "\0" "envsh_cast.vert" "\0"
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_cast_frag },
+    { "prog/envsh_cast.vert\0" "envsh_cast envsh_object" "\0" "" "\0"
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_cast_vert },
+    { "prog/envsh_cells.frag\0" "envsh_access envsh_object envsh_scene" "\0" "screen.vert" "\0"
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_cells_frag },
+    { "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_resolve_frag },
+    { "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer envsh_query" "\0" "" "\0"
+      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_shade_comp },
+    { "prog/envsh_shade.frag\0" "envsh_light gbuffer envsh_query" "\0" "screen.vert" "\0"
+      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
+      (const char *)&glbk__glsl_prog_envsh_shade_frag }
 };
 
 

@@ -546,7 +546,7 @@ static inline glbk_gbuf__allocator glbk_gbuf__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_gbuffer ==== */
 
 
-static const char *const glbk__glsl_lib_gbuffer_glsl[] = {
+static const struct { char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
     "\n\n\n\n\n\nbool glbk_read_point(ivec2 at,out glbk_point p)\n"
     "{\n"
     "uvec4 place=texelFetch(glbk_gbuffer_place,at,0),normal=texelFetch(glbk_gbuffer_normal,at,0);\n"
@@ -569,10 +569,10 @@ static const char *const glbk__glsl_lib_gbuffer_glsl[] = {
     "p.lobe_count=lobes?gloss.y:0u;\n"
     "p.tangent=lobes?glbk_unpack_unit(gloss.z):vec3(.0);\n"
     "return p.kind!=0u;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_gbuffer_bindings_glsl[] = {
+static const struct { char s0[533]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
     "\nuniform usampler2D glbk_gbuffer_place;\n"
     "uniform usampler2D glbk_gbuffer_normal;\n"
     "uniform usampler2D glbk_gbuffer_color;\n"
@@ -585,10 +585,10 @@ static const char *const glbk__glsl_lib_gbuffer_bindings_glsl[] = {
     "uniform sampler2D glbk_gbuffer_normal_in;\n"
     "uniform sampler2D glbk_gbuffer_flat_in;\n"
     "uniform sampler2D glbk_gbuffer_open_in;\n"
-    "uniform usampler2D glbk_gbuffer_entity_in;\n"
+    "uniform usampler2D glbk_gbuffer_entity_in;\n", 0
 };
 
-static const char *const glbk__glsl_lib_gbuffer_drawn_glsl[] = {
+static const struct { char s0[248]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
     "mat4 world;\n"
     "mat4 clip;\n"
@@ -603,10 +603,10 @@ static const char *const glbk__glsl_lib_gbuffer_drawn_glsl[] = {
     "uint lobe_count;\n"
     "uint maps;\n"
     "float alpha_cutoff;\n"
-    "}glbk_gbuffer_drawn;\n"
+    "}glbk_gbuffer_drawn;\n", 0
 };
 
-static const char *const glbk__glsl_lib_gbuffer_imported_glsl[] = {
+static const struct { char s0[342]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
     "\nlayout(std140)uniform glbk_gbuffer_imported_block{\n"
     "mat4 from_clip;\n"
     "mat4 to_clip;\n"
@@ -626,10 +626,10 @@ static const char *const glbk__glsl_lib_gbuffer_imported_glsl[] = {
     "uint height;\n"
     "float depth_scale;\n"
     "float depth_offset;\n"
-    "}glbk_gbuffer_imported;\n"
+    "}glbk_gbuffer_imported;\n", 0
 };
 
-static const char *const glbk__glsl_lib_gbuffer_pack_glsl[] = {
+static const struct { char s0[1003]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
     "\n#define GLBK_LAMBERT 1u\n"
     "#define GLBK_PHONG 2u\n"
     "#define GLBK_LAFORTUNE 3u\n"
@@ -674,10 +674,10 @@ static const char *const glbk__glsl_lib_gbuffer_pack_glsl[] = {
     "{\n"
     "if(bits==0xffffffffu)return vec3(.0);\n"
     "return glbk_unit_of_square(vec2(float(bits&0xffffu),float(bits>>16))*(2./65534.)-1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_gbuffer_write_glsl[] = {
+static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl = {
     "\n\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
     "layout(location=1)out uvec4 glbk_out_normal;\n"
     "layout(location=2)out uvec4 glbk_out_color;\n"
@@ -699,10 +699,10 @@ static const char *const glbk__glsl_lib_gbuffer_write_glsl[] = {
     "if(p.kind==GLBK_PHONG)glbk_out_gloss=floatBitsToUint(vec4(p.specular,p.exponent));\n"
     "if(p.kind==GLBK_METAL_ROUGH)glbk_out_gloss.xy=floatBitsToUint(vec2(p.metallic,p.roughness));\n"
     "if(p.kind==GLBK_LAFORTUNE)glbk_out_gloss=uvec4(p.lobe,p.lobe_count,glbk_pack_unit(p.tangent),0u);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_picture_glsl[] = {
+static const struct { char s0[441]; char end; } glbk__glsl_lib_picture_glsl = {
     "\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
     "\n\nbool glbk_picture_asks(){return(glbk_shown.keep_empty|glbk_shown.has_depth)!=0u;}\n"
     "\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
@@ -711,20 +711,20 @@ static const char *const glbk__glsl_lib_picture_glsl[] = {
     "vec4 clip=glbk_shown.to_clip*vec4(p,1.);\n"
     "float deep=seen&&clip.w>.0?clamp(clip.z/clip.w*.5+.5,.0,1.):1.;\n"
     "gl_FragDepth=glbk_shown.has_depth!=0u?deep:gl_FragCoord.z;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_shown_glsl[] = {
+static const struct { char s0[126]; char end; } glbk__glsl_lib_shown_glsl = {
     "\nlayout(std140)uniform glbk_shown_block{\n"
     "mat4 to_clip;\n"
     "uint left;\n"
     "uint bottom;\n"
     "uint keep_empty;\n"
     "uint has_depth;\n"
-    "}glbk_shown;\n"
+    "}glbk_shown;\n", 0
 };
 
-static const char *const glbk__glsl_prog_gbuffer_draw_frag[] = {
+static const struct { char s0[1449]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
     "in vec2 glbk_uv;\n"
     "in vec4 glbk_along;\n"
@@ -762,10 +762,10 @@ static const char *const glbk__glsl_prog_gbuffer_draw_frag[] = {
     "p.lobe=glbk_gbuffer_drawn.first_lobe;\n"
     "p.lobe_count=glbk_gbuffer_drawn.lobe_count;\n"
     "glbk_write_point(p);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_gbuffer_draw_vert[] = {
+static const struct { char s0[910]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
     "\n\n\n#ifndef GBUFFER_POSITION\n"
     "#define GBUFFER_POSITION 0\n"
     "#define GBUFFER_NORMAL 1\n"
@@ -800,10 +800,10 @@ static const char *const glbk__glsl_prog_gbuffer_draw_vert[] = {
     "glbk_along=vec4(m*tangent.xyz,tangent.w);\n"
     "glbk_uv=uv;\n"
     "gl_Position=glbk_gbuffer_drawn.clip*vec4(glbk_place,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_gbuffer_import_frag[] = {
+static const struct { char s0[3390]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
     "\n\n\n\n#ifndef GBUFFER_DEPTH\n"
     "#define GBUFFER_DEPTH 0\n"
     "#endif\n"
@@ -894,32 +894,43 @@ static const char *const glbk__glsl_prog_gbuffer_import_frag[] = {
     "gl_FragDepth=drawn_depth(at,place.xyz);\n"
     "#endif\n"
     "glbk_write_point(p);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__gbuffer_files[] = {
-    { "lib/gbuffer.glsl", glbk__glsl_lib_gbuffer_glsl, 1, "gbuffer_bindings gbuffer_pack", "",
-      "", "" },
-    { "lib/gbuffer_bindings.glsl", glbk__glsl_lib_gbuffer_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/gbuffer_drawn.glsl", glbk__glsl_lib_gbuffer_drawn_glsl, 1, "", "",
-      "", "glbk_gbuffer_drawn" },
-    { "lib/gbuffer_imported.glsl", glbk__glsl_lib_gbuffer_imported_glsl, 1, "", "",
-      "", "glbk_gbuffer_imported" },
-    { "lib/gbuffer_pack.glsl", glbk__glsl_lib_gbuffer_pack_glsl, 1, "", "",
-      "", "" },
-    { "lib/gbuffer_write.glsl", glbk__glsl_lib_gbuffer_write_glsl, 1, "gbuffer_pack", "",
-      "", "" },
-    { "lib/picture.glsl", glbk__glsl_lib_picture_glsl, 1, "shown", "",
-      "", "" },
-    { "lib/shown.glsl", glbk__glsl_lib_shown_glsl, 1, "", "",
-      "", "glbk_shown" },
-    { "prog/gbuffer_draw.frag", glbk__glsl_prog_gbuffer_draw_frag, 1, "gbuffer_bindings gbuffer_drawn gbuffer_write gbuffer_drawn", "gbuffer_draw.vert",
-      "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1", "" },
-    { "prog/gbuffer_draw.vert", glbk__glsl_prog_gbuffer_draw_vert, 1, "gbuffer_drawn gbuffer_drawn", "",
-      "", "" },
-    { "prog/gbuffer_import.frag", glbk__glsl_prog_gbuffer_import_frag, 1, "gbuffer_bindings gbuffer_imported gbuffer_write gbuffer_imported", "screen.vert",
-      "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1", "" }
+    { "lib/gbuffer.glsl\0" "gbuffer_bindings gbuffer_pack" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_gbuffer_glsl },
+    { "lib/gbuffer_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_gbuffer_bindings_glsl },
+    { "lib/gbuffer_drawn.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_gbuffer_drawn",
+      (const char *)&glbk__glsl_lib_gbuffer_drawn_glsl },
+    { "lib/gbuffer_imported.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_gbuffer_imported",
+      (const char *)&glbk__glsl_lib_gbuffer_imported_glsl },
+    { "lib/gbuffer_pack.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_gbuffer_pack_glsl },
+    { "lib/gbuffer_write.glsl\0" "gbuffer_pack" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_gbuffer_write_glsl },
+    { "lib/picture.glsl\0" "shown" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_picture_glsl },
+    { "lib/shown.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_shown",
+      (const char *)&glbk__glsl_lib_shown_glsl },
+    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write gbuffer_drawn" "\0" "gbuffer_draw.vert" "\0"
+      "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
+      (const char *)&glbk__glsl_prog_gbuffer_draw_frag },
+    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn gbuffer_drawn" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_gbuffer_draw_vert },
+    { "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write gbuffer_imported" "\0" "screen.vert" "\0"
+      "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1" "\0" "",
+      (const char *)&glbk__glsl_prog_gbuffer_import_frag }
 };
 
 
@@ -931,8 +942,7 @@ GLBK__PART_CODE(gbuffer, GBUFFER)
 
 /* The part as the techniques' own programs use it has only the files that read and those of pictures,
    so that a linker leaves out those that draw and import. */
-#define GLBK__GBUFFER_FILE(name, texts, uses) \
-    { name, texts, sizeof texts / sizeof texts[0], uses, "", "", "" }
+#define GLBK__GBUFFER_FILE(name, text, uses) { name "\0" uses "\0\0\0", (const char *)&text }
 static const glbk_file glbk__gbuffer_reads[] = {
     GLBK__GBUFFER_FILE("lib/gbuffer.glsl", glbk__glsl_lib_gbuffer_glsl, "gbuffer_bindings gbuffer_pack"),
     GLBK__GBUFFER_FILE("lib/gbuffer_bindings.glsl", glbk__glsl_lib_gbuffer_bindings_glsl, ""),

@@ -620,7 +620,7 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_ism ==== */
 
 
-static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
+static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -763,10 +763,10 @@ static const char *const glbk__ism_files_lib_cohsm_math_glsl[] = {
     "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
     "}\n"
     "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_access_glsl[] = {
+static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl = {
     "\n\nstruct ism_grid{\n"
     "float exponent;\n"
     "vec4 across,down;\n"
@@ -843,10 +843,10 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "vec2 uv=ism_from_tile(g,vec2(texel)+.5);\n"
     "if(g.exponent<.0)return vec3(2.*uv-1.,1.);\n"
     "return ism_map_direction(ism_projection_of(g.exponent),g.exponent,uv);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
+static const struct { char s0[734]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
     "\nuniform sampler2DArray glbk_ism_vpls;\n"
     "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
@@ -866,10 +866,10 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=2)writeonly uniform image2D glbk_ism_light_out;\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
+static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
     "\n\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
@@ -894,10 +894,10 @@ static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
     "{\n"
     "if(glbk_ism_view.interleave>1u)return ism_smooth(at,c);\n"
     "return glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
+static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = {
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
     "vec3 at;\n"
@@ -1001,10 +1001,10 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "if(!(dot(d,d)<=s.radius2))return ISM_FAR;\n"
     "vec2 b=vec2(s.cut1.w+dot(d,s.cut1.xyz),s.cut2.w+dot(d,s.cut2.xyz));\n"
     "return s.cut1.w> -1.&& !(min(b.x,b.y)>= -1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
+static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = {
     "\n\n#define ISM_HOLE 2\n"
     "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\nuint ism_quadrant(ivec2 d)\n"
@@ -1043,10 +1043,10 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "}\n"
     "}\n"
     "return result;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
+static const struct { char s0[377]; char end; } glbk__glsl_lib_ism_frame_glsl = {
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
     "uint vpl_count;\n"
     "uint tile_side;\n"
@@ -1065,10 +1065,10 @@ static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
     "uint first_surfel;\n"
     "uint unused0;\n"
     "uint unused1;\n"
-    "}glbk_ism_frame;\n"
+    "}glbk_ism_frame;\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
+static const struct { char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl = {
     "\n\nstruct ism_receiver{\n"
     "vec3 p;\n"
     "vec3 n,ng;\n"
@@ -1082,10 +1082,10 @@ static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
     "r.n=p.normal;\n"
     "r.ng=p.geometric;\n"
     "return seen&&cohsm_finite3(r.p);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
+static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = {
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
     "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
     "{\n"
@@ -1106,10 +1106,10 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "if(t>.5*depth&&t<.95*c)found|=ism_quadrant(d);\n"
     "}\n"
     "return found==15u;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_light_glsl[] = {
+static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1372,10 +1372,10 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "#else\n",
     "return ism_scaled(sum,set_count);\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_map_glsl[] = {
+static const struct { char s0[3134]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
@@ -1480,10 +1480,10 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "float s=dot(g,w);\n"
     "if(sky)return max(s,.0);\n"
     "return s>1e-20?1./s:.0;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_push_glsl[] = {
+static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = {
     "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
     "\nstruct ism_near{\n"
     "int first,second;\n"
@@ -1541,10 +1541,10 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "if(n.second==0|| !ism_surrounded(n.found,n.close,n.beyond))return ISM_FAR;\n"
     "return ism_push(grid,local,ivec2((n.first-1)%size,(n.first-1)/size),\n"
     "ivec2((n.second-1)%size,(n.second-1)/size),at-local);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_ism_view_glsl[] = {
+static const struct { char s0[175]; char end; } glbk__glsl_lib_ism_view_glsl = {
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
     "uint width;\n"
     "uint height;\n"
@@ -1554,10 +1554,10 @@ static const char *const glbk__glsl_lib_ism_view_glsl[] = {
     "float clamp_at;\n"
     "uint first_row;\n"
     "uint unused0;\n"
-    "}glbk_ism_view;\n"
+    "}glbk_ism_view;\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_blur_comp[] = {
+static const struct { char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp = {
     "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_TILE 24\n"
     "\nshared vec3 ism_places[ISM_TILE*ISM_TILE],ism_normals[ISM_TILE*ISM_TILE];\n"
@@ -1595,10 +1595,10 @@ static const char *const glbk__glsl_prog_ism_blur_comp[] = {
     "barrier();\n"
     "if(any(greaterThanEqual(at,ism_picture_side())))return;\n"
     "imageStore(glbk_ism_light_out,at,ism_read_receiver(at,c)?ism_finished(at,c):vec4(.0));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_blur_frag[] = {
+static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
@@ -1612,10 +1612,10 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_receiver c;\n"
     "result=glbk_pack(ism_read_receiver(at,c)?ism_finished(at,c):vec4(.0));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_fill_comp[] = {
+static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp = {
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
@@ -1683,10 +1683,10 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "if(used&&levels!=0&& !(depth<ISM_FAR))depth=ism_filled(grid,at);\n"
     "imageStore(glbk_ism_atlas_out,at,uvec4(floatBitsToUint(depth),0u,0u,0u));\n"
     "}\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_holes_frag[] = {
+static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_depth(ivec2 at){return ism_plane_at(at).w;}\n"
     "\nvoid main()\n"
@@ -1697,10 +1697,10 @@ static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "result=0u;\n"
     "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.vpl_count)return;\n"
     "result=glbk_ism_frame.fill_levels!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_pull_frag[] = {
+static const struct { char s0[320]; char end; } glbk__glsl_prog_ism_pull_frag = {
     "\n\n\n\n#ifndef ISM_LEVEL\n"
     "#define ISM_LEVEL 1\n"
     "#endif\n"
@@ -1711,10 +1711,10 @@ static const char *const glbk__glsl_prog_ism_pull_frag[] = {
     "uvec4 parts;\n"
     "for(int k=0;k<4;k++)parts[k]=texelFetch(glbk_ism_below,2*cell+ivec2(k&1,k>>1),0).x;\n"
     "result=ism_pull(ISM_LEVEL,cell&((int(glbk_ism_frame.tile_side)>>ISM_LEVEL)-1),parts);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_push_frag[] = {
+static const struct { char s0[570]; char end; } glbk__glsl_prog_ism_push_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nint ism_pulled(int level,ivec2 cell)\n"
     "{\n"
@@ -1731,10 +1731,10 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_plane_at(at).w;\n"
     "else if(fills)depth=ism_filled(ism_read_grid(v),at);\n"
     "result=floatBitsToUint(depth);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
+static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag = {
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1744,10 +1744,10 @@ static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
     "glbk_picture_show(seen,p.position);\n"
     "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0);\n"
     "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*.318309886,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_shade_comp[] = {
+static const struct { char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp = {
     "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_ROUND 64u\n"
     "\nshared ism_vpl ism_read[ISM_ROUND];\n"
@@ -1788,10 +1788,10 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "if(lit)sum+=ism_gather(r.p,r.n,r.ng,first,set_count);\n"
     "#endif\n"
     "if(inside)imageStore(glbk_ism_light_out,at,sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_shade_frag[] = {
+static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag = {
     "\n\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1802,10 +1802,10 @@ static const char *const glbk__glsl_prog_ism_shade_frag[] = {
     "vec4 light=vec4(.0);\n"
     "if(ism_read_receiver(at,r))light=ism_light(r.p,r.n,r.ng,place.y*side+place.x,side*side);\n"
     "result=glbk_pack(light);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_splat_comp[] = {
+static const struct { char s0[3997]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
@@ -1938,10 +1938,10 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "surfel=vec4(s.g,uintBitsToFloat(ism_depths[i]));\n"
     "imageStore(glbk_ism_planes_out,begin+texel,surfel);\n"
     "}\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_splat_frag[] = {
+static const struct { char s0[709]; char end; } glbk__glsl_prog_ism_splat_frag = {
     "\n\n\n\nflat in vec4 ism_at;\n"
     "flat in vec4 ism_plane;\n"
     "flat in vec4 ism_across;\n"
@@ -1962,10 +1962,10 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "if(!(t<ISM_FAR))discard;\n"
     "result=glbk_pack(vec4(ism_plane.xyz,t));\n"
     "gl_FragDepth=t*5.421010862427522e-20;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_ism_splat_vert[] = {
+static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert = {
     "\n\n\n#ifndef ISM_QUADS\n"
     "#define ISM_QUADS 0\n"
     "#endif\n"
@@ -2012,60 +2012,85 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "#endif\n"
     "uint side=glbk_ism_frame.tile_side*glbk_ism_frame.tiles_across;\n"
     "gl_Position=vec4(at/float(side)*2.-1.,.0,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__ism_files[] = {
-    { "lib/cohsm_math.glsl", glbk__ism_files_lib_cohsm_math_glsl, 2, "", "",
-      "", "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 1, "table ism_map ism_bindings ism_frame", "",
-      "", "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 1, "ism_gbuffer ism_view", "",
-      "", "" },
-    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 1, "ism_access ism_frame", "",
-      "", "" },
-    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 1, "ism_access ism_frame", "",
-      "", "" },
-    { "lib/ism_frame.glsl", glbk__glsl_lib_ism_frame_glsl, 1, "", "",
-      "", "glbk_ism_frame" },
-    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings gbuffer ism_view", "",
-      "", "" },
-    { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 1, "ism_fill ism_frame", "",
-      "", "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 3, "ism_access ism_frame ism_view", "",
-      "", "" },
-    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 1, "cohsm_math", "",
-      "", "" },
-    { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 1, "ism_fill ism_frame", "",
-      "", "" },
-    { "lib/ism_view.glsl", glbk__glsl_lib_ism_view_glsl, 1, "", "",
-      "", "glbk_ism_view" },
-    { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 1, "ism_blur ism_view", "",
-      "", "" },
-    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 1, "ism_blur", "screen.vert",
-      "", "" },
-    { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 1, "ism_holes ism_push ism_frame", "",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
-    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 1, "ism_holes ism_frame", "screen.vert",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
-    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 1, "ism_fill ism_frame", "screen.vert",
-      "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3", "" },
-    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 1, "ism_push ism_frame", "screen.vert",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
-    { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 1, "ism_bindings gbuffer picture", "screen.vert",
-      "", "" },
-    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 1, "ism_gbuffer ism_light ism_view", "",
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6", "" },
-    { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 1, "ism_gbuffer ism_light ism_view", "screen.vert",
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6", "" },
-    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 2, "ism_disc ism_frame", "",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 1, "ism_disc ism_frame", "ism_splat.vert",
-      "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1", "" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 1, "ism_disc ism_frame", "",
-      "", "" }
+    { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__ism_files_lib_cohsm_math_glsl },
+    { "lib/ism_access.glsl\0" "table ism_map ism_bindings ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_access_glsl },
+    { "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_bindings_glsl },
+    { "lib/ism_blur.glsl\0" "ism_gbuffer ism_view" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_blur_glsl },
+    { "lib/ism_disc.glsl\0" "ism_access ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_disc_glsl },
+    { "lib/ism_fill.glsl\0" "ism_access ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_fill_glsl },
+    { "lib/ism_frame.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_ism_frame",
+      (const char *)&glbk__glsl_lib_ism_frame_glsl },
+    { "lib/ism_gbuffer.glsl\0" "cohsm_math ism_bindings gbuffer ism_view" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_gbuffer_glsl },
+    { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_holes_glsl },
+    { "lib/ism_light.glsl\0" "ism_access ism_frame ism_view" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_light_glsl },
+    { "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_map_glsl },
+    { "lib/ism_push.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_push_glsl },
+    { "lib/ism_view.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_ism_view",
+      (const char *)&glbk__glsl_lib_ism_view_glsl },
+    { "prog/ism_blur.comp\0" "ism_blur ism_view" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_blur_comp },
+    { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_blur_frag },
+    { "prog/ism_fill.comp\0" "ism_holes ism_push ism_frame" "\0" "" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_fill_comp },
+    { "prog/ism_holes.frag\0" "ism_holes ism_frame" "\0" "screen.vert" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_holes_frag },
+    { "prog/ism_pull.frag\0" "ism_fill ism_frame" "\0" "screen.vert" "\0"
+      "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_pull_frag },
+    { "prog/ism_push.frag\0" "ism_push ism_frame" "\0" "screen.vert" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_push_frag },
+    { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_resolve_frag },
+    { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_shade_comp },
+    { "prog/ism_shade.frag\0" "ism_gbuffer ism_light ism_view" "\0" "screen.vert" "\0"
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_shade_frag },
+    { "prog/ism_splat.comp\0" "ism_disc ism_frame" "\0" "" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_splat_comp },
+    { "prog/ism_splat.frag\0" "ism_disc ism_frame" "\0" "ism_splat.vert" "\0"
+      "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_splat_frag },
+    { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_splat_vert }
 };
 
 

@@ -169,14 +169,14 @@ typedef struct glbk_source {
 
 /* ---- the GLSL of the headers ---- */
 
-typedef struct glbk_file {          /* one file of GLSL, as a header holds it */
-    const char        *name;        /* "lib/table.glsl", "prog/copy.frag" */
-    const char *const *texts;       /* fit for glShaderSource, without comments and idle blanks */
-    uint32_t           text_count;
-    const char        *uses;        /* library files that go before it, by bare names: "table csm_bindings" */
-    const char        *with;        /* the vertex shader that a .frag goes with; else "" */
-    const char        *sets;        /* the define sets that are tested, separated by " | " */
-    const char        *block;       /* the uniform block that it declares, and nothing else; or "" */
+typedef struct glbk_file {          /* one file of GLSL, as a header holds it: strings one behind the other, each
+                                       ended by 0, since tables of pointers would take more than the strings */
+    const char *name;               /* "lib/table.glsl", "prog/copy.frag"; behind it private ones: library files
+                                       that go before this one, by bare names, the vertex shader that a .frag
+                                       goes with, the define sets that are tested, separated by " | ", and the
+                                       uniform block that the file declares, and nothing else */
+    const char *text;               /* without comments and idle blanks; further pieces of it stand behind it,
+                                       and an empty string behind the last */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
@@ -337,6 +337,10 @@ GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *p
                                            const char *defines, glbk_program *out);
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
                                              const char *name, const char *defines, glbk_program *out);
+
+/* Returns a string behind the name of a file. */
+enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
+GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
 /* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
    glbk__append_text a string, glbk__append_file a file of GLSL. */
@@ -515,11 +519,11 @@ static inline GLBK_PROG__COLD void glbk_prog__log_index(const glbk_prog__logger 
 /* ==== GLSL of src/gl_programs ==== */
 
 
-static const char *const glbk__glsl_lib_base_bindings_glsl[] = {
-    "\nuniform glbk_color_sampler glbk_source;\n"
+static const struct { char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl = {
+    "\nuniform glbk_color_sampler glbk_source;\n", 0
 };
 
-static const char *const glbk__glsl_lib_prelude_glsl[] = {
+static const struct { char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
     "\n#ifdef GL_ES\n"
     "precision highp float;\n"
     "precision highp int;\n"
@@ -547,17 +551,17 @@ static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "#define glbk_color_sampler sampler2D\n"
     "vec4 glbk_pack(vec4 color){return color;}\n"
     "vec4 glbk_unpack(vec4 color){return color;}\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_table_glsl[] = {
+static const struct { char s0[82]; char end; } glbk__glsl_lib_table_glsl = {
     "\nivec3 glbk_table_at(uint i)\n"
     "{\n"
     "return ivec3(uvec3(i&1023u,i>>10&1023u,i>>20));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_copy_frag[] = {
+static const struct { char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
     "\n\n\n\n\n#ifndef TO_COLOR\n"
     "#define TO_COLOR 0\n"
     "#endif\n"
@@ -574,27 +578,32 @@ static const char *const glbk__glsl_prog_copy_frag[] = {
     "#else\n"
     "result=glbk_pack(color);\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_screen_vert[] = {
+static const struct { char s0[89]; char end; } glbk__glsl_prog_screen_vert = {
     "\nvoid main()\n"
     "{\n"
     "gl_Position=vec4(gl_VertexID==1?3.: -1.,gl_VertexID==2?3.: -1.,.0,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__base_files[] = {
-    { "lib/base_bindings.glsl", glbk__glsl_lib_base_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 1, "", "",
-      "", "" },
-    { "lib/table.glsl", glbk__glsl_lib_table_glsl, 1, "", "",
-      "", "" },
-    { "prog/copy.frag", glbk__glsl_prog_copy_frag, 1, "base_bindings", "screen.vert",
-      "TO_COLOR=0 | TO_COLOR=1", "" },
-    { "prog/screen.vert", glbk__glsl_prog_screen_vert, 1, "", "",
-      "", "" }
+    { "lib/base_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_base_bindings_glsl },
+    { "lib/prelude.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_prelude_glsl },
+    { "lib/table.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_table_glsl },
+    { "prog/copy.frag\0" "base_bindings" "\0" "screen.vert" "\0"
+      "TO_COLOR=0 | TO_COLOR=1" "\0" "",
+      (const char *)&glbk__glsl_prog_copy_frag },
+    { "prog/screen.vert\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_screen_vert }
 };
 
 
@@ -630,6 +639,13 @@ static const glbk_file *glbk__find_in(const glbk_part *part, const char *before,
     for (i = 0; i < part->file_count; i++)
         if (glbk__is_named(part->files[i].name, before, middle, length, after)) return &part->files[i];
     return NULL;
+}
+
+GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which)
+{
+    const char *s = file->name;
+    while (which--) s += strlen(s) + 1;
+    return s;
 }
 
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
@@ -678,7 +694,7 @@ static int glbk__gather(glbk__list *list, const char *names);
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
-    if (!file || !glbk__gather(list, file->uses)) return 0;
+    if (!file || !glbk__gather(list, glbk__file_fact(file, GLBK__FILE_USES))) return 0;
     for (i = 0; i < list->count && list->file[i] != file; i++) {}
     if (i < list->count) return 1;
     if (list->count == GLBK__MAX_FILES) return 0;
@@ -707,7 +723,7 @@ static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const ch
 {
     uint32_t i;
     for (i = 0; i < part->file_count; i++) {
-        const char *name = part->files[i].block, *at = text;
+        const char *name = glbk__file_fact(&part->files[i], GLBK__FILE_BLOCK), *at = text;
         size_t length = strlen(name);
         if (!length) continue;
         while ((at = strstr(at, "glbk_")) != NULL &&
@@ -736,7 +752,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     }
     known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
             glbk__gather(list, shader->uses ? shader->uses : "") &&
-            glbk__gather(list, *main_file ? (*main_file)->uses : "");
+            glbk__gather(list, *main_file ? glbk__file_fact(*main_file, GLBK__FILE_USES) : "");
     for (i = 0; i <= GLBK_MAX_PARTS && known && shader->text; i++)
         if (list->parts[i]) known = glbk__gather_blocks(list, list->parts[i], shader->text);
     return known;
@@ -770,8 +786,8 @@ static void glbk__append_line(glbk__sink *sink, uint32_t n)
 
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
-    uint32_t i;
-    for (i = 0; i < file->text_count; i++) glbk__append_text(sink, file->texts[i]);
+    const char *s;
+    for (s = file->text; *s; s += strlen(s) + 1) glbk__append_text(sink, s);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
@@ -1383,7 +1399,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
         stages[0].type = GLBK__COMPUTE_SHADER;
         return glbk__link(ctx, stages, 1, "", out);
     }
-    strcpy(path + 5, file->with);
+    strcpy(path + 5, glbk__file_fact(file, GLBK__FILE_WITH));
     vertex = glbk_find_file(part, path);
     if (!vertex)
         return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no program: it has no vertex shader");

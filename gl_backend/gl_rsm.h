@@ -814,7 +814,7 @@ static inline GLBK_RSM__COLD void glbk_rsm__message_number(glbk_rsm__message *m,
 /* ==== GLSL of src/gl_rsm ==== */
 
 
-static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
+static const struct { char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl = {
     "\n\n\n\n#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n"
     "\n#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n"
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n"
@@ -824,10 +824,10 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "#define RSM_LIGHT(i, k) RSM_LISTED(i, k)\n"
     "#define RSM_POINT_AT(i) RSM_PATTERN(i)\n"
     "#endif\n"
-    "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n"
+    "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
+static const struct { char s0[1459]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
     "\nuniform usampler2DArray glbk_rsm_texels;\n"
     "uniform usampler2DArray glbk_rsm_sums;\n"
     "uniform usampler2DArray glbk_rsm_rows;\n"
@@ -865,10 +865,10 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(r32ui,binding=2)restrict writeonly uniform uimage2DArray glbk_rsm_running;\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_bounce_glsl[] = {
+static const struct { char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl = {
     "\n\n\n\nvec2 rsm_turn(ivec2 at)\n"
     "{\n"
     "uint noise=glbk_rsm_frame.noise_side;\n"
@@ -894,10 +894,10 @@ static const char *const glbk__glsl_lib_rsm_bounce_glsl[] = {
     "if(to>from)sum=rsm_listed(l,r,base+from,base+to);\n"
     "if(count>0u)sum+=rsm_about(l,r,rsm_turn(at),set,k*k,count);\n"
     "return sum/RSM_PI;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_bound_glsl[] = {
+static const struct { char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl = {
     "\n\nrsm_light rsm_bound()\n"
     "{\n"
     "rsm_light l;\n"
@@ -912,17 +912,17 @@ static const char *const glbk__glsl_lib_rsm_bound_glsl[] = {
     "l.faces=int(glbk_rsm_light.face_count);\n"
     "l.kind=int(glbk_rsm_light.kind);\n"
     "return l;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
+static const struct { char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = {
     "\n\n\n#define RSM_CHUNK 64u\n"
     "shared uvec4 rsm_chunk[4u*RSM_CHUNK];\n"
     "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n"
-    "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n"
+    "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
+static const struct { char s0[1640]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
     "\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 to=rsm_to_light(l,p),d=p-l.position;\n"
@@ -966,10 +966,10 @@ static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
     "float light=rsm_unshadowed(l,p,n);\n"
     "if(light>.0)light*=rsm_pcf(l,p,dot(n,rsm_to_light(l,p)),taps,bias,slope_bias);\n"
     "return light*l.value;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_drawn_glsl[] = {
+static const struct { char s0[234]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
     "\nlayout(std140)uniform glbk_rsm_drawn_block{\n"
     "mat4 world;\n"
     "mat4 clip;\n"
@@ -983,10 +983,10 @@ static const char *const glbk__glsl_lib_rsm_drawn_glsl[] = {
     "uint face;\n"
     "uint unused0;\n"
     "uint unused1;\n"
-    "}glbk_rsm_drawn;\n"
+    "}glbk_rsm_drawn;\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_frame_glsl[] = {
+static const struct { char s0[754]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
     "uint interleave;\n"
     "uint point_count;\n"
@@ -1032,10 +1032,10 @@ static const char *const glbk__glsl_lib_rsm_frame_glsl[] = {
     "float plane_slope;\n"
     "float most_distance;\n"
     "float history;\n"
-    "}glbk_rsm_frame;\n"
+    "}glbk_rsm_frame;\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
+static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
     "\n\n\n\n#ifndef RSM_SURFACES\n"
     "#define RSM_SURFACES 0\n"
     "#endif\n"
@@ -1260,10 +1260,10 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "sum+=e*(weight*s.set_count);\n"
     "}\n"
     "return sum;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
+static const struct { char s0[1794]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
     "\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
     "\n\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
     "{\n"
@@ -1315,10 +1315,10 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
     "if(missing==3)value[3]=value[2]+value[1]-value[0];\n"
     "result=max(mix(mix(value[0],value[1],f.x),mix(value[2],value[3],f.x),f.y),vec3(.0));\n"
     "return true;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_light_glsl[] = {
+static const struct { char s0[233]; char end; } glbk__glsl_lib_rsm_light_glsl = {
     "\nlayout(std140)uniform glbk_rsm_light_block{\n"
     "vec4 position;\n"
     "vec4 right;\n"
@@ -1333,10 +1333,10 @@ static const char *const glbk__glsl_lib_rsm_light_glsl[] = {
     "uint unused0;\n"
     "uint unused1;\n"
     "uint unused2;\n"
-    "}glbk_rsm_light;\n"
+    "}glbk_rsm_light;\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
+static const struct { char s0[2080]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
     "\n\n\n\n#ifndef RSM_GROUP\n"
     "#define RSM_GROUP 64\n"
     "#endif\n"
@@ -1388,10 +1388,10 @@ static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "barrier();\n"
     "if(i<rsm_open_count)glbk_rsm_left[rsm_open_at+i]=rsm_open[i];\n"
     "for(;i<rsm_wanted_count;i+=uint(RSM_GROUP))glbk_rsm_wanted[rsm_wanted_at+i]=rsm_wanted[i];\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
+static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "\nconst int RSM_SUN=1,RSM_SPOT=2,RSM_SQUARE_SPOT=3,RSM_POINT=4,RSM_PATCH=5;\n"
     "const float RSM_PI=3.14159265;\n"
     "\nstruct rsm_light{\n"
@@ -1488,10 +1488,10 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "float side=2.*l.extent/l.side*(l.kind==RSM_SUN?1.:dot(p-l.position,a));\n"
     "return side*side*(l.kind==RSM_SUN?1.:abs(dot(a,to)))/max(abs(dot(n,to)),.05);\n"
     "}\n"
-    "\n\nfloat rsm_mean3(vec3 v){return(v.x+v.y+v.z)*(1./3.);}\n"
+    "\n\nfloat rsm_mean3(vec3 v){return(v.x+v.y+v.z)*(1./3.);}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
+static const struct { char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl = {
     "\n\n\n\nuint rsm_hash32(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
@@ -1543,10 +1543,10 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "if(!(flux>.0))return false;\n"
     "weight=total/(float(n)*flux);\n"
     "return true;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_sampling_glsl[] = {
+static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl = {
     "\n\nrsm_sampling rsm_bound_sampling()\n"
     "{\n"
     "rsm_sampling s;\n"
@@ -1560,10 +1560,10 @@ static const char *const glbk__glsl_lib_rsm_sampling_glsl[] = {
     "s.picked=glbk_rsm_frame.picked;\n"
     "s.glossy=glbk_rsm_frame.material_count!=0u;\n"
     "return s;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
+static const struct { char s0[1512]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
     "\n\n\n#define RSM_NONE 0.0\n"
     "#define RSM_OPEN 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
@@ -1614,10 +1614,10 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "float cosine=glbk_rsm_frame.normal_cosine,slope=glbk_rsm_frame.plane_slope;\n"
     "float off=dot(n,d),a=clamp((dot(n,m)-cosine)/(1.-cosine),.0,1.);\n"
     "return a*max(1.-off*off/(slope*slope*dot(d,d)+1e-12),.0);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
+static const struct { char s0[603]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
     "\n\n\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
     "\n\nvec4 rsm_smooth(ivec2 at,rsm_receiver r,vec4 sum)\n"
     "{\n"
@@ -1637,10 +1637,10 @@ static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
     "light/=total;\n"
     "if(total<8.)light=mix(light,min(light,most),vec3(greaterThan(most,vec3(.0))));\n"
     "return vec4(light,sum.w);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_begin_comp[] = {
+static const struct { char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp = {
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1656,10 +1656,10 @@ static const char *const glbk__glsl_prog_rsm_begin_comp[] = {
     "if(rsm_is_node(at,int(glbk_rsm_frame.step),size,first)&&rsm_read(at,r))rsm_add_wanted(at);\n"
     "}\n"
     "rsm_end_lists(0u,glbk_rsm_frame.list_wanted);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
+static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1673,10 +1673,10 @@ static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
     "glbk_rsm_frame.slope_bias),1.);\n"
     "}\n"
     "result=glbk_pack(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_fill_frag[] = {
+static const struct { char s0[1381]; char end; } glbk__glsl_prog_rsm_fill_frag = {
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1709,10 +1709,10 @@ static const char *const glbk__glsl_prog_rsm_fill_frag[] = {
     "rsm_out_place=floatBitsToUint(vec4(rsm_place,depth));\n"
     "rsm_out_normal=uvec4(floatBitsToUint(n),glbk_rsm_drawn.material);\n"
     "rsm_out_flux=floatBitsToUint(vec4(flux,rsm_area(l,face,rsm_place,n)));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
+static const struct { char s0[398]; char end; } glbk__glsl_prog_rsm_fill_vert = {
     "\n\nlayout(location=0)in vec3 position;\n"
     "layout(location=1)in vec3 normal;\n"
     "layout(location=2)in vec2 uv;\n"
@@ -1725,10 +1725,10 @@ static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
     "rsm_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
     "rsm_uv=uv;\n"
     "gl_Position=glbk_rsm_drawn.clip*vec4(rsm_place,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
+static const struct { char s0[2160]; char end; } glbk__glsl_prog_rsm_gather_comp = {
     "\n\n\n\n\n#ifndef NODES\n"
     "#define NODES 0\n"
     "#endif\n"
@@ -1802,10 +1802,10 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "sum=vec4(sum.xyz*r.occlusion,RSM_EVALUATED);\n"
     "#endif\n"
     "imageStore(glbk_rsm_picture,at,sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
+static const struct { char s0[1432]; char end; } glbk__glsl_prog_rsm_gather_frag = {
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\n\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
     "{\n"
@@ -1844,10 +1844,10 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "sum.w=mode==1u?rsm_node_alpha(1./max(rsm_near,1e-30)):RSM_FRESH;\n"
     "}\n"
     "result=glbk_pack(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
+static const struct { char s0[2101]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
@@ -1915,10 +1915,10 @@ static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
     "}\n"
     "}\n"
     "rsm_end_lists(glbk_rsm_frame.list_open,glbk_rsm_frame.list_wanted);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
+static const struct { char s0[802]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
@@ -1941,10 +1941,10 @@ static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
     "vec3 value;\n"
     "if(sum.w==RSM_OPEN&&rsm_interpolate(at,step,size,r,value))sum=vec4(value,RSM_INTERPOLATED);\n"
     "result=glbk_pack(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
+static const struct { char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag = {
     "\n\n\n\n\n#ifndef ALL\n"
     "#define ALL 0\n"
     "#endif\n"
@@ -1989,10 +1989,10 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "rsm_out_gloss=uvec4(0u);\n"
     "if(lit&&glossy)\n"
     "rsm_out_gloss=uvec4(floatBitsToUint(rsm_incident(l,t.z,t.xy)*l.value*scale),normal.w);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_recall_frag[] = {
+static const struct { char s0[2068]; char end; } glbk__glsl_prog_rsm_recall_frag = {
     "\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "layout(location=1)out uvec4 rsm_out_place;\n"
     "layout(location=2)out uvec4 rsm_out_normal;\n"
@@ -2057,10 +2057,10 @@ static const char *const glbk__glsl_prog_rsm_recall_frag[] = {
     "}\n"
     "}\n"
     "result=glbk_pack(now);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
+static const struct { char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag = {
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2072,10 +2072,10 @@ static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
     "if(glbk_rsm_frame.shows_direct!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_sum,at,0)).xyz;\n"
     "if(glbk_rsm_frame.shows_bounced!=0u)light+=glbk_unpack(texelFetch(glbk_rsm_states,at,0)).xyz;\n"
     "result=vec4(p.diffuse*(1.-p.metallic)*light/RSM_PI,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
+static const struct { char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp = {
     "\n\n\n\n\n\n#ifndef ROWS\n"
     "#define ROWS 0\n"
     "#endif\n"
@@ -2106,10 +2106,10 @@ static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
     "}\n"
     "for(int x=at.x;x<size;x+=256)\n"
     "imageStore(glbk_rsm_running,ivec3(x,at.yz),uvec4(floatBitsToUint(rsm_row[now][x])));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
+static const struct { char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = {
     "\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
     "#endif\n"
@@ -2131,10 +2131,10 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
     "#endif\n"
     "}\n"
     "result=floatBitsToUint(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
+static const struct { char s0[1386]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
     "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "const int SIDE=18;\n"
     "shared vec4 rsm_places[SIDE*SIDE],\n"
@@ -2174,10 +2174,10 @@ static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
     "vec4 sum=vec4(.0);\n"
     "if(rsm_places[here].w>.0)sum=rsm_smooth(at,r,rsm_lights[here]);\n"
     "imageStore(glbk_rsm_picture,at,sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
+static const struct { char s0[593]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light)\n"
     "{\n"
@@ -2195,74 +2195,106 @@ static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
     "vec4 sum=vec4(.0);\n"
     "if(rsm_read(at,r))sum=rsm_smooth(at,r,glbk_unpack(texelFetch(glbk_rsm_sum,at,0)));\n"
     "result=glbk_pack(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__rsm_files[] = {
-    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 1, "rsm_bindings rsm_map", "",
-      "", "" },
-    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/rsm_bounce.glsl", glbk__glsl_lib_rsm_bounce_glsl, 1, "rsm_screen rsm_gather rsm_sampling rsm_frame", "",
-      "", "" },
-    { "lib/rsm_bound.glsl", glbk__glsl_lib_rsm_bound_glsl, 1, "rsm_map rsm_light", "",
-      "", "" },
-    { "lib/rsm_chunk.glsl", glbk__glsl_lib_rsm_chunk_glsl, 1, "", "",
-      "", "" },
-    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 1, "rsm_access rsm_bound", "",
-      "", "" },
-    { "lib/rsm_drawn.glsl", glbk__glsl_lib_rsm_drawn_glsl, 1, "", "",
-      "", "glbk_rsm_drawn" },
-    { "lib/rsm_frame.glsl", glbk__glsl_lib_rsm_frame_glsl, 1, "", "",
-      "", "glbk_rsm_frame" },
-    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 2, "rsm_pick", "",
-      "", "" },
-    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 1, "rsm_screen rsm_frame", "",
-      "", "" },
-    { "lib/rsm_light.glsl", glbk__glsl_lib_rsm_light_glsl, 1, "", "",
-      "", "glbk_rsm_light" },
-    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 1, "rsm_screen rsm_frame", "",
-      "", "" },
-    { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 1, "", "",
-      "", "" },
-    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 1, "rsm_access rsm_bound", "",
-      "", "" },
-    { "lib/rsm_sampling.glsl", glbk__glsl_lib_rsm_sampling_glsl, 1, "rsm_gather rsm_frame", "",
-      "", "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 1, "rsm_access gbuffer rsm_frame", "",
-      "", "" },
-    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 1, "rsm_screen", "",
-      "", "" },
-    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 1, "rsm_lists rsm_frame", "",
-      "", "" },
-    { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 1, "rsm_direct rsm_screen rsm_frame", "screen.vert",
-      "", "" },
-    { "prog/rsm_fill.frag", glbk__glsl_prog_rsm_fill_frag, 1, "rsm_bindings rsm_bound rsm_drawn", "rsm_fill.vert",
-      "", "" },
-    { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 1, "rsm_bindings rsm_drawn", "",
-      "", "" },
-    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 1, "rsm_chunk rsm_bounce rsm_lists rsm_frame", "",
-      "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1", "" },
-    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 1, "rsm_bounce rsm_frame", "screen.vert",
-      "RSM_SURFACES=0 | RSM_SURFACES=1", "" },
-    { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 1, "rsm_lists rsm_grid rsm_frame", "",
-      "RSM_GROUP=256 | RSM_GROUP=64", "" },
-    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 1, "rsm_grid rsm_frame", "screen.vert",
-      "", "" },
-    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 1, "rsm_gather rsm_frame", "screen.vert",
-      "ALL=0 | ALL=1", "" },
-    { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 1, "rsm_screen rsm_drawn rsm_frame", "screen.vert",
-      "", "" },
-    { "prog/rsm_resolve.frag", glbk__glsl_prog_rsm_resolve_frag, 1, "rsm_access gbuffer picture rsm_frame", "screen.vert",
-      "", "" },
-    { "prog/rsm_scan.comp", glbk__glsl_prog_rsm_scan_comp, 1, "rsm_pick rsm_light", "",
-      "ROWS=0 | ROWS=1", "" },
-    { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 1, "rsm_pick rsm_frame", "screen.vert",
-      "FROM=0 | FROM=1 | FROM=2 | FROM=3", "" },
-    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 1, "rsm_smooth rsm_frame", "",
-      "", "" },
-    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 1, "rsm_smooth rsm_frame", "screen.vert",
-      "", "" }
+    { "lib/rsm_access.glsl\0" "rsm_bindings rsm_map" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_access_glsl },
+    { "lib/rsm_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_bindings_glsl },
+    { "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_bounce_glsl },
+    { "lib/rsm_bound.glsl\0" "rsm_map rsm_light" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_bound_glsl },
+    { "lib/rsm_chunk.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_chunk_glsl },
+    { "lib/rsm_direct.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_direct_glsl },
+    { "lib/rsm_drawn.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_rsm_drawn",
+      (const char *)&glbk__glsl_lib_rsm_drawn_glsl },
+    { "lib/rsm_frame.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_rsm_frame",
+      (const char *)&glbk__glsl_lib_rsm_frame_glsl },
+    { "lib/rsm_gather.glsl\0" "rsm_pick" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_gather_glsl },
+    { "lib/rsm_grid.glsl\0" "rsm_screen rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_grid_glsl },
+    { "lib/rsm_light.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_rsm_light",
+      (const char *)&glbk__glsl_lib_rsm_light_glsl },
+    { "lib/rsm_lists.glsl\0" "rsm_screen rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_lists_glsl },
+    { "lib/rsm_map.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_map_glsl },
+    { "lib/rsm_pick.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_pick_glsl },
+    { "lib/rsm_sampling.glsl\0" "rsm_gather rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_sampling_glsl },
+    { "lib/rsm_screen.glsl\0" "rsm_access gbuffer rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_screen_glsl },
+    { "lib/rsm_smooth.glsl\0" "rsm_screen" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_rsm_smooth_glsl },
+    { "prog/rsm_begin.comp\0" "rsm_lists rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_begin_comp },
+    { "prog/rsm_direct.frag\0" "rsm_direct rsm_screen rsm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_direct_frag },
+    { "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound rsm_drawn" "\0" "rsm_fill.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_fill_frag },
+    { "prog/rsm_fill.vert\0" "rsm_bindings rsm_drawn" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_fill_vert },
+    { "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists rsm_frame" "\0" "" "\0"
+      "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_gather_comp },
+    { "prog/rsm_gather.frag\0" "rsm_bounce rsm_frame" "\0" "screen.vert" "\0"
+      "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_gather_frag },
+    { "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid rsm_frame" "\0" "" "\0"
+      "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_interpolate_comp },
+    { "prog/rsm_interpolate.frag\0" "rsm_grid rsm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_interpolate_frag },
+    { "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "screen.vert" "\0"
+      "ALL=0 | ALL=1" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_pick_frag },
+    { "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn rsm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_recall_frag },
+    { "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_resolve_frag },
+    { "prog/rsm_scan.comp\0" "rsm_pick rsm_light" "\0" "" "\0"
+      "ROWS=0 | ROWS=1" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_scan_comp },
+    { "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "screen.vert" "\0"
+      "FROM=0 | FROM=1 | FROM=2 | FROM=3" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_scan_frag },
+    { "prog/rsm_smooth.comp\0" "rsm_smooth rsm_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_smooth_comp },
+    { "prog/rsm_smooth.frag\0" "rsm_smooth rsm_frame" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_smooth_frag }
 };
 
 

@@ -775,7 +775,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__l
 /* ==== GLSL of src/gl_shadowfield ==== */
 
 
-static const char *const glbk__glsl_lib_sfield_access_glsl[] = {
+static const struct { char s0[257]; char end; } glbk__glsl_lib_sfield_access_glsl = {
     "\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
     "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n"
     "#ifndef SFIELD_BANDS\n"
@@ -783,10 +783,10 @@ static const char *const glbk__glsl_lib_sfield_access_glsl[] = {
     "#endif\n"
     "#ifndef SFIELD_GLOSS\n"
     "#define SFIELD_GLOSS 0\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
+static const struct { char s0[675]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
     "\nuniform usampler2DArray glbk_sfield_table;\n"
     "uniform usampler2DArray glbk_sfield_moving;\n"
     "uniform usampler2DArray glbk_sfield_self;\n"
@@ -804,10 +804,10 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32ui,binding=3)writeonly uniform uimage2D glbk_sfield_coefs_image;\n"
-    "#endif\n"
+    "#endif\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_contents_glsl[] = {
+static const struct { char s0[211]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
     "uint entity_texel;\n"
     "uint entity_count;\n"
@@ -817,10 +817,10 @@ static const char *const glbk__glsl_lib_sfield_contents_glsl[] = {
     "uint term_count;\n"
     "uint sky_texel;\n"
     "uint unused0;\n"
-    "}glbk_sfield_contents;\n"
+    "}glbk_sfield_contents;\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
+static const struct { char s0[3961]; char s1[2205]; char end; } glbk__glsl_lib_sfield_field_glsl = {
     "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n"
     "#endif\n"
@@ -1020,16 +1020,16 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "float sum=.0;\n"
     "for(int k=0;k<SFIELD_COEFS;k++)sum+=a[k]*b[k];\n"
     "return sum;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_frame_glsl[] = {
+static const struct { char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl = {
     "\nlayout(std140)uniform glbk_sfield_frame_block{\n"
     "vec4 eye;\n"
-    "}glbk_sfield_frame;\n"
+    "}glbk_sfield_frame;\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
+static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
     "\n\n\n\n#ifndef SFIELD_GROUP\n"
     "#define SFIELD_GROUP 64u\n"
     "#endif\n"
@@ -1154,17 +1154,17 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "for(uint i=me;i<min(sfield_turned,turns)*turn;i+=SFIELD_GROUP)\n"
     "sfield_texels[SFIELD_LISTED*SFIELD_ENTITY+i]=SFIELD_MOVING(sfield_turns[i/turn]+i%turn);\n"
     "sfield_wait();\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_object_glsl[] = {
+static const struct { char s0[94]; char end; } glbk__glsl_lib_sfield_object_glsl = {
     "\nlayout(std140)uniform glbk_sfield_object_block{\n"
     "mat4 world;\n"
     "mat4 clip;\n"
-    "}glbk_sfield_object;\n"
+    "}glbk_sfield_object;\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_point_glsl[] = {
+static const struct { char s0[1235]; char end; } glbk__glsl_lib_sfield_point_glsl = {
     "\n\n#ifndef SFIELD_SELF\n"
     "#define SFIELD_SELF 0\n"
     "#endif\n"
@@ -1201,10 +1201,10 @@ static const char *const glbk__glsl_lib_sfield_point_glsl[] = {
     "#endif\n"
     "sfield_sums sums=sfield_shade(p.position,p.normal,p.entity,t,g);\n"
     "return sfield_sums(sums.light*(1./SFIELD_PI),sums.gloss,sums.open/(SFIELD_PI*SFIELD_Y00));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
+static const struct { char s0[3982]; char s1[1844]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1388,10 +1388,10 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "}\n"
     "sums.open=t[0];\n"
     "return sums;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_lib_sfield_views_glsl[] = {
+static const struct { char s0[221]; char end; } glbk__glsl_lib_sfield_views_glsl = {
     "\nlayout(std140)uniform glbk_sfield_views_block{\n"
     "vec4 sphere;\n"
     "uint first_tile;\n"
@@ -1404,10 +1404,10 @@ static const char *const glbk__glsl_lib_sfield_views_glsl[] = {
     "uint unused1;\n"
     "vec4 eyes[256];\n"
     "uvec4 places[256];\n"
-    "}glbk_sfield_views;\n"
+    "}glbk_sfield_views;\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_project_comp[] = {
+static const struct { char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp = {
     "\n\n\n\n#ifndef SFIELD_BANDS\n"
     "#define SFIELD_BANDS 4\n"
     "#endif\n"
@@ -1439,10 +1439,10 @@ static const char *const glbk__glsl_prog_sfield_project_comp[] = {
     "vec4 all=vec4(.0);\n"
     "for(uint i=0u;i<64u;i++)all+=sfield_shares[i*uint(SFIELD_GROUPS)+me];\n"
     "imageStore(glbk_sfield_coefs_image,ivec2(channel*uint(SFIELD_GROUPS)+me,eye),floatBitsToUint(all));\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_project_frag[] = {
+static const struct { char s0[897]; char end; } glbk__glsl_prog_sfield_project_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uvec4 coefs;\n"
     "\n\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
     "\nvoid main()\n"
@@ -1475,10 +1475,10 @@ static const char *const glbk__glsl_prog_sfield_project_frag[] = {
     "#endif\n"
     "}\n"
     "coefs=floatBitsToUint(sum);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_see_frag[] = {
+static const struct { char s0[331]; char end; } glbk__glsl_prog_sfield_see_frag = {
     "\n\n\n\n\n#if SFIELD_SOURCE\n"
     "flat in vec3 sfield_radiance;\n"
     "in float sfield_depth;\n"
@@ -1492,10 +1492,10 @@ static const char *const glbk__glsl_prog_sfield_see_frag[] = {
     "#else\n"
     "seen=uvec4(1u);\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_see_vert[] = {
+static const struct { char s0[876]; char end; } glbk__glsl_prog_sfield_see_vert = {
     "\n\n\n\n\nlayout(location=0)in vec3 position;\n"
     "#if SFIELD_SOURCE\n"
     "layout(location=1)in vec3 radiance;\n"
@@ -1523,10 +1523,10 @@ static const char *const glbk__glsl_prog_sfield_see_vert[] = {
     "sfield_radiance=radiance;\n"
     "sfield_depth=q.z*eye.w;\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_self_frag[] = {
+static const struct { char s0[537]; char end; } glbk__glsl_prog_sfield_self_frag = {
     "\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "layout(location=0)out uvec4 sfield_out_self0;\n"
     "layout(location=1)out uvec4 sfield_out_self1;\n"
@@ -1541,10 +1541,10 @@ static const char *const glbk__glsl_prog_sfield_self_frag[] = {
     "sfield_out_self0=uvec4(sfield_halves(sfield_self0),sfield_halves(sfield_self1));\n"
     "sfield_out_self1=uvec4(sfield_halves(sfield_self2),sfield_halves(sfield_self3));\n"
     "if((sfield_out_self0.x&0xffffu)==0u)sfield_out_self0.x|=1u;\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_self_vert[] = {
+static const struct { char s0[674]; char end; } glbk__glsl_prog_sfield_self_vert = {
     "\n\n\n#ifndef SFIELD_POSITION\n"
     "#define SFIELD_POSITION 0\n"
     "#define SFIELD_SELF0 4\n"
@@ -1567,10 +1567,10 @@ static const char *const glbk__glsl_prog_sfield_self_vert[] = {
     "sfield_self2=self2;\n"
     "sfield_self3=self3;\n"
     "gl_Position=glbk_sfield_object.clip*vec4(place,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_shade_comp[] = {
+static const struct { char s0[555]; char end; } glbk__glsl_prog_sfield_shade_comp = {
     "\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1587,10 +1587,10 @@ static const char *const glbk__glsl_prog_sfield_shade_comp[] = {
     "#if SFIELD_GLOSS\n"
     "imageStore(glbk_sfield_gloss_image,at,vec4(sums.gloss,1.));\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
+static const struct { char s0[390]; char end; } glbk__glsl_prog_sfield_shade_frag = {
     "\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
     "#if SFIELD_GLOSS\n"
     "layout(location=1)out glbk_color gloss;\n"
@@ -1605,10 +1605,10 @@ static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "#if SFIELD_GLOSS\n"
     "gloss=glbk_pack(vec4(sums.gloss,1.));\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
+static const struct { char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp = {
     "\n\n\n\n\nlayout(local_size_x=32)in;\n"
     "#if SFIELD_SOURCE\n"
     "shared vec3 sfield_columns[256];\n"
@@ -1655,10 +1655,10 @@ static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
     "imageStore(glbk_sfield_cube_image,at,floatBitsToUint(vec4(sum)*share));\n"
     "}\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
+static const struct { char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag = {
     "\n\n\n\nflat in uint sfield_tile;\n"
     "layout(location=0)out uvec4 texels;\n"
     "\nvoid main()\n"
@@ -1687,10 +1687,10 @@ static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
     "}\n"
     "texels=floatBitsToUint(vec4(sum)*share);\n"
     "#endif\n"
-    "}\n"
+    "}\n", 0
 };
 
-static const char *const glbk__glsl_prog_sfield_sum_vert[] = {
+static const struct { char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert = {
     "\n\n\nflat out uint sfield_tile;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1699,52 +1699,73 @@ static const char *const glbk__glsl_prog_sfield_sum_vert[] = {
     "vec2 corner=vec2(float(gl_VertexID&1)+float(place.x),float(gl_VertexID>>1)+float(place.y));\n"
     "sfield_tile=uint(gl_InstanceID);\n"
     "gl_Position=vec4(2.*corner/vec2(6.,float(glbk_sfield_views.batch))-1.,.0,1.);\n"
-    "}\n"
+    "}\n", 0
 };
 
 static const glbk_file glbk__sfield_files[] = {
-    { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 1, "table sfield_bindings", "",
-      "", "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 1, "", "",
-      "", "" },
-    { "lib/sfield_contents.glsl", glbk__glsl_lib_sfield_contents_glsl, 1, "", "",
-      "", "glbk_sfield_contents" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 2, "", "",
-      "", "" },
-    { "lib/sfield_frame.glsl", glbk__glsl_lib_sfield_frame_glsl, 1, "", "",
-      "", "glbk_sfield_frame" },
-    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 2, "sfield_access sfield_contents", "",
-      "", "" },
-    { "lib/sfield_object.glsl", glbk__glsl_lib_sfield_object_glsl, 1, "", "",
-      "", "glbk_sfield_object" },
-    { "lib/sfield_point.glsl", glbk__glsl_lib_sfield_point_glsl, 1, "gbuffer sfield_shade sfield_contents sfield_frame", "",
-      "", "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 2, "sfield_access sfield_field sfield_contents", "",
-      "", "" },
-    { "lib/sfield_views.glsl", glbk__glsl_lib_sfield_views_glsl, 1, "", "",
-      "", "glbk_sfield_views" },
-    { "prog/sfield_project.comp", glbk__glsl_prog_sfield_project_comp, 1, "table sfield_bindings sfield_views", "",
-      "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8", "" },
-    { "prog/sfield_project.frag", glbk__glsl_prog_sfield_project_frag, 1, "table sfield_bindings sfield_views", "screen.vert",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" },
-    { "prog/sfield_see.frag", glbk__glsl_prog_sfield_see_frag, 1, "sfield_bindings", "sfield_see.vert",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" },
-    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 1, "sfield_bindings sfield_views", "",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" },
-    { "prog/sfield_self.frag", glbk__glsl_prog_sfield_self_frag, 1, "", "sfield_self.vert",
-      "", "" },
-    { "prog/sfield_self.vert", glbk__glsl_prog_sfield_self_vert, 1, "sfield_bindings sfield_object", "",
-      "", "" },
-    { "prog/sfield_shade.comp", glbk__glsl_prog_sfield_shade_comp, 1, "sfield_list sfield_point", "",
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0", "" },
-    { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 1, "sfield_point", "screen.vert",
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0", "" },
-    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 1, "sfield_bindings sfield_views", "",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" },
-    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 1, "sfield_bindings sfield_views", "sfield_sum.vert",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" },
-    { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 1, "sfield_bindings sfield_views", "",
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1", "" }
+    { "lib/sfield_access.glsl\0" "table sfield_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_access_glsl },
+    { "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
+    { "lib/sfield_contents.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_sfield_contents",
+      (const char *)&glbk__glsl_lib_sfield_contents_glsl },
+    { "lib/sfield_field.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_field_glsl },
+    { "lib/sfield_frame.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_sfield_frame",
+      (const char *)&glbk__glsl_lib_sfield_frame_glsl },
+    { "lib/sfield_list.glsl\0" "sfield_access sfield_contents" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_list_glsl },
+    { "lib/sfield_object.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_sfield_object",
+      (const char *)&glbk__glsl_lib_sfield_object_glsl },
+    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_contents sfield_frame" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_point_glsl },
+    { "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_shade_glsl },
+    { "lib/sfield_views.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_sfield_views",
+      (const char *)&glbk__glsl_lib_sfield_views_glsl },
+    { "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
+      "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_project_comp },
+    { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "screen.vert" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_project_frag },
+    { "prog/sfield_see.frag\0" "sfield_bindings" "\0" "sfield_see.vert" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_see_frag },
+    { "prog/sfield_see.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_see_vert },
+    { "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_self_frag },
+    { "prog/sfield_self.vert\0" "sfield_bindings sfield_object" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_self_vert },
+    { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_shade_comp },
+    { "prog/sfield_shade.frag\0" "sfield_point" "\0" "screen.vert" "\0"
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_shade_frag },
+    { "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_sum_comp },
+    { "prog/sfield_sum.frag\0" "sfield_bindings sfield_views" "\0" "sfield_sum.vert" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_sum_frag },
+    { "prog/sfield_sum.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+      (const char *)&glbk__glsl_prog_sfield_sum_vert }
 };
 
 
@@ -2670,13 +2691,12 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     size_t product = glbk_sfield_write_product(algebra, NULL, 0);
     glbk_source source;
-    glbk__sink sink;
+    glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
-    uint32_t i, k;
+    uint32_t i;
 
-    for (i = 0, sink.bytes = product; i < 3; i++)
-        for (k = 0; k < glbk_find_file(glbk_sfield_part(), names[i])->text_count; k++)
-            sink.bytes += strlen(glbk_find_file(glbk_sfield_part(), names[i])->texts[k]);
+    for (i = 0; i < 3; i++) glbk__append_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
+    sink.bytes = product + sink.used;
     sink.out = (char *)glbk_sfield__alloc(&memory, sink.bytes);
     if (!sink.out) return GLBK_ERR_ALLOC;
     glbk_sfield_write_product(algebra, sink.out, sink.bytes);

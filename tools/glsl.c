@@ -97,7 +97,7 @@ static int write_part(const char *folder, const glbk_part *part)
 {
     uint32_t i;
     for (i = 0; i < part->file_count; i++) {
-        const char *s = part->files[i].sets;
+        const char *s = glbk__file_fact(&part->files[i], GLBK__FILE_SETS);
         int set = 0;
         if (strncmp(part->files[i].name, "prog/", 5) != 0) continue;
         do {

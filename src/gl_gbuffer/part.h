@@ -4,8 +4,7 @@ GLBK__PART_CODE(gbuffer, GBUFFER)
 
 /* The part as the techniques' own programs use it has only the files that read and those of pictures,
    so that a linker leaves out those that draw and import. */
-#define GLBK__GBUFFER_FILE(name, texts, uses) \
-    { name, texts, sizeof texts / sizeof texts[0], uses, "", "", "" }
+#define GLBK__GBUFFER_FILE(name, text, uses) { name "\0" uses "\0\0\0", (const char *)&text }
 static const glbk_file glbk__gbuffer_reads[] = {
     GLBK__GBUFFER_FILE("lib/gbuffer.glsl", glbk__glsl_lib_gbuffer_glsl, "gbuffer_bindings gbuffer_pack"),
     GLBK__GBUFFER_FILE("lib/gbuffer_bindings.glsl", glbk__glsl_lib_gbuffer_bindings_glsl, ""),

@@ -52,14 +52,14 @@ typedef struct glbk_source {
 
 /* ---- the GLSL of the headers ---- */
 
-typedef struct glbk_file {          /* one file of GLSL, as a header holds it */
-    const char        *name;        /* "lib/table.glsl", "prog/copy.frag" */
-    const char *const *texts;       /* fit for glShaderSource, without comments and idle blanks */
-    uint32_t           text_count;
-    const char        *uses;        /* library files that go before it, by bare names: "table csm_bindings" */
-    const char        *with;        /* the vertex shader that a .frag goes with; else "" */
-    const char        *sets;        /* the define sets that are tested, separated by " | " */
-    const char        *block;       /* the uniform block that it declares, and nothing else; or "" */
+typedef struct glbk_file {          /* one file of GLSL, as a header holds it: strings one behind the other, each
+                                       ended by 0, since tables of pointers would take more than the strings */
+    const char *name;               /* "lib/table.glsl", "prog/copy.frag"; behind it private ones: library files
+                                       that go before this one, by bare names, the vertex shader that a .frag
+                                       goes with, the define sets that are tested, separated by " | ", and the
+                                       uniform block that the file declares, and nothing else */
+    const char *text;               /* without comments and idle blanks; further pieces of it stand behind it,
+                                       and an empty string behind the last */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;

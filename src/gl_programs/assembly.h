@@ -21,6 +21,13 @@ static const glbk_file *glbk__find_in(const glbk_part *part, const char *before,
     return NULL;
 }
 
+GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which)
+{
+    const char *s = file->name;
+    while (which--) s += strlen(s) + 1;
+    return s;
+}
+
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
 {
     const glbk_file *file = part && name ? glbk__find_in(part, "", name, strlen(name), "") : NULL;
@@ -67,7 +74,7 @@ static int glbk__gather(glbk__list *list, const char *names);
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
-    if (!file || !glbk__gather(list, file->uses)) return 0;
+    if (!file || !glbk__gather(list, glbk__file_fact(file, GLBK__FILE_USES))) return 0;
     for (i = 0; i < list->count && list->file[i] != file; i++) {}
     if (i < list->count) return 1;
     if (list->count == GLBK__MAX_FILES) return 0;
@@ -96,7 +103,7 @@ static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const ch
 {
     uint32_t i;
     for (i = 0; i < part->file_count; i++) {
-        const char *name = part->files[i].block, *at = text;
+        const char *name = glbk__file_fact(&part->files[i], GLBK__FILE_BLOCK), *at = text;
         size_t length = strlen(name);
         if (!length) continue;
         while ((at = strstr(at, "glbk_")) != NULL &&
@@ -125,7 +132,7 @@ static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const g
     }
     known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
             glbk__gather(list, shader->uses ? shader->uses : "") &&
-            glbk__gather(list, *main_file ? (*main_file)->uses : "");
+            glbk__gather(list, *main_file ? glbk__file_fact(*main_file, GLBK__FILE_USES) : "");
     for (i = 0; i <= GLBK_MAX_PARTS && known && shader->text; i++)
         if (list->parts[i]) known = glbk__gather_blocks(list, list->parts[i], shader->text);
     return known;
@@ -159,8 +166,8 @@ static void glbk__append_line(glbk__sink *sink, uint32_t n)
 
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
-    uint32_t i;
-    for (i = 0; i < file->text_count; i++) glbk__append_text(sink, file->texts[i]);
+    const char *s;
+    for (s = file->text; *s; s += strlen(s) + 1) glbk__append_text(sink, s);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }

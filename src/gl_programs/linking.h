@@ -206,7 +206,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
         stages[0].type = GLBK__COMPUTE_SHADER;
         return glbk__link(ctx, stages, 1, "", out);
     }
-    strcpy(path + 5, file->with);
+    strcpy(path + 5, glbk__file_fact(file, GLBK__FILE_WITH));
     vertex = glbk_find_file(part, path);
     if (!vertex)
         return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no program: it has no vertex shader");

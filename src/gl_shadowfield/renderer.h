@@ -94,13 +94,12 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     size_t product = glbk_sfield_write_product(algebra, NULL, 0);
     glbk_source source;
-    glbk__sink sink;
+    glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
-    uint32_t i, k;
+    uint32_t i;
 
-    for (i = 0, sink.bytes = product; i < 3; i++)
-        for (k = 0; k < glbk_find_file(glbk_sfield_part(), names[i])->text_count; k++)
-            sink.bytes += strlen(glbk_find_file(glbk_sfield_part(), names[i])->texts[k]);
+    for (i = 0; i < 3; i++) glbk__append_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
+    sink.bytes = product + sink.used;
     sink.out = (char *)glbk_sfield__alloc(&memory, sink.bytes);
     if (!sink.out) return GLBK_ERR_ALLOC;
     glbk_sfield_write_product(algebra, sink.out, sink.bytes);

@@ -87,7 +87,7 @@ static uint32_t link_programs(gl_test *t, const glbk_part *part)
 {
     uint32_t i, built = 0;
     for (i = 0; i < part->file_count; i++) {
-        const char *s = part->files[i].sets, *name = part->files[i].name + 5;
+        const char *s = glbk__file_fact(&part->files[i], GLBK__FILE_SETS), *name = part->files[i].name + 5;
         if (strncmp(part->files[i].name, "prog/", 5) != 0 || strstr(name, ".vert")) continue;
         if (strstr(name, ".comp") && !t->gl.compute) continue;
         for (; s; s = strchr(s, '|'), s = s ? s + 1 : NULL) {

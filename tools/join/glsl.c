@@ -309,40 +309,55 @@ static void strip(text *out, const char *s)
     }
 }
 
-/* C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095; a piece of one in each
-   line of the header, with the empty lines before it. Returns how many strings. */
-static unsigned long put_strings(text *out, const file *f)
+/* " char s2[1234];": the member for a string of `length` characters. */
+static void put_member(text *out, unsigned long number, size_t length)
 {
-    enum { LONGEST = 4000 };
-    text plain = { NULL, 0, 0 };
-    const char *s;
-    size_t length = 0, line;
-    unsigned long count = 1;
-
-    strip(&plain, f->body.data);
-    put(out, "\nstatic const char *const ");
-    put_identifier(out, f);
-    put(out, "[] = {\n    \"");
-    for (s = plain.data; *s; s += line) {
-        if (length) {
-            line = strspn(s, "\n");
-            line += strcspn(s + line, "\n") + 1;
-            if (length + line > LONGEST) count++, length = 0, put(out, "\",\n    \"");
-            else put(out, "\"\n    \"");
-        }
-        line = strspn(s, "\n");
-        line += s[line] ? strcspn(s + line, "\n") + 1 : 0;
-        length += line;
-        put_escaped(out, f->name, s, line);
-    }
-    put(out, "\"\n};\n");
-    free_text(&plain);
-    return count;
+    put(out, " char s");
+    put_number(out, number);
+    put(out, "[");
+    put_number(out, (unsigned long)length + 1);
+    put(out, "];");
 }
 
-static void put_table(text *out, const files *all, const char *table, const unsigned long *strings)
+/* C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, one behind the other
+   in a struct, which needs no pointers, and an empty one behind the last; a piece of one in each line of the header, with
+   the empty lines before it. */
+static void put_strings(text *out, const file *f)
 {
-    int i;
+    enum { LONGEST = 4000 };
+    text plain = { NULL, 0, 0 }, strings = { NULL, 0, 0 };
+    const char *s;
+    size_t length = 0, line;
+    unsigned long count = 0;
+
+    strip(&plain, f->body.data);
+    put(out, "\nstatic const struct {");
+    put(&strings, "\"");
+    for (s = plain.data; *s; s += line) {
+        line = strspn(s, "\n");
+        line += s[line] ? strcspn(s + line, "\n") + 1 : 0;
+        if (length && length + line > LONGEST) {
+            put_member(out, count++, length);
+            length = 0;
+            put(&strings, "\",\n    \"");
+        } else if (length) put(&strings, "\"\n    \"");
+        length += line;
+        put_escaped(&strings, f->name, s, line);
+    }
+    put_member(out, count, length);
+    put(out, " char end; } ");
+    put_identifier(out, f);
+    put(out, " = {\n    ");
+    append(out, strings.data, strings.size);
+    put(out, "\", 0\n};\n");
+    free_text(&strings);
+    free_text(&plain);
+}
+
+static void put_table(text *out, const files *all, const char *table)
+{
+    static const char *const keys[] = { "uses", "with", "sets" };
+    int i, k;
     put(out, "\nstatic const glbk_file ");
     put(out, table);
     put(out, "[] = {\n");
@@ -350,19 +365,16 @@ static void put_table(text *out, const files *all, const char *table, const unsi
         const file *f = &all->at[i];
         put(out, "    { \"");
         put(out, f->name);
-        put(out, "\", ");
-        put_identifier(out, f);
-        put(out, ", ");
-        put_number(out, strings[i]);
-        put(out, ", ");
-        put_value(out, all, f, "uses");
-        put(out, ", ");
-        put_value(out, all, f, "with");
-        put(out, ",\n      ");
-        put_value(out, all, f, "sets");
-        put(out, ", \"");
+        put(out, "\\0\"");
+        for (k = 0; k < 3; k++) {
+            put(out, k == 2 ? "\n      " : " ");
+            put_value(out, all, f, keys[k]);
+            put(out, " \"\\0\"");
+        }
+        put(out, " \"");
         put(out, f->block);
-        put(out, "\"");
+        put(out, "\",\n      (const char *)&");
+        put_identifier(out, f);
         put(out, i + 1 < all->count ? " },\n" : " }\n};\n\n");
     }
 }
@@ -371,7 +383,6 @@ void put_glsl(text *out, const char *folder, const char *shared, const char *nam
               const char *table)
 {
     static files all;
-    static unsigned long strings[MAX_FILES];
     char name[MAX_NAME], path[2 * MAX_NAME];
     int i;
 
@@ -384,10 +395,10 @@ void put_glsl(text *out, const char *folder, const char *shared, const char *nam
     }
     qsort(all.at, (size_t)all.count, sizeof all.at[0], compare_names);
     for (i = 0; i < all.count; i++) {
-        strings[i] = put_strings(out, &all.at[i]);
+        put_strings(out, &all.at[i]);
         if (count_lines(all.at[i].body.data) > 999)
             fail(all.at[i].name, "has more than 999 lines, which the messages of drivers could not tell apart");
     }
-    put_table(out, &all, table, strings);
+    put_table(out, &all, table);
     for (i = 0; i < all.count; i++) free_text(&all.at[i].body);
 }
