@@ -309,7 +309,7 @@ static void strip(text *out, const char *s)
     }
 }
 
-/* " char s2[1234];": the member for a string of `length` characters. */
+/* Puts the member for a string of `length` characters: " char s2[1235];". */
 static void put_member(text *out, unsigned long number, size_t length)
 {
     put(out, " char s");
@@ -319,9 +319,9 @@ static void put_member(text *out, unsigned long number, size_t length)
     put(out, "];");
 }
 
-/* C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, one behind the other
-   in a struct, which needs no pointers, and an empty one behind the last; a piece of one in each line of the header, with
-   the empty lines before it. */
+/* Puts C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, one behind the
+   other into a struct, which needs no pointers, and an empty one behind the last. Each line of the header has one of the
+   text, with the empty lines before it. */
 static void put_strings(text *out, const file *f)
 {
     enum { LONGEST = 4000 };
