@@ -4457,11 +4457,11 @@ ISM__KERNEL static float ism__mean_solid_angle(const ism__v3 p[3], ism__v3 norma
     const ism__lanes3 a = ism__lanes3_sub(ism__lanes3_all(p[0].x, p[0].y, p[0].z),
                                           ism__lanes3_load(views[0], views[1], views[2]));
     const ism__lanes d2 = ism__lanes3_dot(a, a);
-    const ism__lane_mask small = ism__lanes_greater(ism__lanes_mul(ism__lanes_all(0.01f), d2), area2);
+    const ism__lane_mask distant = ism__lanes_greater(ism__lanes_mul(ism__lanes_all(0.01f), d2), area2);
     const ism__lanes solid = ism__lanes_div(
         ism__lanes_mul(ism__lanes_all(0.5f), ism__lanes_abs(ism__lanes3_dot(n, a))),
         ism__lanes_mul(d2, ism__lanes_sqrt(d2)));
-    const uint32_t far_bits = ism__mask_bits(small);
+    const uint32_t far_bits = ism__mask_bits(distant);
     float solids[ISM__VIEWS], sum = 0.0f;
     uint32_t k, i;
     ism__lanes_store(solids, solid);
