@@ -69,6 +69,8 @@
 
    Space is right-handed. Matrices are column-major float[16]. Distances are in your units. Colours are
    linear, three floats r, g, b. Pictures lie row by row; gifilt_frame.rows says which row comes first.
+   Normals called unit may be 0.97 to 1.03 long and are used as they are; any other length is an error, but
+   for 0 0 0 and normals that are not finite, whose pixels show nothing.
 
    How it works
 
@@ -79,12 +81,11 @@
      - Each pixel's place is projected by the last frame's matrix, or moved by the pixel's motion. The four
        pixels of the last frame about that point count, with bilinear weights, if they show the same surface:
        not farther away than four of this frame's pixels are wide, not off the plane, with a like normal.
-     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows by
-     1
-       each frame, up to the frame's history.
-     - Each pass takes the mean of 3 x 3 pixels, which are 1, 2, 4, ... apart in the first, second, third
-     pass.
-       Their weights are 1 2 1 by 1 2 1, times how much they are of one surface.
+     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows
+       by 1 each frame, up to the frame's history.
+     - Each pass takes the mean of 3 x 3 pixels, which are 1 pixel apart in the first pass, 2 in the second, 4
+       in the third. Their weights are 1 2 1 by 1 2 1, times a factor from 0 to 1 that says whether they show
+       the same surface.
 
    A filter takes 80 bytes a pixel and 4 KB a row; gifilt_apply allocates nothing. The knobs, and what each
    trades:
@@ -93,15 +94,17 @@
      passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 are mostly
                 enough
      normal_cosine   more: edges and fine shapes stay sharp, and fewer neighbours help
-     plane_slope     less: the same
+     plane_slope     less: as with more normal_cosine, for neighbours that lie before or behind the surface
 
    From the paper to the code
 
-     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame (passes)
-     section 2.1  weights that stop at edges                          gifilt_frame (normal_cosine,
-     plane_slope)
+     section 2    a kernel with holes, twice as wide in each pass     gifilt__smooth                    -
+     section 2.1  weights that stop at edges of normals and depths    gifilt__alike                     -
+     -            temporal accumulation with reprojection             gifilt__accumulate                -
 
-   The paper has no history: that is temporal accumulation with reprojection, gifilt_frame (history).
+   No row of docs/conformance.md belongs to a filter of pictures; tests/gifilter/sums_test.c computes all
+   three anew in doubles. The knobs of the first two are passes, normal_cosine and plane_slope in
+   gifilt_frame, that of the last one, which the paper does not have, is history.
 
    Where this departs from the paper
 
@@ -125,7 +128,8 @@
 
    All memory comes from the allocator in the system, called from the thread that called us. Every function
    that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
-   leaks, and the system's log is told which field or element is wrong. There are no globals; a filter belongs
+   leaks, and the system's log gets one line that names the field or element, its value and its range. Only a
+   call whose desc or filter is NULL has no log. There are no globals; a filter belongs
    to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
    thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
@@ -190,7 +194,8 @@ struct gifilt_frame;                /* the camera and the settings of one frame 
 GIFILT_DEF gifilt_result gifilt_create(const struct gifilt_desc *desc, gifilt_filter **out);
 /* Makes a filter for pictures of one size, which gifilt_free takes back.
    out      written on GIFILT_OK only
-   Errors   GIFILT_ERR_ARGUMENT (NULL), GIFILT_ERR_DESC, GIFILT_ERR_LIMIT, GIFILT_ERR_ALLOC */
+   Errors   GIFILT_ERR_ARGUMENT: desc, which leaves no log, or out is NULL; GIFILT_ERR_DESC: width, height or
+            the allocator; GIFILT_ERR_LIMIT: the filter is larger than a size_t counts; GIFILT_ERR_ALLOC */
 
 GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt_frame *frame,
                                       const struct gifilt_points *points, const float *light, float *out);
@@ -199,8 +204,9 @@ GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt
    points   what each pixel shows: width x height points, row by row
    light    the noisy irradiance, 3 floats a pixel, up to 1e30; more, and what is not finite, counts as 0
    out      the smooth irradiance, 3 floats a pixel; 0 for a pixel that shows nothing. May be light
-   Errors   GIFILT_ERR_ARGUMENT, GIFILT_ERR_DESC, GIFILT_ERR_INPUT (a normal that is not unit). The filter and
-            out are then as they were
+   Errors   GIFILT_ERR_ARGUMENT: filter, which leaves no log, or an array is NULL, or a count or stride is
+            wrong; GIFILT_ERR_DESC: a field of the frame; GIFILT_ERR_INPUT: a normal that is not unit. The
+            filter and out are then as they were
    Cost     about 20 ns a pixel with two passes, on one thread; nothing is allocated */
 
 GIFILT_DEF void gifilt_reset(gifilt_filter *filter);
@@ -227,7 +233,8 @@ typedef struct gifilt_frame {       /* the camera and the settings of one frame 
                                        next one has a history */
     const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
                                        that frame's pixels, centres at 0.5, rows counted as they lie in
-                                       memory. NULL: world_to_clip alone says so */
+                                       memory. NULL: the surface did not move, and is found by the last
+                                       frame's matrix alone */
     gifilt_rows  rows;              /* of the pictures */
     uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
                                        variance of the noise falls to 1 / history; if it moves, the picture
@@ -271,7 +278,7 @@ typedef struct gifilt_system {      /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } gifilt_system;
 
-typedef struct gifilt_desc {        /* what gifilt_create is given; width and height have no default */
+typedef struct gifilt_desc {        /* what a filter is made for; width and height have no default */
     gifilt_system system;           /* kept: the filter's later calls use it too */
     uint32_t   width, height;       /* of the pictures, 1..65536 */
 } gifilt_desc;
@@ -826,7 +833,7 @@ GIFILT_DEF const char *gifilt_result_text(gifilt_result result)
 
 static inline size_t gifilt__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
 
-/* Where a call says why it fails. system may be NULL. */
+/* Returns where a call says why it fails. system may be NULL. */
 static inline gifilt__logger gifilt__logger_of(const gifilt_system *system, const char *function)
 {
     gifilt__logger log;
@@ -844,9 +851,10 @@ static inline gifilt_result gifilt__refuse(const gifilt__logger *log, gifilt_res
     return result;
 }
 
-/* Whether a value lies within low..high; logs it otherwise. Not a number does not. */
-static inline int gifilt__within(const gifilt__logger *log, const char *field, double value, double low,
-                                 double high, const char *wanted)
+/* Returns 1 if a value lies within low..high; otherwise, also if it is not a number, logs it and returns 0.
+   */
+static inline int gifilt__check_range(const gifilt__logger *log, const char *field, double value, double low,
+                                      double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
     gifilt__log_value(log, field, value, wanted);
@@ -856,7 +864,7 @@ static inline int gifilt__within(const gifilt__logger *log, const char *field, d
 static inline int gifilt__system_valid(const gifilt__logger *log, const gifilt_system *s)
 {
     if (gifilt__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn)) return 1;
-    gifilt__log_text(log, "system.allocator", "has one of its two functions");
+    gifilt__log_text(log, "desc.system.allocator", "has one function of two");
     return 0;
 }
 
@@ -889,12 +897,12 @@ static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_p
     }
     if (!gifilt__stride_valid(p->position_stride, 12)) {
         gifilt__log_value(log, "points.position_stride", (double)p->position_stride,
-                          "0 or a multiple of 4 from 12 on");
+                          "0 or a multiple of 4, at least 12");
         return 0;
     }
     if (gifilt__stride_valid(p->normal_stride, 12)) return 1;
     gifilt__log_value(log, "points.normal_stride", (double)p->normal_stride,
-                      "0 or a multiple of 4 from 12 on");
+                      "0 or a multiple of 4, at least 12");
     return 0;
 }
 
@@ -902,18 +910,18 @@ static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_p
 
 /* ---- picture: rows of floats, and which neighbours show the same surface ---- */
 
-/* Rows of the picture are GIFILT__PLANES rows of floats each, so that neighbours are compared in vectors:
-   position, normal, colour, frames. No receiver: normal and frames are 0, as they are in a margin right of
-   each row, which is as wide as the longest step and stands for the left margin of the row after: no tap has
-   to ask where the picture ends. */
+/* Each row of the picture is GIFILT__PLANES rows of floats, so that neighbours are compared in vectors:
+   position, normal, colour, frames. A pixel that shows nothing has normal and frames 0. So has a margin right
+   of each row, which is as wide as the longest step and serves the row after as its left margin: no kernel
+   has to ask where the picture ends. */
 enum { GIFILT__RGB = 6, GIFILT__FRAMES = 9, GIFILT__PLANES = 10, GIFILT__MARGIN = 32, GIFILT__TASK_ROWS = 8 };
 
 struct gifilt_filter {
     gifilt_system system;
     float     *memory[2];
-    float     *history;            /* in one of them, of the last frame */
-    float     *next;               /* in the other */
-    size_t     spacing;            /* of rows of floats: a little more than widths that caches do not like */
+    float     *history;            /* the last frame, in one of them */
+    float     *next;               /* this frame, in the other */
+    size_t     spacing;            /* floats from one row of floats to the next */
     uint32_t   width, height;
     uint8_t   *wrong_rows;         /* not 0: the row has a normal that is not unit */
     int        has_matrix;
@@ -936,7 +944,7 @@ typedef struct gifilt__filter_run {
     gifilt__filter_row        accumulate, smooth, row;        /* row: one of them, which tasks are for */
 } gifilt__filter_run;
 
-/* Planes of a row that comes soon: more of them are read side by side than processors foresee. */
+/* Asks for planes of a row that is read soon: more rows are read side by side than processors foresee. */
 GIFILT__INLINE void gifilt__fetch_ahead(const float *p, size_t spacing, size_t planes)
 {
     size_t c;
@@ -952,17 +960,22 @@ typedef struct gifilt__chunk {
     float now[GIFILT__PLANES][GIFILT__SPAN];
     float given[9][GIFILT__SPAN + 1];   /* places, normals, light; also the place of the pixel after: after
                                            the last one of a row that of the pixel before */
-    float size2[GIFILT__SPAN];          /* square of the distance within which the last frame may show them */
-    float x[GIFILT__SPAN], y[GIFILT__SPAN];    /* where they were */
-    float i[GIFILT__SPAN], j[GIFILT__SPAN];    /* that is, between pixels i, j and i + 1, j + 1 of the last */
-    float u[GIFILT__SPAN], v[GIFILT__SPAN];    /* frame, whole numbers; and how far between them */
-    float there[GIFILT__SPAN];          /* 1 for a receiver; then, one that was seen; else 0 */
-    float sums[5][GIFILT__SPAN];        /* of the last frame: colour, frames, weights */
+    float size2[GIFILT__SPAN];          /* square of the distance within which a pixel of the last frame may
+                                           show the same surface */
+    float x[GIFILT__SPAN], y[GIFILT__SPAN];    /* where they were in the last frame's picture */
+    float i[GIFILT__SPAN], j[GIFILT__SPAN];    /* whole numbers: the place lies between pixels i, j and i + 1,
+                                                  j + 1 */
+    float u[GIFILT__SPAN], v[GIFILT__SPAN];    /* how far between them, 0..1 */
+    float there[GIFILT__SPAN];          /* 1 if the pixel shows something; after the projection, if the last
+                                           frame may have seen it; otherwise 0 */
+    float sums[5][GIFILT__SPAN];        /* over pixels of the last frame: colour, frames, weights */
 } gifilt__chunk;
 
-/* How far a neighbour's shape and colour are. */
+/* How many floats away a neighbour's shape and colour are, and its weight in the kernel. */
 typedef struct gifilt__tap { ptrdiff_t shape, rgb; float weight; } gifilt__tap;
 
+/* Lists the neighbours that row y's pixels have in the picture, up to eight, and returns how many they are.
+   */
 static inline size_t gifilt__taps(const gifilt__filter_run *r, size_t y, gifilt__tap taps[8])
 {
     ptrdiff_t i, j, row = (ptrdiff_t)y, step = (ptrdiff_t)r->step;
@@ -977,7 +990,7 @@ static inline size_t gifilt__taps(const gifilt__filter_run *r, size_t y, gifilt_
     return count;
 }
 
-/* Pixels of strides in floats. */
+/* Copies count pixels into a chunk; strides are in floats. */
 GIFILT__INLINE void gifilt__chunk_read(gifilt__chunk *k, const float *p, size_t ps, const float *n, size_t ns,
                                  const float *light, size_t count)
 {
@@ -1011,7 +1024,7 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #define gifilt__alike GIFILT__NAME_IN_SET(gifilt__alike, GIFILT__SET)
 #define gifilt__at_most GIFILT__NAME_IN_SET(gifilt__at_most, GIFILT__SET)
 #define gifilt__at_most3 GIFILT__NAME_IN_SET(gifilt__at_most3, GIFILT__SET)
-#define gifilt__some GIFILT__NAME_IN_SET(gifilt__some, GIFILT__SET)
+#define gifilt__not_zero GIFILT__NAME_IN_SET(gifilt__not_zero, GIFILT__SET)
 #define gifilt__are_there GIFILT__NAME_IN_SET(gifilt__are_there, GIFILT__SET)
 #define gifilt__set_there GIFILT__NAME_IN_SET(gifilt__set_there, GIFILT__SET)
 #define gifilt__chunk_set GIFILT__NAME_IN_SET(gifilt__chunk_set, GIFILT__SET)
@@ -1580,9 +1593,10 @@ static inline GIFILT__IN_KERNEL void gifilt__lanes3_store_packed(float *xyz, gif
 
 /* ---- kernels: which neighbours show the same surface ---- */
 
-/* Positions and normals of as many neighbours in a row as there are lanes; of planes s floats apart. */
+/* Positions and normals of as many neighbours in a row as there are lanes. */
 typedef struct gifilt__shapes { gifilt__lanes3 position, normal; } gifilt__shapes;
 
+/* Loads shapes from planes that are s floats apart. */
 static inline GIFILT__IN_KERNEL gifilt__shapes gifilt__shapes_load(const float *p, size_t s)
 {
     gifilt__shapes a;
@@ -1591,7 +1605,8 @@ static inline GIFILT__IN_KERNEL gifilt__shapes gifilt__shapes_load(const float *
     return a;
 }
 
-/* Weight of neighbours b for a: 0 across edges of normals and off the plane, falling smoothly to them. */
+/* Returns how much neighbours b count for a, from 0 to 1: 0 if the normals differ by more than the limit or b
+   lies off the plane of a, and falling smoothly to these. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__alike(const gifilt__shapes *a, const gifilt__shapes *b,
                                                             const float limits[3])
 {
@@ -1612,7 +1627,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__alike(const gifilt__shapes
 
 /* ---- kernels: what the last frames knew of each pixel ---- */
 
-/* Is the absolute value at most so much? Not of what is not a number. */
+/* Marks the lanes whose absolute value is at most `most`; what is not a number is never marked. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__at_most(gifilt__lanes a, float most)
 {
     return gifilt__lanes_at_least(gifilt__lanes_all(most), gifilt__lanes_abs(a));
@@ -1624,8 +1639,8 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__at_most3(gifilt__lanes
     return gifilt__mask_and(m, gifilt__at_most(a.z, most));
 }
 
-/* Is any coordinate not 0? False if all are not numbers. */
-static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__some(gifilt__lanes3 a)
+/* Marks the vectors of which a coordinate is above or below 0; one that has no number in it is not marked. */
+static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__not_zero(gifilt__lanes3 a)
 {
     const gifilt__lanes zero = gifilt__lanes_all(0.0f);
     const gifilt__lane_mask m = gifilt__mask_or(gifilt__lanes_greater(gifilt__lanes_abs(a.x), zero),
@@ -1643,7 +1658,7 @@ static inline GIFILT__IN_KERNEL void gifilt__set_there(gifilt__chunk *k, size_t 
     gifilt__lanes_store(k->there + l, gifilt__lanes_keep(there, gifilt__lanes_all(1.0f)));
 }
 
-/* From what is given: which pixels are receivers, and what this frame sees of them. */
+/* Finds which pixels of a chunk show something, and copies what this frame sees of them. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 {
     const gifilt__lanes least = gifilt__lanes_all(1e-12f);
@@ -1657,7 +1672,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
         const gifilt__lanes d2 = gifilt__lanes3_dot(d, d);
         const gifilt__lanes far2 = gifilt__lanes_add(gifilt__lanes_mul(gifilt__lanes_all(16.0f), d2), least);
         gifilt__lane_mask there = gifilt__mask_and(gifilt__at_most3(p, 1e9f), gifilt__at_most3(n, 1e9f));
-        there = gifilt__mask_and(there, gifilt__some(n));
+        there = gifilt__mask_and(there, gifilt__not_zero(n));
         for (c = 0; c < GIFILT__RGB; c++)
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(there, gifilt__lanes_load(g[c] + l)));
         for (; c < GIFILT__FRAMES; c++) {
@@ -1672,7 +1687,9 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
     }
 }
 
-/* Pixels x .. x + end - 1 of row y. Four of this frame's pixels are how far the last one's may be. */
+/* Loads pixels x to x + end - 1 of row y, and the place of the pixel after them: the distance between
+   neighbours says how far from a pixel the last frame may have seen the same surface, which is four of them.
+   */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
                                                         size_t x, size_t y, size_t end)
 {
@@ -1692,7 +1709,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run
     gifilt__chunk_set(k);
 }
 
-/* 1: a normal of the chunk is neither unit nor none. */
+/* Returns 1 if a normal of the chunk is neither unit nor 0 0 0 nor infinite. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
 {
     int wrong = 0;
@@ -1703,21 +1720,21 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
         gifilt__lane_mask bad = gifilt__mask_or(
             gifilt__lanes_greater(gifilt__lanes_all(GIFILT__UNIT_LEAST2), length2),
             gifilt__lanes_greater(length2, gifilt__lanes_all(GIFILT__UNIT_MOST2)));
-        bad = gifilt__mask_and(bad, gifilt__some(n));
+        bad = gifilt__mask_and(bad, gifilt__not_zero(n));
         bad = gifilt__mask_and(bad, gifilt__at_most(length2, GIFILT__MAX_FLOAT));
         wrong |= gifilt__mask_any(bad);
     }
     return wrong;
 }
 
-/* A row of a matrix times a place. */
+/* Returns a row of a matrix times places. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__row_times(const float *m, gifilt__lanes3 p)
 {
     const gifilt__lanes3 row = gifilt__lanes3_all(m[0], m[4], m[8]);
     return gifilt__lanes_add(gifilt__lanes3_dot(row, p), gifilt__lanes_all(m[12]));
 }
 
-/* By the matrix of the last frame. */
+/* Finds where in the last frame's picture the pixels' places were, by that frame's matrix. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float *m = r->filter->matrix, up = r->frame->rows == GIFILT_ROWS_TOP_FIRST ? -0.5f : 0.5f;
@@ -1738,15 +1755,16 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_
     }
 }
 
-/* Is a place no more than a pixel out of the picture? */
+/* Marks places that lie no more than a pixel out of the picture. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__near_picture(gifilt__lanes x, float size)
 {
     return gifilt__mask_and(gifilt__lanes_greater(x, gifilt__lanes_all(-1.0f)),
                             gifilt__lanes_greater(gifilt__lanes_all(size), x));
 }
 
-/* Between which pixels a place is. Within 1/64 of a pixel's centre it is the centre: a camera that stands
-   still then finds one pixel, not four with weights of rounding, and does not blur. */
+/* Finds between which two pixels places lie, and how far from the first. A place within 1/64 of a pixel's
+   centre counts as the centre: a camera that stands still then finds one pixel, not four with weights of
+   rounding, and does not blur. */
 static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there, const float *place,
                                                         float *pixel, float *between)
 {
@@ -1812,7 +1830,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_recall(const gifilt__filter_r
 
 /* ---- kernels: pixels of the last frame ---- */
 
-/* The least and the greatest of all lanes that are there. */
+/* Writes the least of `low` and the greatest of `high` over all lanes. */
 static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt__lanes high, int32_t *least,
                                                       int32_t *greatest)
 {
@@ -1828,8 +1846,9 @@ static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt_
     *greatest = (int32_t)highs[0];
 }
 
-/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1:
-   they were a run, but for one column or row between; 0: they were not. */
+/* Finds which columns, less the pixels' own numbers, and rows of the last frame `count` pixels from o on were
+   at. Returns -1 if none of them was seen, 1 if they lay in a row as they do now, but for one column or row
+   more or less, and 0 if they did not. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, size_t o, size_t count,
                                                         int32_t low[2], int32_t high[2])
 {
@@ -1852,7 +1871,8 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, 
     return low[0] > high[0] ? -1 : high[0] - low[0] <= 1 && high[1] - low[1] <= 1;
 }
 
-/* The weight that a pixel d pixels after the first of two has for a place u between them: else 0. */
+/* Returns the bilinear weight of a pixel that lies d pixels after the first of two for a place at u between
+   them; if d is neither 0 nor 1, takes the lane out of *one. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gifilt__lanes u,
                                                             gifilt__lane_mask *one)
 {
@@ -1862,7 +1882,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gif
     return gifilt__lanes_select(gifilt__lanes_differ(d, zero), u, gifilt__lanes_sub(last, u));
 }
 
-/* Runs of pixels, at most 3 x 3: from low to one after high. */
+/* Adds runs of the last frame's pixels, at most 3 x 3: columns and rows from low to one after high. */
 static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k,
                                                        size_t o, const int32_t low[2], const int32_t high[2])
 {
@@ -1887,6 +1907,7 @@ static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run 
         }
 }
 
+/* Adds the four pixels of the last frame about each place, fetched one by one. */
 static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k,
                                                        size_t o)
 {
@@ -1908,8 +1929,9 @@ static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run 
     }
 }
 
-/* Bilinear over the four pixels of the last frame about each place. Where neighbours were neighbours but for
-   one column or row, as in most chunks, runs of pixels do; else each is fetched alone. */
+/* Sums the four pixels of the last frame about each place, with bilinear weights. If neighbours were
+   neighbours then, but for one column or row, as in most chunks, whole runs of pixels are read; otherwise
+   each pixel is fetched alone. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     int32_t low[2], high[2];
@@ -1923,7 +1945,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run
     }
 }
 
-/* Puts what the last frames knew into what this one sees. */
+/* Mixes what the last frames knew into what this one sees. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float history)
 {
     const gifilt__lanes least = gifilt__lanes_all(0.01f), zero = gifilt__lanes_all(0.0f);
@@ -1961,14 +1983,15 @@ GIFILT__HOT GIFILT__KERNEL static void gifilt__accumulate(const gifilt__filter_r
         float *to = r->filter->next + y * GIFILT__PLANES * s + x;
         gifilt__chunk_load(r, &k, x, y, end);
         wrong |= gifilt__chunk_wrong(&k);
-        for (l = 0; motion && l < GIFILT__SPAN; l++) { /* moved surfaces are found by motion only */
+        /* A surface that moved may be any distance from its old place. */
+        for (l = 0; motion && l < GIFILT__SPAN; l++) {
             k.x[l] = l < end ? motion[2 * (y * width + x + l)] : 0.0f;
             k.y[l] = l < end ? motion[2 * (y * width + x + l) + 1] : 0.0f;
             k.size2[l] = GIFILT__FAR;
         }
         if (r->recalls) {
-            for (l = 0; y + 1 < r->filter->height && l < end;
-                 l += GIFILT__WIDE) /* most cameras move little */
+            /* Most cameras move little: the next row is wanted next. */
+            for (l = 0; y + 1 < r->filter->height && l < end; l += GIFILT__WIDE)
                 gifilt__fetch_ahead(r->filter->history + (y + 1) * GIFILT__PLANES * s + x + l, s,
                                     GIFILT__PLANES);
             if (!motion) gifilt__chunk_project(r, &k);
@@ -1989,9 +2012,9 @@ GIFILT__HOT GIFILT__KERNEL static void gifilt__accumulate(const gifilt__filter_r
 
 typedef struct gifilt__means { gifilt__lanes3 rgb, most; gifilt__lanes total; } gifilt__means;
 
-/* A pixel with few neighbours like it keeps the noise of its own samples: of its 25 of 400 one that is near
-   counts 16 times. It is then no brighter than its brightest neighbour. All weights are 4 of its own and
-   12. */
+/* Returns means, none of them brighter than the brightest neighbour if only few neighbours are like the
+   pixel. In a mean over few the noise of the pixel's own samples stays: of 25 lights that stand for 400, one
+   that is near counts 16 times. The mean's weights add up to 16 at most, of which 4 are the pixel's own. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__despeckled(gifilt__lanes sum, gifilt__lanes total,
                                                                  gifilt__lanes most, gifilt__lane_mask few)
 {
@@ -2001,7 +2024,8 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__despeckled(gifilt__lanes s
     return gifilt__lanes_select(few, most, x);
 }
 
-/* One tap of every lane: shapes s floats apart from q on, colours from c on. */
+/* Adds one neighbour of every lane to the means: its shape lies from q on, its colour from c on, in planes s
+   floats apart. */
 static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means means, const gifilt__shapes *own,
                                                               const float *q, const float *c, size_t s,
                                                               float share, const float limits[3])
@@ -2020,7 +2044,7 @@ static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means mean
     return means;
 }
 
-/* One pass of the a-trous filter on as many pixels as there are lanes. */
+/* Takes one pass of the a-trous filter on as many pixels as there are lanes. */
 static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r,
                                                                    const float *p,
                                                                    const float *rgb, const gifilt__tap *taps,
@@ -2048,7 +2072,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt_
     return out;
 }
 
-/* One pass: 3 x 3 taps, step apart. */
+/* Takes one pass on a row: means over 3 x 3 pixels that are r->step apart. */
 GIFILT__KERNEL static void gifilt__smooth(const gifilt__filter_run *r, size_t y)
 {
     const gifilt_filter *f = r->filter;
@@ -2122,16 +2146,16 @@ static inline void gifilt__choose_filter(gifilt__filter_run *r)
 
 /* ---- filter: frames ---- */
 
-/* Rows of a picture take this many floats: its width and a margin, but no multiple of 64, where caches
-   collide. */
+/* Returns how many floats a row takes: the picture's width and a margin, but no multiple of 64, for rows that
+   far apart push each other out of the cache. */
 static inline size_t gifilt__row_floats(uint32_t width)
 {
     size_t spacing = (size_t)width + GIFILT__MARGIN;
     return spacing + (spacing % 64u ? 0u : 16u);
 }
 
-/* The filter's memory, whose size the caller checked: two pictures, with a margin before the first row and
-   after the last one, where lanes reach beyond it. On failure the caller frees. */
+/* Allocates the filter's memory, whose size the caller checked: two pictures, with a margin before the first
+   row and after the last one, where lanes reach beyond it. If this fails, the caller frees what there is. */
 static inline gifilt_result gifilt__take_memory(gifilt_filter *f, size_t floats, const gifilt__allocator *a)
 {
     f->memory[0] = (float *)gifilt__alloc_array(a, floats, sizeof(float));
@@ -2153,16 +2177,18 @@ GIFILT_DEF gifilt_result gifilt_create(const gifilt_desc *desc, gifilt_filter **
     size_t floats;
     if (!desc) return GIFILT_ERR_ARGUMENT;
     if (!out) return gifilt__refuse(&log, GIFILT_ERR_ARGUMENT, "out", "is NULL");
-    if (!gifilt__within(&log, "width", desc->width, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
-    if (!gifilt__within(&log, "height", desc->height, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
+    if (!gifilt__check_range(&log, "desc.width", desc->width, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
+    if (!gifilt__check_range(&log, "desc.height", desc->height, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
     if (!gifilt__system_valid(&log, &desc->system)) return GIFILT_ERR_DESC;
     if (!gifilt__mul_size(gifilt__row_floats(desc->width) * GIFILT__PLANES, desc->height, &floats) ||
-        !gifilt__add_size(floats, 2 * GIFILT__MARGIN, &floats) || floats > SIZE_MAX / sizeof(float))
-        return gifilt__refuse(&log, GIFILT_ERR_LIMIT, "width x height", "makes a filter beyond size_t");
+        !gifilt__add_size(floats, 2 * GIFILT__MARGIN, &floats) || floats > SIZE_MAX / sizeof(float)) {
+        gifilt__log_value(&log, "desc.width x desc.height", (double)desc->width * (double)desc->height,
+                          "less: the filter's memory does not fit a size_t");
+        return GIFILT_ERR_LIMIT;
+    }
     a = gifilt__allocator_of(&desc->system);
     f = (gifilt_filter *)gifilt__alloc(&a, sizeof *f);
-    if (!f)
-        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "the allocator", "returned no memory for the filter");
+    if (!f) return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "desc.system.allocator", "returned no memory");
     memset(f, 0, sizeof *f);
     f->system = desc->system;
     f->width = desc->width;
@@ -2170,7 +2196,7 @@ GIFILT_DEF gifilt_result gifilt_create(const gifilt_desc *desc, gifilt_filter **
     f->spacing = gifilt__row_floats(desc->width);
     if (gifilt__take_memory(f, floats, &a) != GIFILT_OK) {
         gifilt_free(f);
-        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "the allocator", "returned no memory for the filter");
+        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "desc.system.allocator", "returned no memory");
     }
     *out = f;
     return GIFILT_OK;
@@ -2197,6 +2223,7 @@ GIFILT_DEF void gifilt_reset(gifilt_filter *filter)
     filter->has_matrix = 0;
 }
 
+/* Writes a row that no pass has filtered: three floats a pixel, from three rows of floats. */
 static inline void gifilt__pack(const gifilt__filter_run *r, size_t y)
 {
     size_t x, c, width = r->filter->width;
@@ -2205,7 +2232,8 @@ static inline void gifilt__pack(const gifilt__filter_run *r, size_t y)
             r->out[3 * (y * width + x) + c] = r->in[y * r->in_row + c * r->filter->spacing + x];
 }
 
-/* Rows of a task, so that taps above were fetched by the same thread. */
+/* Filters the rows of one task. They are neighbours, so that the rows above were mostly fetched by the same
+   thread. */
 static inline void gifilt__filter_band(void *context, size_t band)
 {
     const gifilt__filter_run *r = (const gifilt__filter_run *)context;
@@ -2220,8 +2248,8 @@ static inline void gifilt__filter_rows(gifilt__filter_run *r, gifilt__filter_row
                 gifilt__filter_band, r);
 }
 
-/* From next to out. What lies between goes where the last frame was, which nothing asks for any more: to its
-   positions and its normals in turn. */
+/* Takes the passes from f->next to out. Passes between the first and the last write over the last frame,
+   which nothing asks for any more: over its positions and its normals in turn. */
 static inline void gifilt__filter_passes(gifilt__filter_run *r, float *out)
 {
     gifilt_filter *f = r->filter;
@@ -2243,8 +2271,8 @@ static inline void gifilt__filter_passes(gifilt__filter_run *r, float *out)
     }
 }
 
-/* What the last frames knew goes into next; returns 0 where a normal is not unit, and nothing has changed
-   then. */
+/* Writes this frame into f->next, mixed with what the last frames knew. Returns 0 if a normal is not unit;
+   the frames before are then as they were. */
 static inline int gifilt__filter_recall(gifilt__filter_run *r)
 {
     const gifilt_filter *f = r->filter;
@@ -2261,7 +2289,8 @@ static inline int gifilt__filter_recall(gifilt__filter_run *r)
     return 1;
 }
 
-/* Of a run that has a filter, what to filter and kernels; returns what gifilt__filter_recall does. */
+/* Filters one frame, of a run that has its filter, its inputs and its kernels. Returns 0, and changes
+   nothing, if a normal is not unit. */
 static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
 {
     gifilt_filter *f = r->filter;
@@ -2280,23 +2309,25 @@ static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
 static inline int gifilt__frame_valid(const gifilt__logger *log, const gifilt_frame *d)
 {
     int i;
-    if (!gifilt__within(log, "rows", (double)d->rows, 0, GIFILT_ROWS_COUNT - 1, "one of gifilt_rows"))
+    if (!gifilt__check_range(log, "frame.rows", (double)d->rows, 0, GIFILT_ROWS_COUNT - 1,
+                             "a value of gifilt_rows"))
         return 0;
-    if (!gifilt__within(log, "history", d->history, 0, 1000, "0..1000")) return 0;
-    if (!gifilt__within(log, "passes", d->passes, -1e9, 6, "at most 6")) return 0;
-    if (!gifilt__within(log, "normal_cosine", (double)d->normal_cosine, 0, 0.99999994, "0 or more, below 1"))
+    if (!gifilt__check_range(log, "frame.history", d->history, 0, 1000, "0..1000")) return 0;
+    if (!gifilt__check_range(log, "frame.passes", d->passes, -1e9, 6, "at most 6")) return 0;
+    if (!gifilt__check_range(log, "frame.normal_cosine", (double)d->normal_cosine, 0, 0.99999994,
+                             "0 or more, below 1"))
         return 0;
-    if (!gifilt__within(log, "plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
+    if (!gifilt__check_range(log, "frame.plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
     for (i = 0; i < 16 && d->world_to_clip; i++)
         if (!gifilt__finite(d->world_to_clip[i])) {
-            gifilt__log_element(log, "world_to_clip", (uint64_t)i, "is", (double)d->world_to_clip[i],
-                                "finite");
+            gifilt__log_element(log, "frame.world_to_clip", (uint64_t)i, "is",
+                                (double)d->world_to_clip[i], "finite");
             return 0;
         }
     return 1;
 }
 
-/* Names the first normal that is not unit. */
+/* Logs the first normal that is not unit, for a call that returns the result. */
 static inline gifilt_result gifilt__refuse_normals(const gifilt__logger *log, const gifilt_points *p)
 {
     size_t i, stride = gifilt__stride(p->normal_stride, 12) / 4;

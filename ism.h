@@ -112,7 +112,7 @@
      section 3.3          pull and push                                 ism__pull, ism__fill  T49
      section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
      section 4            flux over N and probability                   ism__make_vpl         T41
-     section 4.1          prefix sums, VPL i at i / N                   ism__draw             T15, T16
+     section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl             T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
                                                                         ism__estimate         T41
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
@@ -923,6 +923,8 @@ static inline int ism__finite(float x)
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
+
+static inline int ism__in(float x, float low, float high) { return ism__finite(x) && x >= low && x <= high; }
 
 static inline int ism__v3_finite(ism__v3 a)
 {
@@ -1750,9 +1752,12 @@ struct ism_maps {
     uint32_t        vpl_count;
     uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
     int             chosen, built;
-    ism__buffer     previous, atlas, hits, surfels, counts, directions, scratch;
-    ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
-    ism__buffer     near_points, near_blocks, near_drawn, near_keys, windows;
+    ism__buffer     atlas, hits, scratch, directions;       /* maps; what they are drawn with */
+    ism__buffer     surfels, counts;                        /* points of all VPLs, and how many each has */
+    ism__buffer     sums, clusters, shares, weights;        /* what points are drawn by */
+    ism__buffer     sources, importance, blurred, cdf;      /* what VPLs are drawn by */
+    ism__buffer     previous, windows, pixels;              /* VPLs of the last frame; receivers */
+    ism__buffer     near_points, near_blocks, near_drawn, near_keys;
     uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this
                                        one */
     uint32_t        near_count;     /* of near_points, in use */
@@ -1966,8 +1971,12 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     if (!p) return ism__is_null(log, "points");
     if (!p->positions) return ism__is_null(log, "points.positions");
     if (!p->normals) return ism__is_null(log, "points.normals");
-    if (!p->count || p->count > 1u << 28 || (p->width && p->count % p->width != 0)) {
-        ism__log_value(log, "points.count", (double)p->count, "1..2^28 and a multiple of points.width");
+    if (!p->count || p->count > 1u << 28) {
+        ism__log_value(log, "points.count", (double)p->count, "1..2^28");
+        return ISM_ERR_ARGUMENT;
+    }
+    if (p->width && p->count % p->width != 0) {
+        ism__log_value(log, "points.width", (double)p->width, "0 or a divisor of points.count");
         return ISM_ERR_ARGUMENT;
     }
     if ((result = ism__check_stride(log, "points.position_stride", p->position_stride, 12)) != ISM_OK ||
@@ -2345,7 +2354,8 @@ typedef struct ism__choice {
 /* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
    hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
    not be exact. */
-static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
+static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn,
+                                  float extent)
 {
     ism__v3 d;
     float d2, a, b;
@@ -2422,7 +2432,7 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
         }
         if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w),
                           &p, &pn)) {
-            float e = ism__effect(s, q, n, p, pn, c->extent);
+            float e = ism__unit_flux_light(s, q, n, p, pn, c->extent);
             sum += e * e * (uniform / density);
         }
     }
@@ -2553,9 +2563,9 @@ static void ism__add_shares(ism__choice *c, const ism__source_of *of)
     }
 }
 
-/* ==== src/ism/vpls.h ==== */
+/* ==== src/ism/inter_texel.h ==== */
 
-/* ---- vpls: drawn from the importances, between texels (paper 4.1, 6.5) ---- */
+/* ---- inter-texel: VPLs between the texels of a source (paper 6.5) ---- */
 
 /* Computes sample (x + fx, y + fy) of a grid as a mixture of the four texels about it, those that lie on one
    surface (paper 6.5). If the surface is curved, their chord may run behind it, and a VPL there would light a
@@ -2612,6 +2622,10 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
     return spacing;
 }
 
+/* ==== src/ism/vpls.h ==== */
+
+/* ---- vpls: drawn from the importances (paper 4.1) ---- */
+
 /* Makes a VPL from one of `count` samples, which was chosen with this probability. */
 static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source, const ism__cdf2_sample *at,
                           double probability, uint32_t count, ism_vpl *v)
@@ -2629,10 +2643,13 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
     if (v->directional) {
         p = ism__v3_normalize(p);
         n = ism__v3_scale(p, -1.0f);
-    } else if (s->scattered || m->desc.no_inter_texel) {
-        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->normal_stride, i)));
     } else {
-        spacing = ism__inter_texel(&job->view, s, at, &p, &n);
+        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->normal_stride, i)));
+#ifndef ISM_WITHOUT_INTER_TEXEL
+        if (!s->scattered && !m->desc.no_inter_texel) spacing = ism__inter_texel(&job->view, s, at, &p, &n);
+#else
+        (void)m;
+#endif
     }
     ism__v3_store(v->position, p);
     ism__v3_store(v->normal, n);
@@ -2712,7 +2729,7 @@ static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float fro
 
 /* Draws sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number chooses source and
    row, the second the column. Returns 0 if there is no such sample. */
-static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
+static int ism__draw_vpl(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
                      uint32_t stream, ism_vpl *v)
 {
     const ism__source_of *of = (const ism__source_of *)m->sources.data;
@@ -2739,12 +2756,12 @@ static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint3
     return 1;
 }
 
-static void ism__draw_vpls(ism_maps *m, const ism__job *job, double total)
+static void ism__draw_all_vpls(ism_maps *m, const ism__job *job, double total)
 {
     uint32_t n = m->desc.vpl_count, i;
     m->vpl_count = 0;
     for (i = 0; i < n && total > 0.0; i++)
-        m->vpl_count += (uint32_t)ism__draw(m, job, total, i, n, 11u, &m->vpls[m->vpl_count]);
+        m->vpl_count += (uint32_t)ism__draw_vpl(m, job, total, i, n, 11u, &m->vpls[m->vpl_count]);
 }
 
 /* ==== src/ism/near_points.h ==== */
@@ -2833,7 +2850,7 @@ static void ism__near_task(void *context, size_t index)
         float area, most;
         ism_vpl v;
         to->vpl = -1.0f;
-        if (!ism__draw(w->m, w->job, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
+        if (!ism__draw_vpl(w->m, w->job, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
         s = &w->job->frame->sources[v.source];
         for (k = 0; k < 3u; k++) {
             to->position[k] = v.position[k];
@@ -3071,7 +3088,7 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     total = ism__sum_importances(m, f, of);
     m->previous_count = m->chosen ? m->vpl_count : 0;
     memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
-    ism__draw_vpls(m, job, total);
+    ism__draw_all_vpls(m, job, total);
     ism__flag_jumps(m);
     m->built = 0;
     result = ism__finish_vpls(m, &job->part, 0.7f, 0.8f);
@@ -3097,8 +3114,9 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     return result == ISM_OK ? ism__choose(m, &job) : result;
 }
 
-/* "vpls[INDEX].FIELD must be WANTED" */
-static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, const char *wanted)
+/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED". */
+static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, float value,
+                               const char *wanted)
 {
     ism__message name;
     name.used = 0;
@@ -3106,21 +3124,27 @@ static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char 
     ism__message_count(&name, index);
     ism__message_text(&name, "].");
     ism__message_text(&name, field);
-    ism__log_text(log, name.text, wanted);
+    ism__log_value(log, name.text, (double)value, wanted);
     return ISM_ERR_INPUT;
 }
 
 static ism_result ism__check_vpl(const ism__logger *log, const ism_vpl *v, size_t i)
 {
-    static const char unit[] = "must be unit (0.97..1.03 long)";
-    if (!ism__v3_finite(ism__v3_load(v->position))) return ism__bad_vpl(log, i, "position", "must be finite");
-    if (!ism__flux_ok(v->flux)) return ism__bad_vpl(log, i, "flux", "must be 0..1e30");
-    if (ism__unit_kind(ism__v3_load(v->normal)) <= 0) return ism__bad_vpl(log, i, "normal", unit);
-    if (ism__unit_kind(ism__v3_load(v->axis)) <= 0) return ism__bad_vpl(log, i, "axis", unit);
-    if (!(v->exponent >= 0.0f && v->exponent <= 1e5f))
-        return ism__bad_vpl(log, i, "exponent", "must be 0..1e5");
-    if (!(v->area >= 0.0f && ism__finite(v->area)))
-        return ism__bad_vpl(log, i, "area", "must be finite and not negative");
+    static const char unit[] = "1 (0.97..1.03)", *const positions[] = { "position[0]", "position[1]",
+                                                                        "position[2]" };
+    static const char *const fluxes[] = { "flux[0]", "flux[1]", "flux[2]" };
+    ism__v3 normal = ism__v3_load(v->normal), axis = ism__v3_load(v->axis);
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (!ism__finite(v->position[k])) return ism__bad_vpl(log, i, positions[k], v->position[k], "finite");
+        if (!ism__in(v->flux[k], 0.0f, 1e30f)) return ism__bad_vpl(log, i, fluxes[k], v->flux[k], "0..1e30");
+    }
+    if (ism__unit_kind(normal) <= 0)
+        return ism__bad_vpl(log, i, "normal's length", ism__v3_length(normal), unit);
+    if (ism__unit_kind(axis) <= 0) return ism__bad_vpl(log, i, "axis's length", ism__v3_length(axis), unit);
+    if (!ism__in(v->exponent, 0.0f, 1e5f)) return ism__bad_vpl(log, i, "exponent", v->exponent, "0..1e5");
+    if (!ism__in(v->area, 0.0f, ISM__MAX_FLOAT))
+        return ism__bad_vpl(log, i, "area", v->area, "finite and not negative");
     return ISM_OK;
 }
 
@@ -5072,7 +5096,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     return ism__renew_points(m, job);
 }
 
-/* VPLs must have been chosen. */
+/* Says what a call needs that the maps do not have yet. */
 static ism_result ism__too_early(const ism__logger *log, const char *name, const char *needs)
 {
     ism__log_text(log, name, needs);
@@ -5098,6 +5122,11 @@ static ism_surfel ism__unpack_surfel(const ism__surfel *p)
     return out;
 }
 
+static ism_result ism__no_surfels(const ism__logger *log)
+{
+    return ism__too_early(log, "maps", "have no surfels: call ism_build before, with a mesh");
+}
+
 ISM_DEF ism_result ism_surfels(const ism_maps *m, uint32_t vpl, ism_surfel *out, size_t capacity,
                                size_t *count)
 {
@@ -5111,7 +5140,7 @@ ISM_DEF ism_result ism_surfels(const ism_maps *m, uint32_t vpl, ism_surfel *out,
         ism__log_value(&job.log, "vpl", (double)vpl, "below desc.vpl_count");
         return ISM_ERR_ARGUMENT;
     }
-    if (!m->triangles) return ISM_ERR_ORDER;
+    if (!m->triangles) return ism__no_surfels(&job.log);
     points = (const ism__surfel *)m->surfels.data + (size_t)vpl * m->desc.surfel_count;
     n = ((const uint32_t *)m->counts.data)[2u * vpl];
     for (j = 0; j < n && j < capacity; j++) out[j] = ism__unpack_surfel(&points[j]);
@@ -5132,7 +5161,7 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *m, uint32_t phase, ism_surf
         ism__log_value(&job.log, "phase", (double)phase, "below desc.lazy_frames");
         return ISM_ERR_ARGUMENT;
     }
-    if (!m->triangles) return ISM_ERR_ORDER;
+    if (!m->triangles) return ism__no_surfels(&job.log);
     each = (m->desc.surfel_count + m->desc.lazy_frames - 1u) / m->desc.lazy_frames;
     *count = (size_t)m->desc.vpl_count * each;
     for (v = 0; v < m->desc.vpl_count; v++) {
@@ -5227,7 +5256,7 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
-static uint32_t ism__turn(uint32_t sectors, uint32_t by)
+static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;
 }
@@ -5237,76 +5266,90 @@ static uint32_t ism__turn(uint32_t sectors, uint32_t by)
    the texel: in the sector along it or, of what is close, the next one. */
 static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
 {
-    uint32_t along = (ism__turn(beyond, 1) | ism__turn(beyond, 7)) & ~beyond, open;
-    if (((found | ism__turn(close, 1) | ism__turn(close, 7)) & along) == along) found |= beyond;
+    uint32_t along = (ism__rotate_sectors(beyond, 1) | ism__rotate_sectors(beyond, 7)) & ~beyond, open;
+    close = ism__rotate_sectors(close, 1) | ism__rotate_sectors(close, 7);
+    if (((found | close) & along) == along) found |= beyond;
     open = ~found & 255u;
-    return (open & ism__turn(open, 1) & ism__turn(open, 2)) == 0;
+    return (open & ism__rotate_sectors(open, 1) & ism__rotate_sectors(open, 2)) == 0;
+}
+
+/* Returns whether the plane of the nearer surfel at texel n passes before texel c, which is this deep. */
+static int ism__passes_before(const ism__tile *tile, size_t n, size_t c, float depth)
+{
+    float t;
+    if (!(tile->depth[n] < 0.9f * depth)) return 0;
+    t = ism__plane_depth(tile, tile->texels[n].g, c);
+    return t > 0.5f * tile->depth[n] && t < 0.95f * depth;
+}
+
+/* Returns in which quadrants about a texel nearer surfels lie whose planes pass before it. Beyond the tile's
+   border there may be one. */
+static uint32_t ism__quadrants_before(const ism__tile *tile, int x, int y)
+{
+    int size = (int)tile->size, dx, dy;
+    size_t c = (size_t)(y * size + x);
+    uint32_t found = 0;
+    for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
+        for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
+            int outside = x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size;
+            if (dx == 0 && dy == 0) continue;
+            if (outside || ism__passes_before(tile, (size_t)((y + dy) * size + x + dx), c, tile->depth[c]))
+                found |= ism__quadrant(dx, dy);
+        }
+    return found;
 }
 
 /* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between
-   them through which something hidden is seen: it is emptied, for pull and push to close. Marked by
-   UINT32_MAX first, so that no hole depends on another. */
+   them through which something hidden is seen: it is emptied, for pull and push to close. Holes are marked by
+   UINT32_MAX first, so that none depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
-    int size = (int)tile->size, x, y;
-    int dx, dy;
-    size_t i, count = (size_t)tile->size * tile->size;
-    for (y = 0; y < size; y++)
-        for (x = 0; x < size; x++) {
-            size_t c = (size_t)(y * size + x);
-            float depth = tile->depth[c];
-            uint32_t found = 0;
-            if (!(depth < ISM_FAR)) continue;
-            for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
-                for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
-                    size_t n = (size_t)((y + dy) * size + x + dx);
-                    float t;
-                    if (x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size) {
-                        found |= ism__quadrant(dx, dy);
-                        continue;
-                    }
-                    if ((dx == 0 && dy == 0) || !(tile->depth[n] < 0.9f * depth)) continue;
-                    t = ism__plane_depth(tile, tile->texels[n].g, c);
-                    if (t > 0.5f * tile->depth[n] && t < 0.95f * depth) found |= ism__quadrant(dx, dy);
-                }
-            if (found == 15u) tile->texels[c].triangle = UINT32_MAX;
-        }
+    size_t i, size = tile->size, count = size * size;
+    for (i = 0; i < count; i++)
+        if (tile->depth[i] < ISM_FAR && ism__quadrants_before(tile, (int)(i % size), (int)(i / size)) == 15u)
+            tile->texels[i].triangle = UINT32_MAX;
     for (i = 0; i < count; i++)
         if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
-/* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its
-   middle. */
+/* Returns what cell (x, y) of a level below holds: 1 + the index of a texel, or 0. Level 0 is the tile. */
+static uint32_t ism__pulled(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
+                            uint32_t y)
+{
+    size_t i = (size_t)y * (tile->size >> level) + x;
+    if (level > 0) return below[i];
+    return tile->depth[i] < ISM_FAR ? (uint32_t)i + 1u : 0;
+}
+
+/* Returns which texel of its four cells a cell of a coarser level keeps: the nearest to its middle. */
+static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
+                               uint32_t y)
+{
+    uint32_t best = 0, least = UINT32_MAX, k;
+    uint32_t mx = (2u * x + 1u) << level, my = (2u * y + 1u) << level;
+    for (k = 0; k < 4u; k++) {
+        uint32_t at = ism__pulled(tile, below, level - 1u, 2u * x + (k & 1u), 2u * y + (k >> 1)), px, py, d;
+        if (!at) continue;
+        px = 2u * ((at - 1u) % tile->size) + 1u;
+        py = 2u * ((at - 1u) / tile->size) + 1u;
+        d = (px - mx) * (px - mx) + (py - my) * (py - my);
+        if (d >= least) continue;
+        least = d;
+        best = at;
+    }
+    return best;
+}
+
+/* Pull: makes the coarser levels, one behind the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
-    uint32_t size = tile->size, level, x;
-    uint32_t y, k;
-    size_t offset = 0, below = 0;
+    uint32_t level, i, *own = pyramid;
+    const uint32_t *below = pyramid;
     for (level = 1; level <= levels; level++) {
-        uint32_t half = size >> level;
-        for (y = 0; y < half; y++)
-            for (x = 0; x < half; x++) {
-                uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level,
-                         my = (2u * y + 1u) << level;
-                for (k = 0; k < 4u; k++) {
-                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at;
-                    uint32_t px, py, d;
-                    if (level == 1)
-                        at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
-                    else at = pyramid[below + (size_t)cy * 2u * half + cx];
-                    if (!at) continue;
-                    px = 2u * ((at - 1u) % size) + 1u;
-                    py = 2u * ((at - 1u) / size) + 1u;
-                    d = (px - mx) * (px - mx) + (py - my) * (py - my);
-                    if (d < least) {
-                        least = d;
-                        best = at;
-                    }
-                }
-                pyramid[offset + (size_t)y * half + x] = best;
-            }
-        below = offset;
-        offset += (size_t)half * half;
+        uint32_t side = tile->size >> level;
+        for (i = 0; i < side * side; i++) own[i] = ism__pull_cell(tile, below, level, i % side, i / side);
+        below = own;
+        own += side * side;
     }
 }
 
@@ -6507,12 +6550,17 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     if (system) zero = *system;
     ism__begin_job(&zero, "ism_emitter_points", NULL, &job);
     if (!mesh || !radiances || !positions || !normals || !fluxes)
-        return ism__is_null(&job.log, !mesh ? "mesh" : !radiances ? "radiances" : "an output");
-    if (!count || !ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
-        if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
-        else ism__log_text(&job.log, "system.allocator", "has one function of two");
-        return ISM_ERR_ARGUMENT;
+        return ism__is_null(&job.log, !mesh        ? "mesh"
+                                      : !radiances ? "radiances"
+                                      : !positions ? "positions"
+                                      : !normals   ? "normals"
+                                                   : "fluxes");
+    if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
+    else if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
+        ism__log_text(&job.log, "system.allocator", "has one function of two");
+        count = 0;
     }
+    if (!count) return ISM_ERR_ARGUMENT;
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
     if (result != ISM_OK) return result;

@@ -29,7 +29,8 @@ struct gifilt_frame;                /* the camera and the settings of one frame 
 GIFILT_DEF gifilt_result gifilt_create(const struct gifilt_desc *desc, gifilt_filter **out);
 /* Makes a filter for pictures of one size, which gifilt_free takes back.
    out      written on GIFILT_OK only
-   Errors   GIFILT_ERR_ARGUMENT (NULL), GIFILT_ERR_DESC, GIFILT_ERR_LIMIT, GIFILT_ERR_ALLOC */
+   Errors   GIFILT_ERR_ARGUMENT: desc, which leaves no log, or out is NULL; GIFILT_ERR_DESC: width, height or
+            the allocator; GIFILT_ERR_LIMIT: the filter is larger than a size_t counts; GIFILT_ERR_ALLOC */
 
 GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt_frame *frame,
                                       const struct gifilt_points *points, const float *light, float *out);
@@ -38,8 +39,9 @@ GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt
    points   what each pixel shows: width x height points, row by row
    light    the noisy irradiance, 3 floats a pixel, up to 1e30; more, and what is not finite, counts as 0
    out      the smooth irradiance, 3 floats a pixel; 0 for a pixel that shows nothing. May be light
-   Errors   GIFILT_ERR_ARGUMENT, GIFILT_ERR_DESC, GIFILT_ERR_INPUT (a normal that is not unit). The filter and
-            out are then as they were
+   Errors   GIFILT_ERR_ARGUMENT: filter, which leaves no log, or an array is NULL, or a count or stride is
+            wrong; GIFILT_ERR_DESC: a field of the frame; GIFILT_ERR_INPUT: a normal that is not unit. The
+            filter and out are then as they were
    Cost     about 20 ns a pixel with two passes, on one thread; nothing is allocated */
 
 GIFILT_DEF void gifilt_reset(gifilt_filter *filter);
@@ -66,7 +68,8 @@ typedef struct gifilt_frame {       /* the camera and the settings of one frame 
                                        next one has a history */
     const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
                                        that frame's pixels, centres at 0.5, rows counted as they lie in
-                                       memory. NULL: world_to_clip alone says so */
+                                       memory. NULL: the surface did not move, and is found by the last
+                                       frame's matrix alone */
     gifilt_rows  rows;              /* of the pictures */
     uint32_t     history;           /* frames that count at most, 1..1000. If the light stands still, the
                                        variance of the noise falls to 1 / history; if it moves, the picture
@@ -110,7 +113,7 @@ typedef struct gifilt_system {      /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } gifilt_system;
 
-typedef struct gifilt_desc {        /* what gifilt_create is given; width and height have no default */
+typedef struct gifilt_desc {        /* what a filter is made for; width and height have no default */
     gifilt_system system;           /* kept: the filter's later calls use it too */
     uint32_t   width, height;       /* of the pictures, 1..65536 */
 } gifilt_desc;

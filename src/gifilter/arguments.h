@@ -22,7 +22,7 @@ GIFILT_DEF const char *gifilt_result_text(gifilt_result result)
 
 static inline size_t gifilt__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
 
-/* Where a call says why it fails. system may be NULL. */
+/* Returns where a call says why it fails. system may be NULL. */
 static inline gifilt__logger gifilt__logger_of(const gifilt_system *system, const char *function)
 {
     gifilt__logger log;
@@ -40,9 +40,10 @@ static inline gifilt_result gifilt__refuse(const gifilt__logger *log, gifilt_res
     return result;
 }
 
-/* Whether a value lies within low..high; logs it otherwise. Not a number does not. */
-static inline int gifilt__within(const gifilt__logger *log, const char *field, double value, double low,
-                                 double high, const char *wanted)
+/* Returns 1 if a value lies within low..high; otherwise, also if it is not a number, logs it and returns 0.
+   */
+static inline int gifilt__check_range(const gifilt__logger *log, const char *field, double value, double low,
+                                      double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
     gifilt__log_value(log, field, value, wanted);
@@ -52,7 +53,7 @@ static inline int gifilt__within(const gifilt__logger *log, const char *field, d
 static inline int gifilt__system_valid(const gifilt__logger *log, const gifilt_system *s)
 {
     if (gifilt__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn)) return 1;
-    gifilt__log_text(log, "system.allocator", "has one of its two functions");
+    gifilt__log_text(log, "desc.system.allocator", "has one function of two");
     return 0;
 }
 
@@ -85,11 +86,11 @@ static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_p
     }
     if (!gifilt__stride_valid(p->position_stride, 12)) {
         gifilt__log_value(log, "points.position_stride", (double)p->position_stride,
-                          "0 or a multiple of 4 from 12 on");
+                          "0 or a multiple of 4, at least 12");
         return 0;
     }
     if (gifilt__stride_valid(p->normal_stride, 12)) return 1;
     gifilt__log_value(log, "points.normal_stride", (double)p->normal_stride,
-                      "0 or a multiple of 4 from 12 on");
+                      "0 or a multiple of 4, at least 12");
     return 0;
 }

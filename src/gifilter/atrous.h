@@ -2,9 +2,9 @@
 
 typedef struct gifilt__means { gifilt__lanes3 rgb, most; gifilt__lanes total; } gifilt__means;
 
-/* A pixel with few neighbours like it keeps the noise of its own samples: of its 25 of 400 one that is near
-   counts 16 times. It is then no brighter than its brightest neighbour. All weights are 4 of its own and
-   12. */
+/* Returns means, none of them brighter than the brightest neighbour if only few neighbours are like the
+   pixel. In a mean over few the noise of the pixel's own samples stays: of 25 lights that stand for 400, one
+   that is near counts 16 times. The mean's weights add up to 16 at most, of which 4 are the pixel's own. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__despeckled(gifilt__lanes sum, gifilt__lanes total,
                                                                  gifilt__lanes most, gifilt__lane_mask few)
 {
@@ -14,7 +14,8 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__despeckled(gifilt__lanes s
     return gifilt__lanes_select(few, most, x);
 }
 
-/* One tap of every lane: shapes s floats apart from q on, colours from c on. */
+/* Adds one neighbour of every lane to the means: its shape lies from q on, its colour from c on, in planes s
+   floats apart. */
 static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means means, const gifilt__shapes *own,
                                                               const float *q, const float *c, size_t s,
                                                               float share, const float limits[3])
@@ -33,7 +34,7 @@ static inline GIFILT__IN_KERNEL gifilt__means gifilt__add_tap(gifilt__means mean
     return means;
 }
 
-/* One pass of the a-trous filter on as many pixels as there are lanes. */
+/* Takes one pass of the a-trous filter on as many pixels as there are lanes. */
 static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt__filter_run *r,
                                                                    const float *p,
                                                                    const float *rgb, const gifilt__tap *taps,
@@ -61,7 +62,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__smooth_some(const gifilt_
     return out;
 }
 
-/* One pass: 3 x 3 taps, step apart. */
+/* Takes one pass on a row: means over 3 x 3 pixels that are r->step apart. */
 GIFILT__KERNEL static void gifilt__smooth(const gifilt__filter_run *r, size_t y)
 {
     const gifilt_filter *f = r->filter;

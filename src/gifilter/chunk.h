@@ -5,17 +5,22 @@ typedef struct gifilt__chunk {
     float now[GIFILT__PLANES][GIFILT__SPAN];
     float given[9][GIFILT__SPAN + 1];   /* places, normals, light; also the place of the pixel after: after
                                            the last one of a row that of the pixel before */
-    float size2[GIFILT__SPAN];          /* square of the distance within which the last frame may show them */
-    float x[GIFILT__SPAN], y[GIFILT__SPAN];    /* where they were */
-    float i[GIFILT__SPAN], j[GIFILT__SPAN];    /* that is, between pixels i, j and i + 1, j + 1 of the last */
-    float u[GIFILT__SPAN], v[GIFILT__SPAN];    /* frame, whole numbers; and how far between them */
-    float there[GIFILT__SPAN];          /* 1 for a receiver; then, one that was seen; else 0 */
-    float sums[5][GIFILT__SPAN];        /* of the last frame: colour, frames, weights */
+    float size2[GIFILT__SPAN];          /* square of the distance within which a pixel of the last frame may
+                                           show the same surface */
+    float x[GIFILT__SPAN], y[GIFILT__SPAN];    /* where they were in the last frame's picture */
+    float i[GIFILT__SPAN], j[GIFILT__SPAN];    /* whole numbers: the place lies between pixels i, j and i + 1,
+                                                  j + 1 */
+    float u[GIFILT__SPAN], v[GIFILT__SPAN];    /* how far between them, 0..1 */
+    float there[GIFILT__SPAN];          /* 1 if the pixel shows something; after the projection, if the last
+                                           frame may have seen it; otherwise 0 */
+    float sums[5][GIFILT__SPAN];        /* over pixels of the last frame: colour, frames, weights */
 } gifilt__chunk;
 
-/* How far a neighbour's shape and colour are. */
+/* How many floats away a neighbour's shape and colour are, and its weight in the kernel. */
 typedef struct gifilt__tap { ptrdiff_t shape, rgb; float weight; } gifilt__tap;
 
+/* Lists the neighbours that row y's pixels have in the picture, up to eight, and returns how many they are.
+   */
 static inline size_t gifilt__taps(const gifilt__filter_run *r, size_t y, gifilt__tap taps[8])
 {
     ptrdiff_t i, j, row = (ptrdiff_t)y, step = (ptrdiff_t)r->step;
@@ -30,7 +35,7 @@ static inline size_t gifilt__taps(const gifilt__filter_run *r, size_t y, gifilt_
     return count;
 }
 
-/* Pixels of strides in floats. */
+/* Copies count pixels into a chunk; strides are in floats. */
 GIFILT__INLINE void gifilt__chunk_read(gifilt__chunk *k, const float *p, size_t ps, const float *n, size_t ns,
                                  const float *light, size_t count)
 {

@@ -1,15 +1,15 @@
 /* ---- filter: frames ---- */
 
-/* Rows of a picture take this many floats: its width and a margin, but no multiple of 64, where caches
-   collide. */
+/* Returns how many floats a row takes: the picture's width and a margin, but no multiple of 64, for rows that
+   far apart push each other out of the cache. */
 static inline size_t gifilt__row_floats(uint32_t width)
 {
     size_t spacing = (size_t)width + GIFILT__MARGIN;
     return spacing + (spacing % 64u ? 0u : 16u);
 }
 
-/* The filter's memory, whose size the caller checked: two pictures, with a margin before the first row and
-   after the last one, where lanes reach beyond it. On failure the caller frees. */
+/* Allocates the filter's memory, whose size the caller checked: two pictures, with a margin before the first
+   row and after the last one, where lanes reach beyond it. If this fails, the caller frees what there is. */
 static inline gifilt_result gifilt__take_memory(gifilt_filter *f, size_t floats, const gifilt__allocator *a)
 {
     f->memory[0] = (float *)gifilt__alloc_array(a, floats, sizeof(float));
@@ -31,16 +31,18 @@ GIFILT_DEF gifilt_result gifilt_create(const gifilt_desc *desc, gifilt_filter **
     size_t floats;
     if (!desc) return GIFILT_ERR_ARGUMENT;
     if (!out) return gifilt__refuse(&log, GIFILT_ERR_ARGUMENT, "out", "is NULL");
-    if (!gifilt__within(&log, "width", desc->width, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
-    if (!gifilt__within(&log, "height", desc->height, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
+    if (!gifilt__check_range(&log, "desc.width", desc->width, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
+    if (!gifilt__check_range(&log, "desc.height", desc->height, 1, 65536, "1..65536")) return GIFILT_ERR_DESC;
     if (!gifilt__system_valid(&log, &desc->system)) return GIFILT_ERR_DESC;
     if (!gifilt__mul_size(gifilt__row_floats(desc->width) * GIFILT__PLANES, desc->height, &floats) ||
-        !gifilt__add_size(floats, 2 * GIFILT__MARGIN, &floats) || floats > SIZE_MAX / sizeof(float))
-        return gifilt__refuse(&log, GIFILT_ERR_LIMIT, "width x height", "makes a filter beyond size_t");
+        !gifilt__add_size(floats, 2 * GIFILT__MARGIN, &floats) || floats > SIZE_MAX / sizeof(float)) {
+        gifilt__log_value(&log, "desc.width x desc.height", (double)desc->width * (double)desc->height,
+                          "less: the filter's memory does not fit a size_t");
+        return GIFILT_ERR_LIMIT;
+    }
     a = gifilt__allocator_of(&desc->system);
     f = (gifilt_filter *)gifilt__alloc(&a, sizeof *f);
-    if (!f)
-        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "the allocator", "returned no memory for the filter");
+    if (!f) return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "desc.system.allocator", "returned no memory");
     memset(f, 0, sizeof *f);
     f->system = desc->system;
     f->width = desc->width;
@@ -48,7 +50,7 @@ GIFILT_DEF gifilt_result gifilt_create(const gifilt_desc *desc, gifilt_filter **
     f->spacing = gifilt__row_floats(desc->width);
     if (gifilt__take_memory(f, floats, &a) != GIFILT_OK) {
         gifilt_free(f);
-        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "the allocator", "returned no memory for the filter");
+        return gifilt__refuse(&log, GIFILT_ERR_ALLOC, "desc.system.allocator", "returned no memory");
     }
     *out = f;
     return GIFILT_OK;
@@ -75,6 +77,7 @@ GIFILT_DEF void gifilt_reset(gifilt_filter *filter)
     filter->has_matrix = 0;
 }
 
+/* Writes a row that no pass has filtered: three floats a pixel, from three rows of floats. */
 static inline void gifilt__pack(const gifilt__filter_run *r, size_t y)
 {
     size_t x, c, width = r->filter->width;
@@ -83,7 +86,8 @@ static inline void gifilt__pack(const gifilt__filter_run *r, size_t y)
             r->out[3 * (y * width + x) + c] = r->in[y * r->in_row + c * r->filter->spacing + x];
 }
 
-/* Rows of a task, so that taps above were fetched by the same thread. */
+/* Filters the rows of one task. They are neighbours, so that the rows above were mostly fetched by the same
+   thread. */
 static inline void gifilt__filter_band(void *context, size_t band)
 {
     const gifilt__filter_run *r = (const gifilt__filter_run *)context;
@@ -98,8 +102,8 @@ static inline void gifilt__filter_rows(gifilt__filter_run *r, gifilt__filter_row
                 gifilt__filter_band, r);
 }
 
-/* From next to out. What lies between goes where the last frame was, which nothing asks for any more: to its
-   positions and its normals in turn. */
+/* Takes the passes from f->next to out. Passes between the first and the last write over the last frame,
+   which nothing asks for any more: over its positions and its normals in turn. */
 static inline void gifilt__filter_passes(gifilt__filter_run *r, float *out)
 {
     gifilt_filter *f = r->filter;
@@ -121,8 +125,8 @@ static inline void gifilt__filter_passes(gifilt__filter_run *r, float *out)
     }
 }
 
-/* What the last frames knew goes into next; returns 0 where a normal is not unit, and nothing has changed
-   then. */
+/* Writes this frame into f->next, mixed with what the last frames knew. Returns 0 if a normal is not unit;
+   the frames before are then as they were. */
 static inline int gifilt__filter_recall(gifilt__filter_run *r)
 {
     const gifilt_filter *f = r->filter;
@@ -139,7 +143,8 @@ static inline int gifilt__filter_recall(gifilt__filter_run *r)
     return 1;
 }
 
-/* Of a run that has a filter, what to filter and kernels; returns what gifilt__filter_recall does. */
+/* Filters one frame, of a run that has its filter, its inputs and its kernels. Returns 0, and changes
+   nothing, if a normal is not unit. */
 static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
 {
     gifilt_filter *f = r->filter;
@@ -158,23 +163,25 @@ static inline int gifilt__filter_frame(gifilt__filter_run *r, float *out)
 static inline int gifilt__frame_valid(const gifilt__logger *log, const gifilt_frame *d)
 {
     int i;
-    if (!gifilt__within(log, "rows", (double)d->rows, 0, GIFILT_ROWS_COUNT - 1, "one of gifilt_rows"))
+    if (!gifilt__check_range(log, "frame.rows", (double)d->rows, 0, GIFILT_ROWS_COUNT - 1,
+                             "a value of gifilt_rows"))
         return 0;
-    if (!gifilt__within(log, "history", d->history, 0, 1000, "0..1000")) return 0;
-    if (!gifilt__within(log, "passes", d->passes, -1e9, 6, "at most 6")) return 0;
-    if (!gifilt__within(log, "normal_cosine", (double)d->normal_cosine, 0, 0.99999994, "0 or more, below 1"))
+    if (!gifilt__check_range(log, "frame.history", d->history, 0, 1000, "0..1000")) return 0;
+    if (!gifilt__check_range(log, "frame.passes", d->passes, -1e9, 6, "at most 6")) return 0;
+    if (!gifilt__check_range(log, "frame.normal_cosine", (double)d->normal_cosine, 0, 0.99999994,
+                             "0 or more, below 1"))
         return 0;
-    if (!gifilt__within(log, "plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
+    if (!gifilt__check_range(log, "frame.plane_slope", (double)d->plane_slope, 0, 1e6, "0..1e6")) return 0;
     for (i = 0; i < 16 && d->world_to_clip; i++)
         if (!gifilt__finite(d->world_to_clip[i])) {
-            gifilt__log_element(log, "world_to_clip", (uint64_t)i, "is", (double)d->world_to_clip[i],
-                                "finite");
+            gifilt__log_element(log, "frame.world_to_clip", (uint64_t)i, "is",
+                                (double)d->world_to_clip[i], "finite");
             return 0;
         }
     return 1;
 }
 
-/* Names the first normal that is not unit. */
+/* Logs the first normal that is not unit, for a call that returns the result. */
 static inline gifilt_result gifilt__refuse_normals(const gifilt__logger *log, const gifilt_points *p)
 {
     size_t i, stride = gifilt__stride(p->normal_stride, 12) / 4;

@@ -1,8 +1,9 @@
 /* ---- kernels: which neighbours show the same surface ---- */
 
-/* Positions and normals of as many neighbours in a row as there are lanes; of planes s floats apart. */
+/* Positions and normals of as many neighbours in a row as there are lanes. */
 typedef struct gifilt__shapes { gifilt__lanes3 position, normal; } gifilt__shapes;
 
+/* Loads shapes from planes that are s floats apart. */
 static inline GIFILT__IN_KERNEL gifilt__shapes gifilt__shapes_load(const float *p, size_t s)
 {
     gifilt__shapes a;
@@ -11,7 +12,8 @@ static inline GIFILT__IN_KERNEL gifilt__shapes gifilt__shapes_load(const float *
     return a;
 }
 
-/* Weight of neighbours b for a: 0 across edges of normals and off the plane, falling smoothly to them. */
+/* Returns how much neighbours b count for a, from 0 to 1: 0 if the normals differ by more than the limit or b
+   lies off the plane of a, and falling smoothly to these. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__alike(const gifilt__shapes *a, const gifilt__shapes *b,
                                                             const float limits[3])
 {

@@ -8,7 +8,7 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #define gifilt__alike GIFILT__NAME_IN_SET(gifilt__alike, GIFILT__SET)
 #define gifilt__at_most GIFILT__NAME_IN_SET(gifilt__at_most, GIFILT__SET)
 #define gifilt__at_most3 GIFILT__NAME_IN_SET(gifilt__at_most3, GIFILT__SET)
-#define gifilt__some GIFILT__NAME_IN_SET(gifilt__some, GIFILT__SET)
+#define gifilt__not_zero GIFILT__NAME_IN_SET(gifilt__not_zero, GIFILT__SET)
 #define gifilt__are_there GIFILT__NAME_IN_SET(gifilt__are_there, GIFILT__SET)
 #define gifilt__set_there GIFILT__NAME_IN_SET(gifilt__set_there, GIFILT__SET)
 #define gifilt__chunk_set GIFILT__NAME_IN_SET(gifilt__chunk_set, GIFILT__SET)

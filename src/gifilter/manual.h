@@ -69,6 +69,8 @@
 
    Space is right-handed. Matrices are column-major float[16]. Distances are in your units. Colours are
    linear, three floats r, g, b. Pictures lie row by row; gifilt_frame.rows says which row comes first.
+   Normals called unit may be 0.97 to 1.03 long and are used as they are; any other length is an error, but
+   for 0 0 0 and normals that are not finite, whose pixels show nothing.
 
    How it works
 
@@ -79,12 +81,11 @@
      - Each pixel's place is projected by the last frame's matrix, or moved by the pixel's motion. The four
        pixels of the last frame about that point count, with bilinear weights, if they show the same surface:
        not farther away than four of this frame's pixels are wide, not off the plane, with a like normal.
-     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows by
-     1
-       each frame, up to the frame's history.
-     - Each pass takes the mean of 3 x 3 pixels, which are 1, 2, 4, ... apart in the first, second, third
-     pass.
-       Their weights are 1 2 1 by 1 2 1, times how much they are of one surface.
+     - The light that those pixels knew is mixed with the new light, which counts as 1 of n frames; n grows
+       by 1 each frame, up to the frame's history.
+     - Each pass takes the mean of 3 x 3 pixels, which are 1 pixel apart in the first pass, 2 in the second, 4
+       in the third. Their weights are 1 2 1 by 1 2 1, times a factor from 0 to 1 that says whether they show
+       the same surface.
 
    A filter takes 80 bytes a pixel and 4 KB a row; gifilt_apply allocates nothing. The knobs, and what each
    trades:
@@ -93,15 +94,17 @@
      passes     more: less noise, and light is blurred where it falls off beside corners. 1 or 2 are mostly
                 enough
      normal_cosine   more: edges and fine shapes stay sharp, and fewer neighbours help
-     plane_slope     less: the same
+     plane_slope     less: as with more normal_cosine, for neighbours that lie before or behind the surface
 
    From the paper to the code
 
-     section 2    a kernel with holes, twice as wide in each pass     gifilt_apply, gifilt_frame (passes)
-     section 2.1  weights that stop at edges                          gifilt_frame (normal_cosine,
-     plane_slope)
+     section 2    a kernel with holes, twice as wide in each pass     gifilt__smooth                    -
+     section 2.1  weights that stop at edges of normals and depths    gifilt__alike                     -
+     -            temporal accumulation with reprojection             gifilt__accumulate                -
 
-   The paper has no history: that is temporal accumulation with reprojection, gifilt_frame (history).
+   No row of docs/conformance.md belongs to a filter of pictures; tests/gifilter/sums_test.c computes all
+   three anew in doubles. The knobs of the first two are passes, normal_cosine and plane_slope in
+   gifilt_frame, that of the last one, which the paper does not have, is history.
 
    Where this departs from the paper
 
@@ -125,7 +128,8 @@
 
    All memory comes from the allocator in the system, called from the thread that called us. Every function
    that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
-   leaks, and the system's log is told which field or element is wrong. There are no globals; a filter belongs
+   leaks, and the system's log gets one line that names the field or element, its value and its range. Only a
+   call whose desc or filter is NULL has no log. There are no globals; a filter belongs
    to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
    thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 

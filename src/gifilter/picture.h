@@ -1,17 +1,17 @@
 /* ---- picture: rows of floats, and which neighbours show the same surface ---- */
 
-/* Rows of the picture are GIFILT__PLANES rows of floats each, so that neighbours are compared in vectors:
-   position, normal, colour, frames. No receiver: normal and frames are 0, as they are in a margin right of
-   each row, which is as wide as the longest step and stands for the left margin of the row after: no tap has
-   to ask where the picture ends. */
+/* Each row of the picture is GIFILT__PLANES rows of floats, so that neighbours are compared in vectors:
+   position, normal, colour, frames. A pixel that shows nothing has normal and frames 0. So has a margin right
+   of each row, which is as wide as the longest step and serves the row after as its left margin: no kernel
+   has to ask where the picture ends. */
 enum { GIFILT__RGB = 6, GIFILT__FRAMES = 9, GIFILT__PLANES = 10, GIFILT__MARGIN = 32, GIFILT__TASK_ROWS = 8 };
 
 struct gifilt_filter {
     gifilt_system system;
     float     *memory[2];
-    float     *history;            /* in one of them, of the last frame */
-    float     *next;               /* in the other */
-    size_t     spacing;            /* of rows of floats: a little more than widths that caches do not like */
+    float     *history;            /* the last frame, in one of them */
+    float     *next;               /* this frame, in the other */
+    size_t     spacing;            /* floats from one row of floats to the next */
     uint32_t   width, height;
     uint8_t   *wrong_rows;         /* not 0: the row has a normal that is not unit */
     int        has_matrix;
@@ -34,7 +34,7 @@ typedef struct gifilt__filter_run {
     gifilt__filter_row        accumulate, smooth, row;        /* row: one of them, which tasks are for */
 } gifilt__filter_run;
 
-/* Planes of a row that comes soon: more of them are read side by side than processors foresee. */
+/* Asks for planes of a row that is read soon: more rows are read side by side than processors foresee. */
 GIFILT__INLINE void gifilt__fetch_ahead(const float *p, size_t spacing, size_t planes)
 {
     size_t c;

@@ -1,6 +1,6 @@
 /* ---- kernels: what the last frames knew of each pixel ---- */
 
-/* Is the absolute value at most so much? Not of what is not a number. */
+/* Marks the lanes whose absolute value is at most `most`; what is not a number is never marked. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__at_most(gifilt__lanes a, float most)
 {
     return gifilt__lanes_at_least(gifilt__lanes_all(most), gifilt__lanes_abs(a));
@@ -12,8 +12,8 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__at_most3(gifilt__lanes
     return gifilt__mask_and(m, gifilt__at_most(a.z, most));
 }
 
-/* Is any coordinate not 0? False if all are not numbers. */
-static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__some(gifilt__lanes3 a)
+/* Marks the vectors of which a coordinate is above or below 0; one that has no number in it is not marked. */
+static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__not_zero(gifilt__lanes3 a)
 {
     const gifilt__lanes zero = gifilt__lanes_all(0.0f);
     const gifilt__lane_mask m = gifilt__mask_or(gifilt__lanes_greater(gifilt__lanes_abs(a.x), zero),
@@ -31,7 +31,7 @@ static inline GIFILT__IN_KERNEL void gifilt__set_there(gifilt__chunk *k, size_t 
     gifilt__lanes_store(k->there + l, gifilt__lanes_keep(there, gifilt__lanes_all(1.0f)));
 }
 
-/* From what is given: which pixels are receivers, and what this frame sees of them. */
+/* Finds which pixels of a chunk show something, and copies what this frame sees of them. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 {
     const gifilt__lanes least = gifilt__lanes_all(1e-12f);
@@ -45,7 +45,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
         const gifilt__lanes d2 = gifilt__lanes3_dot(d, d);
         const gifilt__lanes far2 = gifilt__lanes_add(gifilt__lanes_mul(gifilt__lanes_all(16.0f), d2), least);
         gifilt__lane_mask there = gifilt__mask_and(gifilt__at_most3(p, 1e9f), gifilt__at_most3(n, 1e9f));
-        there = gifilt__mask_and(there, gifilt__some(n));
+        there = gifilt__mask_and(there, gifilt__not_zero(n));
         for (c = 0; c < GIFILT__RGB; c++)
             gifilt__lanes_store(k->now[c] + l, gifilt__lanes_keep(there, gifilt__lanes_load(g[c] + l)));
         for (; c < GIFILT__FRAMES; c++) {
@@ -60,7 +60,9 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
     }
 }
 
-/* Pixels x .. x + end - 1 of row y. Four of this frame's pixels are how far the last one's may be. */
+/* Loads pixels x to x + end - 1 of row y, and the place of the pixel after them: the distance between
+   neighbours says how far from a pixel the last frame may have seen the same surface, which is four of them.
+   */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
                                                         size_t x, size_t y, size_t end)
 {
@@ -80,7 +82,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run
     gifilt__chunk_set(k);
 }
 
-/* 1: a normal of the chunk is neither unit nor none. */
+/* Returns 1 if a normal of the chunk is neither unit nor 0 0 0 nor infinite. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
 {
     int wrong = 0;
@@ -91,21 +93,21 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_wrong(const gifilt__chunk *k)
         gifilt__lane_mask bad = gifilt__mask_or(
             gifilt__lanes_greater(gifilt__lanes_all(GIFILT__UNIT_LEAST2), length2),
             gifilt__lanes_greater(length2, gifilt__lanes_all(GIFILT__UNIT_MOST2)));
-        bad = gifilt__mask_and(bad, gifilt__some(n));
+        bad = gifilt__mask_and(bad, gifilt__not_zero(n));
         bad = gifilt__mask_and(bad, gifilt__at_most(length2, GIFILT__MAX_FLOAT));
         wrong |= gifilt__mask_any(bad);
     }
     return wrong;
 }
 
-/* A row of a matrix times a place. */
+/* Returns a row of a matrix times places. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__row_times(const float *m, gifilt__lanes3 p)
 {
     const gifilt__lanes3 row = gifilt__lanes3_all(m[0], m[4], m[8]);
     return gifilt__lanes_add(gifilt__lanes3_dot(row, p), gifilt__lanes_all(m[12]));
 }
 
-/* By the matrix of the last frame. */
+/* Finds where in the last frame's picture the pixels' places were, by that frame's matrix. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float *m = r->filter->matrix, up = r->frame->rows == GIFILT_ROWS_TOP_FIRST ? -0.5f : 0.5f;
@@ -126,15 +128,16 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_
     }
 }
 
-/* Is a place no more than a pixel out of the picture? */
+/* Marks places that lie no more than a pixel out of the picture. */
 static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__near_picture(gifilt__lanes x, float size)
 {
     return gifilt__mask_and(gifilt__lanes_greater(x, gifilt__lanes_all(-1.0f)),
                             gifilt__lanes_greater(gifilt__lanes_all(size), x));
 }
 
-/* Between which pixels a place is. Within 1/64 of a pixel's centre it is the centre: a camera that stands
-   still then finds one pixel, not four with weights of rounding, and does not blur. */
+/* Finds between which two pixels places lie, and how far from the first. A place within 1/64 of a pixel's
+   centre counts as the centre: a camera that stands still then finds one pixel, not four with weights of
+   rounding, and does not blur. */
 static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there, const float *place,
                                                         float *pixel, float *between)
 {

@@ -1,6 +1,6 @@
 /* ---- kernels: pixels of the last frame ---- */
 
-/* The least and the greatest of all lanes that are there. */
+/* Writes the least of `low` and the greatest of `high` over all lanes. */
 static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt__lanes high, int32_t *least,
                                                       int32_t *greatest)
 {
@@ -16,8 +16,9 @@ static inline GIFILT__IN_KERNEL void gifilt__range_of(gifilt__lanes low, gifilt_
     *greatest = (int32_t)highs[0];
 }
 
-/* The columns, less their own number, and rows that count pixels from o on were at. -1: none was seen; 1:
-   they were a run, but for one column or row between; 0: they were not. */
+/* Finds which columns, less the pixels' own numbers, and rows of the last frame `count` pixels from o on were
+   at. Returns -1 if none of them was seen, 1 if they lay in a row as they do now, but for one column or row
+   more or less, and 0 if they did not. */
 static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, size_t o, size_t count,
                                                         int32_t low[2], int32_t high[2])
 {
@@ -40,7 +41,8 @@ static inline GIFILT__IN_KERNEL int gifilt__chunk_range(const gifilt__chunk *k, 
     return low[0] > high[0] ? -1 : high[0] - low[0] <= 1 && high[1] - low[1] <= 1;
 }
 
-/* The weight that a pixel d pixels after the first of two has for a place u between them: else 0. */
+/* Returns the bilinear weight of a pixel that lies d pixels after the first of two for a place at u between
+   them; if d is neither 0 nor 1, takes the lane out of *one. */
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gifilt__lanes u,
                                                             gifilt__lane_mask *one)
 {
@@ -50,7 +52,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__share(gifilt__lanes d, gif
     return gifilt__lanes_select(gifilt__lanes_differ(d, zero), u, gifilt__lanes_sub(last, u));
 }
 
-/* Runs of pixels, at most 3 x 3: from low to one after high. */
+/* Adds runs of the last frame's pixels, at most 3 x 3: columns and rows from low to one after high. */
 static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run *r, gifilt__chunk *k,
                                                        size_t o, const int32_t low[2], const int32_t high[2])
 {
@@ -75,6 +77,7 @@ static inline GIFILT__IN_KERNEL void gifilt__past_runs(const gifilt__filter_run 
         }
 }
 
+/* Adds the four pixels of the last frame about each place, fetched one by one. */
 static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run *r, gifilt__chunk *k,
                                                        size_t o)
 {
@@ -96,8 +99,9 @@ static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run 
     }
 }
 
-/* Bilinear over the four pixels of the last frame about each place. Where neighbours were neighbours but for
-   one column or row, as in most chunks, runs of pixels do; else each is fetched alone. */
+/* Sums the four pixels of the last frame about each place, with bilinear weights. If neighbours were
+   neighbours then, but for one column or row, as in most chunks, whole runs of pixels are read; otherwise
+   each pixel is fetched alone. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     int32_t low[2], high[2];
@@ -111,7 +115,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run
     }
 }
 
-/* Puts what the last frames knew into what this one sees. */
+/* Mixes what the last frames knew into what this one sees. */
 static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float history)
 {
     const gifilt__lanes least = gifilt__lanes_all(0.01f), zero = gifilt__lanes_all(0.0f);
@@ -149,14 +153,15 @@ GIFILT__HOT GIFILT__KERNEL static void gifilt__accumulate(const gifilt__filter_r
         float *to = r->filter->next + y * GIFILT__PLANES * s + x;
         gifilt__chunk_load(r, &k, x, y, end);
         wrong |= gifilt__chunk_wrong(&k);
-        for (l = 0; motion && l < GIFILT__SPAN; l++) { /* moved surfaces are found by motion only */
+        /* A surface that moved may be any distance from its old place. */
+        for (l = 0; motion && l < GIFILT__SPAN; l++) {
             k.x[l] = l < end ? motion[2 * (y * width + x + l)] : 0.0f;
             k.y[l] = l < end ? motion[2 * (y * width + x + l) + 1] : 0.0f;
             k.size2[l] = GIFILT__FAR;
         }
         if (r->recalls) {
-            for (l = 0; y + 1 < r->filter->height && l < end;
-                 l += GIFILT__WIDE) /* most cameras move little */
+            /* Most cameras move little: the next row is wanted next. */
+            for (l = 0; y + 1 < r->filter->height && l < end; l += GIFILT__WIDE)
                 gifilt__fetch_ahead(r->filter->history + (y + 1) * GIFILT__PLANES * s + x + l, s,
                                     GIFILT__PLANES);
             if (!motion) gifilt__chunk_project(r, &k);

@@ -84,7 +84,7 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     total = ism__sum_importances(m, f, of);
     m->previous_count = m->chosen ? m->vpl_count : 0;
     memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
-    ism__draw_vpls(m, job, total);
+    ism__draw_all_vpls(m, job, total);
     ism__flag_jumps(m);
     m->built = 0;
     result = ism__finish_vpls(m, &job->part, 0.7f, 0.8f);
@@ -110,8 +110,9 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     return result == ISM_OK ? ism__choose(m, &job) : result;
 }
 
-/* "vpls[INDEX].FIELD must be WANTED" */
-static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, const char *wanted)
+/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED". */
+static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, float value,
+                               const char *wanted)
 {
     ism__message name;
     name.used = 0;
@@ -119,21 +120,27 @@ static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char 
     ism__message_count(&name, index);
     ism__message_text(&name, "].");
     ism__message_text(&name, field);
-    ism__log_text(log, name.text, wanted);
+    ism__log_value(log, name.text, (double)value, wanted);
     return ISM_ERR_INPUT;
 }
 
 static ism_result ism__check_vpl(const ism__logger *log, const ism_vpl *v, size_t i)
 {
-    static const char unit[] = "must be unit (0.97..1.03 long)";
-    if (!ism__v3_finite(ism__v3_load(v->position))) return ism__bad_vpl(log, i, "position", "must be finite");
-    if (!ism__flux_ok(v->flux)) return ism__bad_vpl(log, i, "flux", "must be 0..1e30");
-    if (ism__unit_kind(ism__v3_load(v->normal)) <= 0) return ism__bad_vpl(log, i, "normal", unit);
-    if (ism__unit_kind(ism__v3_load(v->axis)) <= 0) return ism__bad_vpl(log, i, "axis", unit);
-    if (!(v->exponent >= 0.0f && v->exponent <= 1e5f))
-        return ism__bad_vpl(log, i, "exponent", "must be 0..1e5");
-    if (!(v->area >= 0.0f && ism__finite(v->area)))
-        return ism__bad_vpl(log, i, "area", "must be finite and not negative");
+    static const char unit[] = "1 (0.97..1.03)", *const positions[] = { "position[0]", "position[1]",
+                                                                        "position[2]" };
+    static const char *const fluxes[] = { "flux[0]", "flux[1]", "flux[2]" };
+    ism__v3 normal = ism__v3_load(v->normal), axis = ism__v3_load(v->axis);
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (!ism__finite(v->position[k])) return ism__bad_vpl(log, i, positions[k], v->position[k], "finite");
+        if (!ism__in(v->flux[k], 0.0f, 1e30f)) return ism__bad_vpl(log, i, fluxes[k], v->flux[k], "0..1e30");
+    }
+    if (ism__unit_kind(normal) <= 0)
+        return ism__bad_vpl(log, i, "normal's length", ism__v3_length(normal), unit);
+    if (ism__unit_kind(axis) <= 0) return ism__bad_vpl(log, i, "axis's length", ism__v3_length(axis), unit);
+    if (!ism__in(v->exponent, 0.0f, 1e5f)) return ism__bad_vpl(log, i, "exponent", v->exponent, "0..1e5");
+    if (!ism__in(v->area, 0.0f, ISM__MAX_FLOAT))
+        return ism__bad_vpl(log, i, "area", v->area, "finite and not negative");
     return ISM_OK;
 }
 

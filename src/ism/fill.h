@@ -15,7 +15,7 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
-static uint32_t ism__turn(uint32_t sectors, uint32_t by)
+static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;
 }
@@ -25,76 +25,90 @@ static uint32_t ism__turn(uint32_t sectors, uint32_t by)
    the texel: in the sector along it or, of what is close, the next one. */
 static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
 {
-    uint32_t along = (ism__turn(beyond, 1) | ism__turn(beyond, 7)) & ~beyond, open;
-    if (((found | ism__turn(close, 1) | ism__turn(close, 7)) & along) == along) found |= beyond;
+    uint32_t along = (ism__rotate_sectors(beyond, 1) | ism__rotate_sectors(beyond, 7)) & ~beyond, open;
+    close = ism__rotate_sectors(close, 1) | ism__rotate_sectors(close, 7);
+    if (((found | close) & along) == along) found |= beyond;
     open = ~found & 255u;
-    return (open & ism__turn(open, 1) & ism__turn(open, 2)) == 0;
+    return (open & ism__rotate_sectors(open, 1) & ism__rotate_sectors(open, 2)) == 0;
+}
+
+/* Returns whether the plane of the nearer surfel at texel n passes before texel c, which is this deep. */
+static int ism__passes_before(const ism__tile *tile, size_t n, size_t c, float depth)
+{
+    float t;
+    if (!(tile->depth[n] < 0.9f * depth)) return 0;
+    t = ism__plane_depth(tile, tile->texels[n].g, c);
+    return t > 0.5f * tile->depth[n] && t < 0.95f * depth;
+}
+
+/* Returns in which quadrants about a texel nearer surfels lie whose planes pass before it. Beyond the tile's
+   border there may be one. */
+static uint32_t ism__quadrants_before(const ism__tile *tile, int x, int y)
+{
+    int size = (int)tile->size, dx, dy;
+    size_t c = (size_t)(y * size + x);
+    uint32_t found = 0;
+    for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
+        for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
+            int outside = x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size;
+            if (dx == 0 && dy == 0) continue;
+            if (outside || ism__passes_before(tile, (size_t)((y + dy) * size + x + dx), c, tile->depth[c]))
+                found |= ism__quadrant(dx, dy);
+        }
+    return found;
 }
 
 /* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between
-   them through which something hidden is seen: it is emptied, for pull and push to close. Marked by
-   UINT32_MAX first, so that no hole depends on another. */
+   them through which something hidden is seen: it is emptied, for pull and push to close. Holes are marked by
+   UINT32_MAX first, so that none depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
-    int size = (int)tile->size, x, y;
-    int dx, dy;
-    size_t i, count = (size_t)tile->size * tile->size;
-    for (y = 0; y < size; y++)
-        for (x = 0; x < size; x++) {
-            size_t c = (size_t)(y * size + x);
-            float depth = tile->depth[c];
-            uint32_t found = 0;
-            if (!(depth < ISM_FAR)) continue;
-            for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
-                for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
-                    size_t n = (size_t)((y + dy) * size + x + dx);
-                    float t;
-                    if (x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size) {
-                        found |= ism__quadrant(dx, dy);
-                        continue;
-                    }
-                    if ((dx == 0 && dy == 0) || !(tile->depth[n] < 0.9f * depth)) continue;
-                    t = ism__plane_depth(tile, tile->texels[n].g, c);
-                    if (t > 0.5f * tile->depth[n] && t < 0.95f * depth) found |= ism__quadrant(dx, dy);
-                }
-            if (found == 15u) tile->texels[c].triangle = UINT32_MAX;
-        }
+    size_t i, size = tile->size, count = size * size;
+    for (i = 0; i < count; i++)
+        if (tile->depth[i] < ISM_FAR && ism__quadrants_before(tile, (int)(i % size), (int)(i / size)) == 15u)
+            tile->texels[i].triangle = UINT32_MAX;
     for (i = 0; i < count; i++)
         if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
-/* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its
-   middle. */
+/* Returns what cell (x, y) of a level below holds: 1 + the index of a texel, or 0. Level 0 is the tile. */
+static uint32_t ism__pulled(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
+                            uint32_t y)
+{
+    size_t i = (size_t)y * (tile->size >> level) + x;
+    if (level > 0) return below[i];
+    return tile->depth[i] < ISM_FAR ? (uint32_t)i + 1u : 0;
+}
+
+/* Returns which texel of its four cells a cell of a coarser level keeps: the nearest to its middle. */
+static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
+                               uint32_t y)
+{
+    uint32_t best = 0, least = UINT32_MAX, k;
+    uint32_t mx = (2u * x + 1u) << level, my = (2u * y + 1u) << level;
+    for (k = 0; k < 4u; k++) {
+        uint32_t at = ism__pulled(tile, below, level - 1u, 2u * x + (k & 1u), 2u * y + (k >> 1)), px, py, d;
+        if (!at) continue;
+        px = 2u * ((at - 1u) % tile->size) + 1u;
+        py = 2u * ((at - 1u) / tile->size) + 1u;
+        d = (px - mx) * (px - mx) + (py - my) * (py - my);
+        if (d >= least) continue;
+        least = d;
+        best = at;
+    }
+    return best;
+}
+
+/* Pull: makes the coarser levels, one behind the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
-    uint32_t size = tile->size, level, x;
-    uint32_t y, k;
-    size_t offset = 0, below = 0;
+    uint32_t level, i, *own = pyramid;
+    const uint32_t *below = pyramid;
     for (level = 1; level <= levels; level++) {
-        uint32_t half = size >> level;
-        for (y = 0; y < half; y++)
-            for (x = 0; x < half; x++) {
-                uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level,
-                         my = (2u * y + 1u) << level;
-                for (k = 0; k < 4u; k++) {
-                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at;
-                    uint32_t px, py, d;
-                    if (level == 1)
-                        at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
-                    else at = pyramid[below + (size_t)cy * 2u * half + cx];
-                    if (!at) continue;
-                    px = 2u * ((at - 1u) % size) + 1u;
-                    py = 2u * ((at - 1u) / size) + 1u;
-                    d = (px - mx) * (px - mx) + (py - my) * (py - my);
-                    if (d < least) {
-                        least = d;
-                        best = at;
-                    }
-                }
-                pyramid[offset + (size_t)y * half + x] = best;
-            }
-        below = offset;
-        offset += (size_t)half * half;
+        uint32_t side = tile->size >> level;
+        for (i = 0; i < side * side; i++) own[i] = ism__pull_cell(tile, below, level, i % side, i / side);
+        below = own;
+        own += side * side;
     }
 }
 

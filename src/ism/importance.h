@@ -16,7 +16,8 @@ typedef struct ism__choice {
 /* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
    hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
    not be exact. */
-static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
+static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn,
+                                  float extent)
 {
     ism__v3 d;
     float d2, a, b;
@@ -93,7 +94,7 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
         }
         if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w),
                           &p, &pn)) {
-            float e = ism__effect(s, q, n, p, pn, c->extent);
+            float e = ism__unit_flux_light(s, q, n, p, pn, c->extent);
             sum += e * e * (uniform / density);
         }
     }

@@ -149,8 +149,12 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     if (!p) return ism__is_null(log, "points");
     if (!p->positions) return ism__is_null(log, "points.positions");
     if (!p->normals) return ism__is_null(log, "points.normals");
-    if (!p->count || p->count > 1u << 28 || (p->width && p->count % p->width != 0)) {
-        ism__log_value(log, "points.count", (double)p->count, "1..2^28 and a multiple of points.width");
+    if (!p->count || p->count > 1u << 28) {
+        ism__log_value(log, "points.count", (double)p->count, "1..2^28");
+        return ISM_ERR_ARGUMENT;
+    }
+    if (p->width && p->count % p->width != 0) {
+        ism__log_value(log, "points.width", (double)p->width, "0 or a divisor of points.count");
         return ISM_ERR_ARGUMENT;
     }
     if ((result = ism__check_stride(log, "points.position_stride", p->position_stride, 12)) != ISM_OK ||

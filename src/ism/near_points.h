@@ -82,7 +82,7 @@ static void ism__near_task(void *context, size_t index)
         float area, most;
         ism_vpl v;
         to->vpl = -1.0f;
-        if (!ism__draw(w->m, w->job, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
+        if (!ism__draw_vpl(w->m, w->job, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
         s = &w->job->frame->sources[v.source];
         for (k = 0; k < 3u; k++) {
             to->position[k] = v.position[k];

@@ -246,7 +246,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     return ism__renew_points(m, job);
 }
 
-/* VPLs must have been chosen. */
+/* Says what a call needs that the maps do not have yet. */
 static ism_result ism__too_early(const ism__logger *log, const char *name, const char *needs)
 {
     ism__log_text(log, name, needs);
@@ -272,6 +272,11 @@ static ism_surfel ism__unpack_surfel(const ism__surfel *p)
     return out;
 }
 
+static ism_result ism__no_surfels(const ism__logger *log)
+{
+    return ism__too_early(log, "maps", "have no surfels: call ism_build before, with a mesh");
+}
+
 ISM_DEF ism_result ism_surfels(const ism_maps *m, uint32_t vpl, ism_surfel *out, size_t capacity,
                                size_t *count)
 {
@@ -285,7 +290,7 @@ ISM_DEF ism_result ism_surfels(const ism_maps *m, uint32_t vpl, ism_surfel *out,
         ism__log_value(&job.log, "vpl", (double)vpl, "below desc.vpl_count");
         return ISM_ERR_ARGUMENT;
     }
-    if (!m->triangles) return ISM_ERR_ORDER;
+    if (!m->triangles) return ism__no_surfels(&job.log);
     points = (const ism__surfel *)m->surfels.data + (size_t)vpl * m->desc.surfel_count;
     n = ((const uint32_t *)m->counts.data)[2u * vpl];
     for (j = 0; j < n && j < capacity; j++) out[j] = ism__unpack_surfel(&points[j]);
@@ -306,7 +311,7 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *m, uint32_t phase, ism_surf
         ism__log_value(&job.log, "phase", (double)phase, "below desc.lazy_frames");
         return ISM_ERR_ARGUMENT;
     }
-    if (!m->triangles) return ISM_ERR_ORDER;
+    if (!m->triangles) return ism__no_surfels(&job.log);
     each = (m->desc.surfel_count + m->desc.lazy_frames - 1u) / m->desc.lazy_frames;
     *count = (size_t)m->desc.vpl_count * each;
     for (v = 0; v < m->desc.vpl_count; v++) {

@@ -58,12 +58,17 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     if (system) zero = *system;
     ism__begin_job(&zero, "ism_emitter_points", NULL, &job);
     if (!mesh || !radiances || !positions || !normals || !fluxes)
-        return ism__is_null(&job.log, !mesh ? "mesh" : !radiances ? "radiances" : "an output");
-    if (!count || !ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
-        if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
-        else ism__log_text(&job.log, "system.allocator", "has one function of two");
-        return ISM_ERR_ARGUMENT;
+        return ism__is_null(&job.log, !mesh        ? "mesh"
+                                      : !radiances ? "radiances"
+                                      : !positions ? "positions"
+                                      : !normals   ? "normals"
+                                                   : "fluxes");
+    if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
+    else if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
+        ism__log_text(&job.log, "system.allocator", "has one function of two");
+        count = 0;
     }
+    if (!count) return ISM_ERR_ARGUMENT;
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
     if (result != ISM_OK) return result;

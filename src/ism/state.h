@@ -68,9 +68,12 @@ struct ism_maps {
     uint32_t        vpl_count;
     uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
     int             chosen, built;
-    ism__buffer     previous, atlas, hits, surfels, counts, directions, scratch;
-    ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
-    ism__buffer     near_points, near_blocks, near_drawn, near_keys, windows;
+    ism__buffer     atlas, hits, scratch, directions;       /* maps; what they are drawn with */
+    ism__buffer     surfels, counts;                        /* points of all VPLs, and how many each has */
+    ism__buffer     sums, clusters, shares, weights;        /* what points are drawn by */
+    ism__buffer     sources, importance, blurred, cdf;      /* what VPLs are drawn by */
+    ism__buffer     previous, windows, pixels;              /* VPLs of the last frame; receivers */
+    ism__buffer     near_points, near_blocks, near_drawn, near_keys;
     uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this
                                        one */
     uint32_t        near_count;     /* of near_points, in use */

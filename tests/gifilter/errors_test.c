@@ -125,7 +125,7 @@ static void a_refused_frame_says_why_and_changes_nothing(void **state)
     system.log = keep;
     system.user = &lines;
     assert_int_equal(create(0, 4, &system, &filter), GIFILT_ERR_DESC);
-    assert_string_equal(said, "gifilt_create: width is 0; it must be 1..65536");
+    assert_string_equal(said, "gifilt_create: desc.width is 0; it must be 1..65536");
     assert_int_equal(create(SIDE, SIDE, &system, &filter), GIFILT_OK);
     f.world_to_clip = matrix;
     for (i = 0; i < 3 * SIDE * SIDE; i++) light[i] = 1;
@@ -133,7 +133,7 @@ static void a_refused_frame_says_why_and_changes_nothing(void **state)
     assert_int_equal(lines, 1);
     f.plane_slope = -2;
     assert_int_equal(gifilt_apply(filter, &f, &p, light, result), GIFILT_ERR_DESC);
-    assert_string_equal(said, "gifilt_apply: plane_slope is -2; it must be 0..1e6");
+    assert_string_equal(said, "gifilt_apply: frame.plane_slope is -2; it must be 0..1e6");
     f.plane_slope = 0;
     /* 0.97 to 1.03, none and not finite pass; the first other one is named, and nothing is written or remembered */
     memcpy(unit, normals, sizeof unit);
@@ -156,6 +156,86 @@ static void a_refused_frame_says_why_and_changes_nothing(void **state)
     assert_int_equal(gifilt_apply(filter, NULL, &points, light, result), GIFILT_OK);
     for (i = 0; i < 3 * SIDE * SIDE; i++) assert_true(result[i] == 1);
     assert_int_equal(lines, 3);
+    gifilt_free(filter);
+}
+
+/* A call, its result and the one line that it writes. */
+#define SAYS(call, expected, line)                                                                                     \
+    do {                                                                                                               \
+        lines = 0;                                                                                                     \
+        assert_int_equal(call, expected);                                                                              \
+        assert_string_equal(said, line);                                                                               \
+        assert_int_equal(lines, 1);                                                                                    \
+    } while (0)
+
+static void *no_memory(size_t bytes, void *user)
+{
+    (void)bytes;
+    (void)user;
+    return NULL;
+}
+static void give_back(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+static void every_refusal_says_one_line(void **state)
+{
+    float matrix[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, NAN };
+    gifilt_system system;
+    gifilt_filter *filter;
+    gifilt_points p = points;
+    gifilt_desc desc;
+    gifilt_frame f;
+    int lines = 0;
+    (void)state;
+    memset(&system, 0, sizeof system);
+    memset(&desc, 0, sizeof desc);
+    memset(&f, 0, sizeof f);
+    system.log = keep;
+    system.user = &lines;
+    SAYS(create(4, 70000, &system, &filter), GIFILT_ERR_DESC,
+         "gifilt_create: desc.height is 70000; it must be 1..65536");
+    desc.system = system;
+    desc.width = desc.height = SIDE;
+    SAYS(gifilt_create(&desc, NULL), GIFILT_ERR_ARGUMENT, "gifilt_create: out is NULL");
+    desc.system.allocator.alloc_fn = no_memory;
+    SAYS(gifilt_create(&desc, &filter), GIFILT_ERR_DESC,
+         "gifilt_create: desc.system.allocator has one function of two");
+    desc.system.allocator.free_fn = give_back;
+    SAYS(gifilt_create(&desc, &filter), GIFILT_ERR_ALLOC, "gifilt_create: desc.system.allocator returned no memory");
+    assert_int_equal(create(SIDE, SIDE, &system, &filter), GIFILT_OK);
+    SAYS(gifilt_apply(filter, &f, &p, NULL, result), GIFILT_ERR_ARGUMENT, "gifilt_apply: light is NULL");
+    SAYS(gifilt_apply(filter, &f, &p, positions, NULL), GIFILT_ERR_ARGUMENT, "gifilt_apply: out is NULL");
+    SAYS(gifilt_apply(filter, &f, NULL, positions, result), GIFILT_ERR_ARGUMENT, "gifilt_apply: points is NULL");
+    p.normal_stride = 13;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_ARGUMENT,
+         "gifilt_apply: points.normal_stride is 13; it must be 0 or a multiple of 4, at least 12");
+    p = points;
+    p.count = 7;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_ARGUMENT,
+         "gifilt_apply: points.count is 7; it must be the filter's width x height");
+    p = points;
+    f.history = 1001;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_DESC,
+         "gifilt_apply: frame.history is 1001; it must be 0..1000");
+    f.history = 0;
+    f.passes = 7;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_DESC,
+         "gifilt_apply: frame.passes is 7; it must be at most 6");
+    f.passes = 0;
+    f.normal_cosine = 1;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_DESC,
+         "gifilt_apply: frame.normal_cosine is 1; it must be 0 or more, below 1");
+    f.normal_cosine = 0;
+    f.rows = GIFILT_ROWS_COUNT;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_DESC,
+         "gifilt_apply: frame.rows is 3; it must be a value of gifilt_rows");
+    f.rows = GIFILT_ROWS_DEFAULT;
+    f.world_to_clip = matrix;
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_DESC,
+         "gifilt_apply: frame.world_to_clip[15] is not a number; it must be finite");
     gifilt_free(filter);
 }
 
@@ -312,6 +392,7 @@ int main(void)
         cmocka_unit_test(sizes_of_pictures_have_limits),
         cmocka_unit_test(frames_out_of_range_write_nothing),
         cmocka_unit_test(a_refused_frame_says_why_and_changes_nothing),
+        cmocka_unit_test(every_refusal_says_one_line),
         cmocka_unit_test(the_order_of_tasks_changes_nothing),
         cmocka_unit_test(vector_units_filter_alike),
         cmocka_unit_test(noise_falls_with_every_frame),

@@ -86,7 +86,7 @@ static int bytes_lines(FILE *lines)
         d.vpl_count = 64;
         d.near_point_count = BYTES_CORE ? -1 : 0;
         d.spread = BYTES_CORE ? ISM_SPREAD_VIEW_8 : ISM_SPREAD_DEFAULT;
-        d.no_fill = BYTES_CORE;
+        d.no_fill = d.no_inter_texel = BYTES_CORE;
         d.surfel_count = 256;
         d.tile_side = 32;
         d.projection = (ism_projection)(1 + projection % 4);

@@ -71,7 +71,7 @@ static void choice_follows_the_distribution(void **state)
             const ism__source_of *of = (const ism__source_of *)m->sources.data;
             ism__job job;
             ism__begin_job(&m->desc.system, "", &f, &job);
-            ism__draw_vpls(m, &job, of[0].total);
+            ism__draw_all_vpls(m, &job, of[0].total);
             list = ism_vpls(m, &n);
             hits[list[0].texel]++;
         }

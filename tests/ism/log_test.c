@@ -115,8 +115,10 @@ static void pointers_counts_and_strides_are_named(void **state)
          "ism_shade: maps have no VPLs: call ism_choose before");
     w.view.count--;
     SAYS(ism_choose(w.maps, &w.frame), ISM_ERR_ARGUMENT,
-         "ism_choose: points.count is 127; it must be 1..2^28 and a multiple of points.width");
-    w.view.count++;
+         "ism_choose: points.width is 16; it must be 0 or a divisor of points.count");
+    w.view.count = 0;
+    SAYS(ism_choose(w.maps, &w.frame), ISM_ERR_ARGUMENT, "ism_choose: points.count is 0; it must be 1..2^28");
+    w.view.count = W * H;
     w.view.normal_stride = 10;
     SAYS(ism_choose(w.maps, &w.frame), ISM_ERR_ARGUMENT,
          "ism_choose: points.normal_stride is 10; it must be 0 or a multiple of 4, at least 12");
@@ -244,10 +246,42 @@ static void vectors_that_are_not_unit_are_named(void **state)
     lit.f[6] = lit.f[7] = lit.f[8] = 0;         /* a black texel is not asked */
     assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
     vpl.axis[1] = 2;
-    SAYS(ism_set_vpls(w.maps, &vpl, 1), ISM_ERR_INPUT, "ism_set_vpls: vpls[0].axis must be unit (0.97..1.03 long)");
+    SAYS(ism_set_vpls(w.maps, &vpl, 1), ISM_ERR_INPUT,
+         "ism_set_vpls: vpls[0].axis's length is 2; it must be 1 (0.97..1.03)");
     vpl.axis[1] = 1;
-    vpl.flux[2] = -1;
-    SAYS(ism_set_vpls(w.maps, &vpl, 1), ISM_ERR_INPUT, "ism_set_vpls: vpls[0].flux must be 0..1e30");
+    vpl.normal[1] = 0.5f;
+    SAYS(ism_set_vpls(w.maps, &vpl, 1), ISM_ERR_INPUT,
+         "ism_set_vpls: vpls[0].normal's length is 0.5; it must be 1 (0.97..1.03)");
+    vpl.normal[1] = 1;
+    ism_free(w.maps);
+}
+
+static void a_bad_number_of_a_light_is_named_with_its_value(void **state)
+{
+    world w;
+    notes n;
+    ism_vpl two[2];
+    (void)state;
+    open_world(&w, &n);
+    two[0] = two[1] = util_vpl(0, 0, 0, 0, 1, 0, 1);
+    two[1].flux[2] = -1;
+    SAYS(ism_set_vpls(w.maps, two, 2), ISM_ERR_INPUT, "ism_set_vpls: vpls[1].flux[2] is -1; it must be 0..1e30");
+    two[1].flux[2] = 1;
+    two[1].position[1] = (float)HUGE_VAL;
+    SAYS(ism_set_vpls(w.maps, two, 2), ISM_ERR_INPUT,
+         "ism_set_vpls: vpls[1].position[1] is infinity; it must be finite");
+    two[1].position[1] = 0;
+    two[1].exponent = NAN;
+    SAYS(ism_set_vpls(w.maps, two, 2), ISM_ERR_INPUT,
+         "ism_set_vpls: vpls[1].exponent is not a number; it must be 0..1e5");
+    two[1].exponent = 1;
+    two[1].area = -2;
+    SAYS(ism_set_vpls(w.maps, two, 2), ISM_ERR_INPUT,
+         "ism_set_vpls: vpls[1].area is -2; it must be finite and not negative");
+    two[1].area = 0;
+    SAYS(ism_set_vpls(w.maps, NULL, 2), ISM_ERR_ARGUMENT, "ism_set_vpls: vpls is NULL");
+    SAYS(ism_set_vpls(w.maps, two, 17), ISM_ERR_LIMIT,
+         "ism_set_vpls: count is 17; it must be desc.vpl_count at most");
     ism_free(w.maps);
 }
 
@@ -276,6 +310,11 @@ static void shading_fields_are_named(void **state)
          "ism_bounce: maps have no hits: set desc.keep_hits");
     SAYS(ism_emitter_points(&w.mesh, lit.p, 0, 0, &w.desc.system, out, out, out), ISM_ERR_ARGUMENT,
          "ism_emitter_points: count is 0; it must be above 0");
+    SAYS(ism_emitter_points(&w.mesh, lit.p, 4, 0, &w.desc.system, out, NULL, out), ISM_ERR_ARGUMENT,
+         "ism_emitter_points: normals is NULL");
+    w.desc.system.allocator.free_fn = ledger_free;
+    SAYS(ism_emitter_points(&w.mesh, lit.p, 4, 0, &w.desc.system, out, out, out), ISM_ERR_ARGUMENT,
+         "ism_emitter_points: system.allocator has one function of two");
     ism_free(w.maps);
 }
 
@@ -392,6 +431,10 @@ static void lists_of_points_name_what_is_wrong(void **state)
          "ism_surfels: vpl is 16; it must be below desc.vpl_count");
     SAYS(ism_phase_surfels(w.maps, 8, NULL, 0, &count), ISM_ERR_ARGUMENT,
          "ism_phase_surfels: phase is 8; it must be below desc.lazy_frames");
+    SAYS(ism_surfels(w.maps, 0, NULL, 0, &count), ISM_ERR_ORDER,
+         "ism_surfels: maps have no surfels: call ism_build before, with a mesh");
+    SAYS(ism_phase_surfels(w.maps, 0, NULL, 0, &count), ISM_ERR_ORDER,
+         "ism_phase_surfels: maps have no surfels: call ism_build before, with a mesh");
     ism_free(w.maps);
 }
 
@@ -406,6 +449,7 @@ int main(void)
         cmocka_unit_test(a_bad_opacity_is_named_with_its_triangle),
         cmocka_unit_test(chosen_lights_can_be_given_back),
         cmocka_unit_test(vectors_that_are_not_unit_are_named),
+        cmocka_unit_test(a_bad_number_of_a_light_is_named_with_its_value),
         cmocka_unit_test(shading_fields_are_named), cmocka_unit_test(sixteen_bit_indices_give_the_same_light),
         cmocka_unit_test(progress_never_falls_within_a_call),
     };
