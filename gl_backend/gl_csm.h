@@ -69,6 +69,11 @@
 
    The whole frame, with a window: examples/06_csm_gl_minimal.c.
 
+   Vectors
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, and any other
+   length is an error; in shaders of your own nothing is checked.
+
    Configuration
 
      GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
@@ -96,19 +101,259 @@
 extern "C" {
 #endif
 
+/* ==== src/gl_csm/api_page_one.h ==== */
+
+/* ---- page one: direct light in a picture, with shadows by the blocks of csm.h ----
+
+   A program makes maps, lights and a renderer once. A frame:
+
+       glbk_csm_maps_place(gl, &maps, instances, n);               // if an object has moved, and then
+       glbk_csm_reset(&r);                                         // this, as if the camera or a light has
+       glbk_gbuffer_begin(gl, &seen, clip, eye);                   // or glbk_gbuffer_import, or _upload
+       glbk_gbuffer_object(gl, &seen, &surface);                   // for each object, with your draw
+       glbk_csm_render(gl, &r, &seen, &frame);
+       glbk_csm_resolve(gl, &r, &seen, &pass, NULL); */
+
+typedef struct glbk_csm_maps glbk_csm_maps;         /* blocks of csm.h, and where their objects stand */
+typedef struct glbk_csm_lights glbk_csm_lights;     /* a table of lights */
+typedef struct glbk_csm_renderer glbk_csm_renderer; /* the light of a picture, summed up over frames */
+struct glbk_csm_block;              /* the maps of one object: see "structs of page one" below, as for all */
+struct glbk_csm_instance;           /* an object of a scene: its block, and where it stands */
+struct glbk_csm_lights_desc;        /* what a table of lights is made of */
+struct glbk_csm_renderer_desc;      /* how large a picture is */
+struct glbk_csm_frame_desc;         /* what shines in a frame, and how it is sampled */
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_csm_block *blocks,
+                                          size_t count, uint32_t capacity, uint32_t *starts,
+                                          glbk_csm_maps *out);
+/* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet. Give
+   them back by glbk_csm_maps_free.
+   blocks     count of them; they are read during the call only
+   capacity   the most instances that are ever placed, up to 2^26
+   starts     receives for each block where it begins, for glbk_csm_instance.start
+   out        zeroed on errors, like the out of all calls
+   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one.
+              GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more than 4 GB, or than
+              ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of textures and buffers */
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
+                                         const struct glbk_csm_instance *instances, uint32_t count);
+/* Replaces all instances of the scene, by one upload of 64 bytes an instance (3 KB if there are no more than
+   16). Call it whenever an object has moved.
+   count    0 .. maps->capacity
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
+            transform shears, mirrors or scales unevenly. GLBK_ERR_ALLOC, with more than 16 instances */
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const struct glbk_csm_lights_desc *desc,
+                                            uint32_t *starts, glbk_csm_lights *out);
+/* Uploads lights as they are at their desc.time, lobes and patterns. Give them back by glbk_csm_lights_free.
+   starts   receives for each light where it begins, for glbk_csm_use.start
+   Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
+            texel of its L, 3 a triangle, 128 for each point of a pattern
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: a
+            mesh has no area. GLBK_ERR_LIMIT: there are more than 2^28 texels. GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct glbk_csm_renderer_desc *desc,
+                                              glbk_csm_renderer *out);
+/* Makes a renderer without frames, which glbk_csm_renderer_free takes back. Programs that shade are compiled
+   when they are first used: see glbk_csm_prepare. If ctx->compute is set, it renders by compute.
+   Memory   on the GPU 32 bytes a pixel, 16 if it computes
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. Those of textures,
+            targets and glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                     const glbk_gbuffer *gbuffer, const struct glbk_csm_frame_desc *desc);
+/* Adds one frame of what the G-buffer holds to the sum: for each use samples / samples_per_pass passes. The
+   first use of a combination of kind, ask, filter and defines of maps compiles a program (glbk_csm_prepare).
+   After an error the sum may have some lights of the frame: call glbk_csm_reset.
+   gbuffer   its entity is the number of the instance that a pixel lies on, its plane that of one of
+             glbk_csm_frame_desc.planes, both counted from 1; its first_lobe counts in
+             glbk_csm_lights_desc.lobes. Its occlusion, which is of bounced light, plays no part
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
+             of range. GLBK_ERR_MISMATCH: samples are not the patterns' length, or the G-buffer has another
+             size. GLBK_ERR_LIMIT: the frame needs more than GLBK_CSM_MAX_PROGRAMS programs, or there were
+             2^32 - 1 frames. Those of glbk_program_compile and glbk_buffer_update */
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
+                                      const glbk_picture *picture);
+/* Draws the mean of the frames, linear radiance, to the pass's target, a texel a pixel; glbk_pass says how
+   viewports cut it.
+   gbuffer   the one that was rendered; it may be NULL if picture does not ask what is seen
+   picture   may be NULL: every pixel is drawn, without depths
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: picture
+             asks what is seen, and there is no G-buffer, or it has another size. Those of glbk_begin */
+
+/* ---- structs of page one ---- */
+
+typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data returns */
+    const void *data;
+    size_t      bytes;
+} glbk_csm_block;
+
+typedef struct glbk_csm_instance {
+    uint32_t start;                 /* which block: what glbk_csm_maps_create wrote for it */
+    float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
+                                       translation */
+    float    offset;                /* world units by which the renderer moves receivers on this object along
+                                       their geometric normal, lest they shadow themselves */
+} glbk_csm_instance;
+
+struct glbk_csm_maps {              /* read only; zeroed = none */
+    glbk_texture blocks;            /* the table of all blocks */
+    glbk_texture instances;         /* the table of instances; none if they fit into the uniform block */
+    glbk_buffer  scene;             /* the uniform block */
+    uint32_t     texels;            /* of all blocks */
+    uint32_t     capacity;          /* the most instances */
+    uint32_t     count;             /* instances that are placed */
+    char         defines[80];       /* what all blocks have in common, for programs of your own: see
+                                       glbk_csm_bind */
+    uint32_t     key;               /* private, like all that follows: a number for defines */
+    uint32_t     near_count;        /* instances that the uniform block has room for; 0 = they are in the
+                                       table */
+    uint32_t     starts[16];        /* of the first blocks */
+    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
+};
+
+/* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:
+   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions.
+   - cone_half_angle of a spot may reach pi.
+   - A mesh is sampled triangle by triangle, in their order, by area, whereas lightsampling.h cuts it first;
+     its places and radius do not matter here. Samples and their coordinates are those of lsamp_sample if the
+     mesh is made of lsamp_light_triangles, without indices: take these where the light's maps are asked by
+     COHSM_LIGHT_PARAMETER.
+   - Texels of L that are negative or not finite count as 0. */
+typedef struct glbk_csm_lights_desc {
+    const lsamp_light_desc *lights;
+    uint32_t                light_count;
+    const lsamp_lobe       *lobes;          /* of all Lafortune materials one after the other; NULL = none */
+    uint32_t                lobe_count;     /* up to 2^20 */
+    const float            *patterns;       /* from lsamp_patterns_build; NULL = scrambled (0, 2)-sequences */
+    uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
+                                               then have S samples */
+} glbk_csm_lights_desc;
+
+struct glbk_csm_lights {            /* read only; zeroed = none */
+    glbk_texture texels;
+    uint32_t     lobe_count;
+    uint32_t     patterns_at;       /* texel of the first pattern */
+    uint32_t     pattern_length;
+};
+
+typedef struct glbk_csm_renderer_desc {
+    uint32_t width;                 /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
+    uint32_t height;
+    uint32_t lobe_count;            /* the most lobes of a material, 1..8; 0 = 1 */
+    int      patterns;              /* not 0: lights are sampled by patterns, which their table must have */
+} glbk_csm_renderer_desc;
+
+typedef struct glbk_csm_use {           /* a light in a frame */
+    uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
+    lsamp_light_kind     kind;          /* of that light */
+    const glbk_csm_maps *maps;          /* the maps that its samples ask */
+    cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
+    uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
+    uint32_t             seed;          /* of its random numbers; give each light another one */
+} glbk_csm_use;
+
+#define GLBK_CSM_MAX_PLANES 8u
+
+typedef struct glbk_csm_frame_desc {
+    const glbk_csm_lights *lights;
+    const glbk_csm_use    *uses;        /* the lights that shine in this frame */
+    uint32_t               use_count;
+    float                  eye[3];      /* world */
+    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* infinite planes that receive light, have no
+                                                               maps and hide what lies behind them: unit
+                                                               normal, distance from the origin along it */
+    uint32_t               plane_count; /* 0..GLBK_CSM_MAX_PLANES */
+    lsamp_sampling         sampling;
+    cohsm_filter           filter;
+    float                  bias;        /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
+    float                  offset;      /* pixels of a map by which receivers of local lights are moved along
+                                           their geometric normal, >= 0; receivers of other lights are moved
+                                           by glbk_csm_instance.offset */
+    uint32_t               frame;       /* number of the frame in progressive rendering: each has random
+                                           numbers of its own */
+    uint32_t               samples_per_pass;    /* samples that one draw takes, so that a driver that stops
+                                                   long draws does not stop it; 0 = 64 */
+} glbk_csm_frame_desc;
+
+#define GLBK_CSM_MAX_PROGRAMS 64u   /* programs that are kept, one for each combination of light kind, ask,
+                                       filter and defines of maps; then the one that was not used for longest
+                                       makes room */
+
+typedef struct glbk_csm_programs {  /* private */
+    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
+    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS];   /* the combination of each */
+    uint32_t     used[GLBK_CSM_MAX_PROGRAMS];   /* the frame in which each was asked for last */
+    uint32_t     count;
+    uint32_t     frame;
+} glbk_csm_programs;
+
+struct glbk_csm_renderer {              /* read only; zeroed = none */
+    glbk_csm_programs shade;            /* private, like resolve, targets and frame */
+    glbk_program resolve;
+    uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
+    uint32_t     patterns;
+    uint32_t     width;
+    uint32_t     height;
+    glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
+    glbk_target  targets[2];
+    glbk_buffer  frame;
+    uint32_t     frames;                /* in the sum */
+    uint32_t     passes;                /* 0: the sum has no pass yet */
+    uint32_t     now;                   /* which of the two sums is up to date */
+    int          compute;               /* not 0: it renders by compute shaders */
+};
+
 /* ==== src/gl_csm/api.h ==== */
 
-/* ---- csm: blocks of csm.h, and instances of them ----
+/* ---- maps, lights, frames ---- */
 
-   The blocks of a scene, as cohsm_data returns them, are uploaded once, into one table. Instances are apart
-   from them, so that moving objects leaves the blocks alone: up to 16 stand in a uniform block, more in a
-   table of their own. Shaders of your own ask them by lib/csm_visible.glsl, after glbk_csm_bind:
+GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
+/* Deletes the maps' objects of GL and zeroes the struct. NULL is allowed. */
+
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const lsamp_light_desc *desc);
+/* Replaces a light that has moved or changed, or whose desc->time went on. Its texture must have the size
+   that it had, and its mesh as many triangles.
+   start    what glbk_csm_lights_create wrote for it
+   Errors   those of glbk_csm_lights_create. GLBK_ERR_ARGUMENT, too: start is that of no light with as many
+            texels */
+
+GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
+/* Deletes the table and zeroes the struct. NULL is allowed. */
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer,
+                                      const glbk_csm_frame_desc *desc);
+/* Compiles the programs that such a frame needs, so that the first one does not stutter.
+   Errors   those of glbk_csm_render that are not about the G-buffer */
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
+/* Forgets all frames: the next one begins the sum. Call it if the camera, a light or an object has moved.
+   NULL is allowed. */
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
+/* Waits for the GPU and reads the mean of the frames.
+   rgba     receives 4 floats a pixel, rows from the bottom up: linear radiance, and how many samples of a
+            frame were refused, because their light lies inside a hull
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the renderer was not created. GLBK_ERR_ORDER: there is no
+            frame yet. Those of glbk_target_read */
+
+GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
+/* Deletes the renderer's objects of GL and zeroes the struct. NULL is allowed. */
+
+/* ---- shaders of your own ----
+
+   After glbk_csm_bind, shaders of your own ask the maps of a scene by lib/csm_visible.glsl:
 
        cohsm_query cohsm_ask(int light, int filtering, float bias);
        float csm_visible(uint entity, cohsm_query query, vec3 point, vec3 light);
 
    cohsm_ask takes a COHSM_LIGHT_..., a COHSM_FILTER_... and a bias in pixels of a map. csm_visible returns 1
-   lit, 0 dark, something between with PCF, or -1 where the light lies inside an object's hull.
+   lit, 0 dark, something between with PCF, or -1 if the light lies inside an object's hull.
 
        entity   the instance that the point lies on, counted from 1; 0 = none
        point    world space
@@ -122,83 +367,30 @@ GLBK_DEF const glbk_part *glbk_csm_part(void);
 /* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
    files. */
 
-typedef struct glbk_csm_block {     /* one object's maps: what cohsm_data returns */
-    const void *data;
-    size_t      bytes;
-} glbk_csm_block;
-
-typedef struct glbk_csm_instance {
-    uint32_t start;                 /* says which block: what glbk_csm_maps_create wrote for it */
-    float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
-                                       translation */
-    float    offset;                /* how far the renderer moves receivers on it along their geometric
-                                       normal, world units, lest they shadow themselves */
-} glbk_csm_instance;
-
-typedef struct glbk_csm_maps {      /* blocks and instances of one scene; read only; zeroed = none */
-    glbk_texture blocks;            /* the table of all blocks */
-    glbk_texture instances;         /* the table of instances; none where they fit into the uniform block */
-    glbk_buffer  scene;             /* the uniform block */
-    uint32_t     texels;            /* of all blocks */
-    uint32_t     capacity;          /* the most instances */
-    uint32_t     count;             /* instances that are placed */
-    char         defines[80];       /* what all blocks have in common, for programs of your own: see
-                                       glbk_csm_bind */
-    uint32_t     key;               /* private, like all that follows: a number for defines */
-    uint32_t     near_count;        /* instances that the uniform block has room for, 0 = they are in the
-                                       table */
-    uint32_t     starts[16];        /* of the first blocks */
-    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
-} glbk_csm_maps;
-
-GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
-                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
-/* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet.
-   blocks     count of them; they are read during the call only
-   capacity   the most instances that are ever placed, up to 2^26
-   starts     receives for each block where it begins, for glbk_csm_instance.start
-   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
-   Errors     GLBK_ERR_ARGUMENT; GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one; GLBK_ERR_VERSION;
-              GLBK_ERR_LIMIT: more than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees
-              256; those of textures and buffers */
-
-GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
-                                         const glbk_csm_instance *instances, uint32_t count);
-/* Replaces all instances of the scene. Call it whenever one of them has moved: it is one upload, of 64 bytes
-   an instance (3 KB where there are no more than 16).
-   count    0 .. maps->capacity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
-            transform shears, mirrors or scales unevenly; GLBK_ERR_ALLOC, with more than 16 instances */
-
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
 /* Binds textures and uniform block of the maps for a program of yours that uses lib/csm_visible.glsl and is
    bound (glbk_begin). A program that was compiled with maps->defines among its own is much faster, since it
-   holds the code of one domain, one order and one orientation, but it is right for maps with the same defines
+   holds the code of one domain, one order and one orientation. It is right for maps with the same defines
    only.
    offset   what glbk_source.offsets gives this part in the program; NULL = none */
 
-GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
-/* Deletes the maps' objects of GL and zeroes the struct. Accepts NULL. */
+GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
+/* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is NULL.
+   This call and the next need no context. They serve renderers on another API, whose shaders have
+   lib/cohsm_light.glsl or a translation of it: examples/06b_csm_own_api.c. This one has no log: the next says
+   why a light is refused. */
 
-/* ---- csm: programs that are kept ---- */
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
+/* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
+   words    receives 4 words for each of glbk_csm_light_texels(desc) texels
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: the light is refused. GLBK_ERR_INPUT: a mesh
+            has no area. desc->system.log is told which field is wrong; there is no log if desc is NULL */
 
-#define GLBK_CSM_MAX_PROGRAMS                                                                                \
-    64u /* combinations of light_kind, filter, defines of maps and shape of lights that are
-                                       kept compiled; then the one that was not used for longest makes room */
+/* ---- many questions at once ----
 
-typedef struct glbk_csm_programs {  /* private */
-    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
-    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS];   /* the combination of each */
-    uint32_t     used[GLBK_CSM_MAX_PROGRAMS];   /* the frame in which each was asked for last */
-    uint32_t     count;
-    uint32_t     frame;
-} glbk_csm_programs;
-
-/* ---- csm: many questions at once ----
-
-   An asker answers queries of points and lights in bulk, as cohsm_visible_scene does. Where ctx->compute, it
-   uses storage buffers, unless they may not be as large as 32 bytes a question; else a pass draws the answers
-   into a texture. */
+   An asker answers queries of points and lights in bulk, as cohsm_visible_scene does. If ctx->compute is set,
+   it uses storage buffers, unless they may not be as large as 32 bytes a question; else a pass draws the
+   answers into a texture. */
 
 typedef struct glbk_csm_asker {     /* read only; zeroed = none */
     glbk_csm_programs programs;
@@ -214,224 +406,47 @@ typedef struct glbk_csm_asker {     /* read only; zeroed = none */
 } glbk_csm_asker;
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
-/* Makes room on the GPU for questions and their answers.
+/* Makes room on the GPU for questions and their answers, which glbk_csm_asker_free takes back.
    capacity   the most questions at once, 1..2^20
    Memory     36 bytes a question
-   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL or capacity is out of range; those of textures and buffers
-              */
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. Those of textures and
+              buffers */
 
 GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *query);
 /* Uploads the points and lights of a query, 1 .. capacity of them. With COHSM_LIGHT_PARAMETER light_stride
    must be 12 or more, and three floats are read for each light, since the dimensions of the maps are not
    known yet.
    Memory   32 bytes a question while it runs
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range; GLBK_ERR_DESC:
-            light_kind, filter or bias; GLBK_ERR_ALLOC */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or a count or stride is out of
+            range. GLBK_ERR_DESC: light_kind, filter or bias is out of range. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
-/* Answers the first questions of those uploaded, on the GPU; it may be repeated, with other maps too. It
-   compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
+/* Answers the first questions of those uploaded, on the GPU. The call may be repeated, with other maps, too.
+   It compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
    this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
    refuses then.
    count    1 .. asker->capacity
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: nothing was uploaded yet; those of glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is out of range.
+            GLBK_ERR_ORDER: nothing was uploaded yet. Those of glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
                                        float *visible);
-/* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 where the
-   light lies inside an object's hull.
+/* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 if the light
+   lies inside an object's hull.
    visible   receives count floats, count being 1 .. asker->capacity
-   Errors    GLBK_ERR_ARGUMENT; those of glbk_buffer_read and glbk_target_read */
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or count is out of range. Those
+             of glbk_buffer_read and glbk_target_read */
 
 GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
-/* Deletes the asker's objects of GL and zeroes the struct. Accepts NULL. */
+/* Deletes the asker's objects of GL and zeroes the struct. NULL is allowed. */
 
-/* ---- csm: lights ----
-
-   A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it. These are the differences:
-
-   - GPUs cannot call functions, so LSAMP_LIGHT_CALLBACK and emission_fn are refused, too.
-   - cone_half_angle of a spot may reach pi.
-   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first, and its
-     places and
-   radius do not matter here. Samples and their coordinates are those of lsamp_sample if the mesh is made of
-   lsamp_light_triangles, without indices: give it those where the light's maps are asked by
-   COHSM_LIGHT_PARAMETER.
-   - Texels of L that are not finite or negative count as 0. */
-
-typedef struct glbk_csm_lights_desc {
-    const lsamp_light_desc *lights;
-    uint32_t                light_count;
-    const lsamp_lobe       *lobes;          /* of all Lafortune materials one after the other; NULL = none */
-    uint32_t                lobe_count;     /* up to 2^20 */
-    const float            *patterns;       /* from lsamp_patterns_build; NULL = a scrambled (0,
-                                               2)-sequence */
-    uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
-                                               then have S samples */
-} glbk_csm_lights_desc;
-
-typedef struct glbk_csm_lights {    /* a table of lights; read only; zeroed = none */
-    glbk_texture texels;
-    uint32_t     lobe_count;
-    uint32_t     patterns_at;       /* texel of the first pattern */
-    uint32_t     pattern_length;
-} glbk_csm_lights;
-
-GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc,
-                                            uint32_t *starts, glbk_csm_lights *out);
-/* Uploads lights as they are at their desc.time, lobes and patterns.
-   starts   receives for each light where it begins, for glbk_csm_use.start
-   Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
-            texel of its L, 3 a triangle, 128 for each point of a pattern
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_INPUT: a mesh without
-            area; GLBK_ERR_LIMIT: more than 2^28 texels; GLBK_ERR_ALLOC */
-
-GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
-                                            const lsamp_light_desc *desc);
-/* Replaces a light that has moved or changed, or whose desc->time went on. Its texture has the size that it
-   had, and its mesh as many triangles.
-   start    what glbk_csm_lights_create wrote for it
-   Errors   as for glbk_csm_lights_create; GLBK_ERR_ARGUMENT where start is that of no light with as many
-            texels */
-
-GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
-/* Deletes the table and zeroes the struct. Accepts NULL. */
-
-/* The next two need no context. They serve renderers on another API, whose shaders have lib/cohsm_light.glsl
-   or a translation of it: examples/06b_csm_own_api.c. */
-
-GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
-/* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is
-   NULL. */
-
-GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
-/* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
-   words    receives 4 words for each of glbk_csm_light_texels(desc) texels
-   Errors   GLBK_ERR_ARGUMENT: NULL; GLBK_ERR_DESC, and desc->system.log is told the field; GLBK_ERR_INPUT: a
-            mesh without area */
-
-/* ---- csm: the Monte Carlo renderer of direct light ----
-
-   A program calls glbk_csm_maps_create, glbk_csm_lights_create and glbk_csm_renderer_create once. A frame:
-
-       glbk_csm_maps_place(gl, &maps, instances, n);              // where an object has moved, and then
-       glbk_csm_reset(&r);                                        // this, as where the camera or a light has
-       glbk_gbuffer_begin(gl, &seen, clip, eye);                // or glbk_gbuffer_import, glbk_gbuffer_upload
-       glbk_gbuffer_object(gl, &seen, &surface);                  // for each object, with your draw
-       glbk_csm_render(gl, &r, &seen, &frame);
-       glbk_csm_resolve(gl, &r, &seen, &pass, NULL);
-
-   In the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on and plane the one of
-   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes.
-   Occlusion, which is of bounced light, plays no part. */
-
-#define GLBK_CSM_MAX_PLANES 8u
-
-typedef struct glbk_csm_renderer_desc {
-    uint32_t width;             /* pixels of the picture and of its G-buffers, 1 .. ctx->max_side */
-    uint32_t height;
-    uint32_t lobe_count;        /* the most lobes of a material, 1..8; 0 = 1 */
-    int      patterns;          /* not 0: lights are sampled by patterns, which their table must have */
-} glbk_csm_renderer_desc;
-
-typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
-    glbk_csm_programs shade;            /* private */
-    glbk_program resolve;               /* private */
-    uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
-    uint32_t     patterns;
-    uint32_t     width;
-    uint32_t     height;
-    glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
-    glbk_target  targets[2];            /* private */
-    glbk_buffer  frame;                 /* private */
-    uint32_t     frames;                /* in the sum */
-    uint32_t     passes;                /* 0: the sum has no pass yet */
-    uint32_t     now;
-    int          compute;               /* not 0: it renders by compute shaders */
-} glbk_csm_renderer;
-
-GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
-                                              glbk_csm_renderer *out);
-/* Makes a renderer without frames. Programs that shade are compiled when they are first used: see
-   glbk_csm_prepare.
-   Memory   on the GPU 32 bytes a pixel, 16 where it computes
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a number is out of range; those of textures, targets and
-            glbk_program_compile */
-
-GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
-/* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
-
-typedef struct glbk_csm_use {           /* a light in a frame */
-    uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
-    lsamp_light_kind     kind;          /* of that light */
-    const glbk_csm_maps *maps;          /* the maps that its samples ask */
-    cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
-    uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
-    uint32_t             seed;          /* of its random numbers; give each light another one */
-} glbk_csm_use;
-
-typedef struct glbk_csm_frame_desc {
-    const glbk_csm_lights *lights;
-    const glbk_csm_use    *uses;        /* the lights that shine in this frame */
-    uint32_t               use_count;
-    float                  eye[3];      /* world */
-    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* infinite planes that receive light, have no
-                                                               maps and hide what lies behind them: unit
-                                                               normal, distance from the origin along it */
-    uint32_t               plane_count; /* 0..GLBK_CSM_MAX_PLANES */
-    lsamp_sampling         sampling;
-    cohsm_filter           filter;
-    float                  bias;        /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
-    float                  offset;      /* pixels of a map that receivers of local lights move along their
-                                           geometric normal, >= 0; those of other lights move by
-                                           glbk_csm_instance.offset */
-    uint32_t               frame;       /* number of the frame in progressive rendering: each has random
-                                           numbers of its own */
-    uint32_t               samples_per_pass;    /* samples that one draw takes, lest it outlast the driver's
-                                                   patience; 0 = 64 */
-} glbk_csm_frame_desc;
-
-GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
-                                     const glbk_gbuffer *gbuffer, const glbk_csm_frame_desc *desc);
-/* Adds one frame of what the G-buffer holds to the sum: for each use samples / samples_per_pass passes. The
-   first use of a combination of kind, ask, filter and defines of maps compiles a program (glbk_csm_prepare).
-   After an error the sum may have some lights of the frame: call glbk_csm_reset.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_MISMATCH: samples are not
-            the patterns' length, or the G-buffer has another size; GLBK_ERR_LIMIT: more than
-            GLBK_CSM_MAX_PROGRAMS combinations in one frame; those of glbk_program_compile and
-            glbk_buffer_update */
-
-GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer,
-                                      const glbk_csm_frame_desc *desc);
-/* Compiles the programs that such a frame needs, so that the first one does not stutter.
-   Errors   those of glbk_csm_render that are not about the G-buffer */
-
-GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
-/* Forgets all frames: the next one begins the sum. */
-
-GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
-                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
-                                      const glbk_picture *picture);
-/* Draws the mean of the frames, linear radiance, to the pass's target, a pixel each; glbk_pass says how
-   viewports cut it.
-   gbuffer   the one that was rendered; it may be NULL where picture does not ask what is seen
-   picture   may be NULL: every pixel is drawn, without depths
-   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks what is seen, and there is no G-buffer, or it
-             has another size; those of glbk_begin */
-
-GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
-/* Waits for the GPU and reads the mean of the frames.
-   rgba     receives 4 floats a pixel, rows from the bottom up: linear radiance, and how many samples of a
-            frame were refused, because their light lies inside a hull
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: there is no frame yet; those of glbk_target_read */
-
-/* ---- csm: building on the GPU ----
+/* ---- building on the GPU ----
 
    A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
    csm.h then writes the block: its cohsm_builder is given layers for each view that keep exactly these
-   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come in
-   batches:
+   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come
+   in batches:
 
        for (from = 0; from < view_count; from += n) {              // n <= b.batch
            glbk_csm_builder_draw(gl, &b, from, n);
@@ -497,35 +512,37 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
 
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
                                              glbk_csm_builder *out);
-/* Makes a builder that has drawn no view yet.
+/* Makes a builder that has drawn no view yet, which glbk_csm_builder_free takes back.
    Memory   here 84 map_side^2 bytes; on the GPU 4 layers of up to 4 MB, and 64 map_side^2 bytes
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, and the log names the field; GLBK_ERR_ALLOC; those of textures,
-            targets and glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_ALLOC, and
+            those of textures, targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from,
                                            uint32_t count);
 /* Draws the layers of views from .. from + count - 1, calling view_fn and draw_fn once for each view and
    layer.
    count    1 .. builder->batch
-   Errors   GLBK_ERR_ARGUMENT; those of glbk_begin */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or count is out of range. Those
+            of glbk_begin */
 
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
 /* Finds the segments of the views that were drawn last, which must follow those compressed before, and reads
    them back.
    Memory   12 bytes a segment
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no views were drawn, others come next, or they lie on both
-            sides of a multiple of 65,536; GLBK_ERR_ALLOC; those of reading */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no views
+            were drawn, others come next, or they lie on both sides of a multiple of 65,536. GLBK_ERR_ALLOC,
+            and those of glbk_target_read and glbk_buffer_read */
 
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              glbk_csm_add_fn add_fn, void *user);
 /* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
    view. Of the cohsm_stats of such a build only the count of open, empty entries is missing.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: no view was compressed; GLBK_ERR_INPUT: add_fn returned
-            something other than 0; GLBK_ERR_ALLOC */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
+            compressed. GLBK_ERR_INPUT: add_fn returned something other than 0. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
-/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */
+/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. NULL is allowed. */
 
 /* ==== src/gl_csm/bindings.h ==== */
 
@@ -877,7 +894,7 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_csm ==== */
 
 
-static const struct { char s0[3987]; char s1[1561]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
+static const struct { char s0[3984]; char s1[1561]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
     "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n"
     "#endif\n"
@@ -920,8 +937,8 @@ static const struct { char s0[3987]; char s1[1561]; char end; } glbk__glsl_lib_c
     "float specular_pdf;\n"
     "};\n"
     "\nfloat cohsm_mean(vec3 c){return(c.x+c.y+c.z)*(1./3.);}\n"
-    "\n\nvec3 cohsm_to_frame(cohsm_surface s,vec3 w){return vec3(dot(w,s.t),dot(w,s.b),dot(w,s.n));}\n"
-    "vec3 cohsm_from_frame(cohsm_surface s,vec3 w){return s.t*w.x+s.b*w.y+s.n*w.z;}\n"
+    "\n\nvec3 cohsm_to_axes(cohsm_surface s,vec3 w){return vec3(dot(w,s.t),dot(w,s.b),dot(w,s.n));}\n"
+    "vec3 cohsm_from_axes(cohsm_surface s,vec3 w){return s.t*w.x+s.b*w.y+s.n*w.z;}\n"
     "\n\nvec3 cohsm_schlick(vec3 f0,float cosine)\n"
     "{\n"
     "float x=1.-cosine,f=x*x*(x*x)*x;\n"
@@ -977,7 +994,7 @@ static const struct { char s0[3987]; char s1[1561]; char end; } glbk__glsl_lib_c
     "s.b=cross(s.n,s.t);\n"
     "}else\n"
     "cohsm_basis(s.n,s.t,s.b);\n"
-    "s.wo=cohsm_to_frame(s,cohsm_normalize(wo));\n"
+    "s.wo=cohsm_to_axes(s,cohsm_normalize(wo));\n"
     "if(s.wo.z<1e-3)s.wo=cohsm_normalize(vec3(s.wo.xy,1e-3));\n"
     "s.wo.z=min(s.wo.z,1.);\n"
     "s.diffuse=m.diffuse;\n"
@@ -1076,7 +1093,7 @@ static const struct { char s0[3987]; char s1[1561]; char end; } glbk__glsl_lib_c
     "}\n", 0
 };
 
-static const struct { char s0[2723]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
+static const struct { char s0[2721]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
     "#define COHSM_SAMPLING_LIGHT 1\n"
     "#define COHSM_SAMPLING_BRDF 2\n"
@@ -1145,13 +1162,13 @@ static const struct { char s0[2723]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "hit=cohsm_light_draw(e.light,e.aim,u,found);\n"
     "else{\n"
     "wi=cohsm_brdf_draw(e.surface,cohsm_if(e.split,.0,e.surface.diffuse_share),u.xy);\n"
-    "hit=cohsm_light_hit(e.light,e.aim,cohsm_from_frame(e.surface,wi),found)&&wi.z>.0;\n"
+    "hit=cohsm_light_hit(e.light,e.aim,cohsm_from_axes(e.surface,wi),found)&&wi.z>.0;\n"
     "}\n"
     "if(!hit){\n"
     "found=cohsm_emission(e.surface.n,COHSM_INFINITY,vec3(.0),vec3(.0),.0);\n"
     "return vec3(.0);\n"
     "}\n"
-    "wi=cohsm_to_frame(e.surface,found.direction);\n"
+    "wi=cohsm_to_axes(e.surface,found.direction);\n"
     "cohsm_response r=cohsm_respond(e.surface,wi);\n"
     "vec3 f=cohsm_if(e.split,cohsm_if(by_light,r.diffuse,r.specular),r.diffuse+r.specular);\n"
     "float split_pdf=cohsm_if(by_light,c*found.pdf,(1.-c)*r.specular_pdf);\n"
@@ -1552,8 +1569,8 @@ static const struct { char s0[3935]; char s1[3982]; char s2[3982]; char s3[1072]
     "}\n", 0
 };
 
-static const struct { char s0[3955]; char s1[3328]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
-    "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
+static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+    "\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
     "#endif\n"
     "\n#define COHSM_DOMAIN_LATLONG 1u\n"
@@ -1565,13 +1582,13 @@ static const struct { char s0[3955]; char s1[3328]; char end; } glbk__glsl_lib_c
     "#define COHSM_ORDER_ZIGZAG 2u\n"
     "#define COHSM_ORDER_ZIGZAG_THETA 3u\n"
     "#define COHSM_ORDER_HILBERT 4u\n"
-    "#define COHSM_FRAME_POLAR 1u\n"
-    "#define COHSM_FRAME_MINIMAL 2u\n"
+    "#define COHSM_ORIENTATION_POLAR 1u\n"
+    "#define COHSM_ORIENTATION_MINIMAL 2u\n"
     "\nstruct cohsm_maps{\n"
     "uint base;\n"
     "uint domain;\n"
     "uint order;\n"
-    "uint frame;\n"
+    "uint orientation;\n"
     "uvec3 side;\n"
     "uint map_count;\n"
     "uint map_size;\n"
@@ -1596,7 +1613,7 @@ static const struct { char s0[3955]; char s1[3328]; char end; } glbk__glsl_lib_c
     "m.base=base;\n"
     "m.domain=kinds.x;\n"
     "m.order=kinds.z;\n"
-    "m.frame=kinds.w;\n"
+    "m.orientation=kinds.w;\n"
     "m.side=sides.xyz;\n"
     "m.map_count=sides.w;\n"
     "m.map_size=sizes.y;\n"
@@ -1623,8 +1640,8 @@ static const struct { char s0[3955]; char s1[3328]; char end; } glbk__glsl_lib_c
     "#ifdef COHSM_ONE_ORDER\n"
     "m.order=uint(COHSM_ONE_ORDER);\n"
     "#endif\n"
-    "#ifdef COHSM_ONE_FRAME\n"
-    "m.frame=uint(COHSM_ONE_FRAME);\n"
+    "#ifdef COHSM_ONE_ORIENTATION\n"
+    "m.orientation=uint(COHSM_ONE_ORIENTATION);\n"
     "#endif\n"
     "return m;\n"
     "}\n"
@@ -1978,7 +1995,7 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3946]; char s1[3991]; char s2[3246]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+static const struct { char s0[3981]; char s1[3990]; char s2[3246]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2033,23 +2050,23 @@ static const struct { char s0[3946]; char s1[3991]; char s2[3246]; char end; } g
     "if(m.domain>=COHSM_DOMAIN_TABLE)return cohsm_floats(m,m.locations_at+4u*cohsm_cell(m,c));\n"
     "return cohsm_map_parameter(m,(vec3(c)+.5)/vec3(m.side));\n"
     "}\n"
-    "\n\nvoid cohsm_frame(const in cohsm_maps m,uvec3 c,out vec3 right,out vec3 up,out vec3 back)\n"
+    "\n\nvoid cohsm_axes(const in cohsm_maps m,uvec3 c,out vec3 right,out vec3 up,out vec3 back)\n"
     "{\n"
     "back=cohsm_cell_location(m,c);\n"
-    "if(m.frame==COHSM_FRAME_POLAR&&m.domain==COHSM_DOMAIN_LATLONG){\n"
+    "if(m.orientation==COHSM_ORIENTATION_POLAR&&m.domain==COHSM_DOMAIN_LATLONG){\n"
     "vec2 around=cohsm_sincos(((float(c.x)+.5)/float(m.side.x)-.5)*6.28318531);\n"
     "vec2 down=cohsm_sincos((float(c.y)+.5)/float(m.side.y)*3.14159265);\n"
     "right=vec3(-around.x,.0,around.y);\n"
     "up=vec3(-down.y*around.y,down.x,-down.y*around.x);\n"
     "return;\n"
     "}\n"
-    "if(m.frame==COHSM_FRAME_POLAR){\n"
+    "if(m.orientation==COHSM_ORIENTATION_POLAR){\n"
     "float h=sqrt(back.x*back.x+back.z*back.z);\n"
     "right=cohsm_if(h>1e-6,vec3(-back.z/h,.0,back.x/h),vec3(.0,.0,1.));\n"
     "up=cross(right,back);\n"
     "return;\n"
     "}\n"
-    "float s=m.frame==COHSM_FRAME_MINIMAL||back.y>=.0?1.: -1.;\n"
+    "float s=m.orientation==COHSM_ORIENTATION_MINIMAL||back.y>=.0?1.: -1.;\n"
     "if(abs(s+back.y)<1e-6){\n"
     "right=vec3(1.,.0,.0);\n"
     "up=vec3(.0,.0,1.);\n"
@@ -2120,7 +2137,7 @@ static const struct { char s0[3946]; char s1[3991]; char s2[3246]; char end; } g
     "face=0u;\n"
     "if(!m.positional){\n"
     "vec3 right,up,back;\n"
-    "cohsm_frame(m,c,right,up,back);\n"
+    "cohsm_axes(m,c,right,up,back);\n"
     "return vec3(dot(p,right)*middle+middle,dot(p,up)*middle+middle,\n"
     "(.5-.5*dot(p,back)-bias/size)*65533.);\n"
     "}\n"
@@ -2825,12 +2842,12 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
-   order and orientation where all blocks have the same, and how many instances stand in the uniform block, if
+   order and orientation if all blocks have the same, and how many instances stand in the uniform block, if
    they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
-    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of texel 1: which word, up to
-                                                                               what */
+    /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
     uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
@@ -2846,7 +2863,7 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     sink.bytes = sizeof out->defines;
     glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
     glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
-    glbk__csm_define(&sink, " COHSM_ONE_FRAME=", kind[2]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[2]);
     glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
     out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
 }
@@ -4299,8 +4316,7 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     pixels = (size_t)d->map_side * d->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
     for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
-    out->batch = out->tiles * out->tiles;       /* a power of two, so that batches end where csm.h's lists
-                                                   do */
+    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists do */
     memory = glbk_csm__memory(ctx);
     out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);

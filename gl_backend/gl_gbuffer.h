@@ -71,6 +71,11 @@
            return result != GLBK_OK;
        }
 
+   Vectors
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, and any other
+   length is an error; vectors that are drawn or imported are normalised by the shaders.
+
    Configuration
 
      GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
@@ -96,27 +101,76 @@
 extern "C" {
 #endif
 
-/* ==== src/gl_gbuffer/api.h ==== */
+/* ==== src/gl_gbuffer/api_page_one.h ==== */
 
-/* ---- gbuffer: what a camera sees, for all techniques ----
+/* ---- page one: what a camera sees, for all techniques ----
 
-   A program calls glbk_gbuffer_create once. In each frame it fills the G-buffer by one of three ways, and
+   A program calls glbk_gbuffer_create once. In each frame it fills the G-buffer in one of three ways, and
    then gives it to the passes of the techniques:
 
        glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);           // draw it: then for each object
        glbk_gbuffer_object(gl, &seen, &surface);                    // this, your vertex array and your draw
        glbk_gbuffer_import(gl, &seen, &mine);                       // or: one pass reads textures of your own
-       glbk_gbuffer_upload(gl, &seen, row, row_count, pixels);      // or: pixels come from the CPU
+       glbk_gbuffer_upload(gl, &seen, row, row_count, pixels);      // or: pixels come from the CPU */
 
-   Shaders of your own read it by lib/gbuffer.glsl, after glbk_gbuffer_bind:
+typedef struct glbk_gbuffer glbk_gbuffer;   /* four textures, which take 64 bytes a pixel: see below */
+struct glbk_gbuffer_desc;           /* how large it is, and where meshes have their attributes */
+struct glbk_surface;                /* an object's place, material, entity and maps */
+struct glbk_import;                 /* textures of your own, and what they hold */
+struct glbk_pixel;                  /* a pixel from the CPU */
 
-       bool glbk_read_point(ivec2 at, out glbk_point p);            // false: nothing is seen in this pixel
+GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const struct glbk_gbuffer_desc *desc,
+                                         glbk_gbuffer *out);
+/* Makes a G-buffer in which nothing is seen. Give it back by glbk_gbuffer_free.
+   out      zeroed on errors
+   Memory   on the GPU 64 bytes a pixel, and 4 for a depth texture of its own
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0, a location is above 15
+            or used twice, or there is no position. GLBK_ERR_MISMATCH: desc->depth has another size, or no
+            format of depth. GLBK_ERR_LIMIT: width or height is above ctx->max_side. GLBK_ERR_ALLOC, and those
+            of glbk_texture_create and glbk_target_create */
 
-   docs/gpu-layouts.md describes the four textures, which take 64 bytes a pixel. */
+GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                         const struct glbk_import *import);
+/* Fills the G-buffer from textures of yours, by one pass over all pixels; the first call compiles its
+   program. A depth texture of its own is written where depths are known; one of yours (desc.depth) is left as
+   it is, and may be import->depth.
+   Cost     a pixel: 2 to 8 texels are read, 4 to 8 more if normals of surfaces come from neighbours, and 64
+            bytes are written
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created. GLBK_ERR_DESC: a required
+            field is missing, a texture has another size, a matrix has no inverse, or a number is out of
+            range. Those of glbk_program_compile in the first call */
 
-GLBK_DEF const glbk_part *glbk_gbuffer_part(void);
-/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
-   files. */
+GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                        const float world_to_clip[16], const float eye[3]);
+/* Clears the G-buffer and its depth, even if that texture is yours, and binds both with the program that
+   draws objects, which the first call compiles.
+   world_to_clip   column-major; clip space is OpenGL's, with depths -1..1, whatever your glClipControl says:
+                   the pass sets it (glbk_begin)
+   eye             x, y, z in world space; normals of surfaces are turned towards it
+   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created. Those of
+                   glbk_program_compile in the first call */
+
+GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                         const struct glbk_surface *surface);
+/* Makes the draws that follow those of this object, until the next call: bind your vertex array and draw.
+   Call it after glbk_gbuffer_begin. An attribute of desc.attributes that the vertex array has not enabled
+   must have been set to zero.
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created. GLBK_ERR_DESC: a field of
+            surface is out of range. GLBK_ERR_ORDER: glbk_gbuffer_begin has not been called */
+
+GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffer, uint32_t row,
+                                         uint32_t row_count, const struct glbk_pixel *pixels);
+/* Writes whole rows of pixels, row .. row + row_count - 1, from memory. Row 0 is the lowest of a picture on
+   the screen, and the first that the _read functions of the techniques return. The G-buffer has no depth and
+   no matrix afterwards: has_depth and has_clip are 0.
+   pixels   gbuffer->width x row_count, row by row. Of their numbers only vectors are checked; a plane counts
+            modulo 256, occlusion is clamped to 0..1
+   Memory   64 bytes a pixel while it runs
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the G-buffer was not created, row_count is 0, or the rows
+            reach beyond height. GLBK_ERR_INPUT: a vector is neither unit nor 0 0 0, nor not finite.
+            GLBK_ERR_ALLOC */
+
+/* ---- structs of page one ---- */
 
 /* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. */
 typedef struct glbk_attributes {
@@ -138,12 +192,12 @@ typedef struct glbk_gbuffer_desc {
                                        DEPTH32F */
 } glbk_gbuffer_desc;                /* zero it, then set what you care about */
 
-typedef struct glbk_gbuffer {       /* read only; zeroed = none */
+struct glbk_gbuffer {               /* read only; zeroed = none */
     uint32_t        width;
     uint32_t        height;
     glbk_texture    words[4];       /* they hold place and entity; normal, kind, plane and occlusion; diffuse
                                        colour and geometric normal; gloss */
-    glbk_texture    depth;          /* its own one or yours; has_depth says what it holds */
+    glbk_texture    depth;          /* its own depth texture or yours; has_depth says what it holds */
     glbk_target     target;         /* the four textures with the depth */
     glbk_target     colors;         /* the four textures alone */
     glbk_attributes attributes;     /* those of the desc, defaults resolved */
@@ -156,19 +210,7 @@ typedef struct glbk_gbuffer {       /* read only; zeroed = none */
     glbk_program    import_program;
     glbk_buffer     drawn;
     glbk_buffer     imported;
-} glbk_gbuffer;
-
-GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *desc, glbk_gbuffer *out);
-/* Makes a G-buffer in which nothing is seen.
-   Memory   on the GPU 64 bytes a pixel, and 4 for a depth texture of its own
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: width or height is 0, a location is above 15 or used twice,
-            there is no position; GLBK_ERR_MISMATCH: desc->depth has another size; GLBK_ERR_LIMIT;
-            GLBK_ERR_ALLOC; those of glbk_texture_create and glbk_target_create */
-
-GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *gbuffer);
-/* Deletes the G-buffer's objects of GL, not your depth texture, and zeroes the struct. Accepts NULL. */
-
-/* ---- gbuffer: drawing ---- */
+};
 
 typedef struct glbk_surface {       /* one object; all zero: black, Lambert, on no entity */
     float          world[16];       /* object to world, column-major; all zero = identity */
@@ -189,58 +231,6 @@ typedef struct glbk_surface {       /* one object; all zero: black, Lambert, on 
                                        b metallic, as in glTF */
     const glbk_texture *normal_map; /* normals in tangent space, 0..1 for -1..1; needs tangents */
 } glbk_surface;
-
-GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer,
-                                        const float world_to_clip[16], const float eye[3]);
-/* Clears the G-buffer and its depth, even where that texture is yours, and binds both with the program that
-   draws objects, which is compiled by the first call.
-   world_to_clip   column-major; clip space is OpenGL's, with depths -1..1, whatever your glClipControl says:
-                   the pass sets it (glbk_begin)
-   eye             x, y, z in world space; normals of surfaces are turned towards it
-   Errors          GLBK_ERR_ARGUMENT; those of glbk_program_compile in the first call */
-
-GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *gbuffer,
-                                         const glbk_surface *surface);
-/* Makes the draws that follow those of this object, until the next call: bind your vertex array and draw.
-   Call it after glbk_gbuffer_begin. An attribute of desc.attributes that the vertex array has not enabled
-   must have been set to zero.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a field of surface is out of range; GLBK_ERR_ORDER:
-            glbk_gbuffer_begin has not been called */
-
-/* ---- gbuffer: from the CPU ---- */
-
-typedef struct glbk_pixel {
-    float          position[3];     /* world */
-    float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen
-                                       here */
-    float          geometric_normal[3]; /* unit, the surface's own normal on the same side; 0 0 0 = normal */
-    float          tangent[3];      /* unit, world: the x axis of Lafortune's lobes; 0 0 0 = any */
-    lsamp_material material;        /* as in glbk_surface, like all that follows */
-    uint32_t       first_lobe;
-    uint32_t       entity;
-    uint32_t       plane;
-    float          occlusion;
-} glbk_pixel;
-
-GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffer, uint32_t row,
-                                         uint32_t row_count, const glbk_pixel *pixels);
-/* Writes whole rows of pixels, row .. row + row_count - 1, from memory. Row 0 is the lowest of a picture on
-   the screen, and the first that the _read functions of the techniques return. The G-buffer has no depth and
-   no matrix afterwards: has_depth and has_clip are 0.
-   pixels   gbuffer->width x row_count, row by row; they are not checked. A plane counts modulo 256, occlusion
-            is clamped to 0..1
-   Memory   64 bytes a pixel while it runs
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, row_count is 0 or the rows reach beyond height;
-            GLBK_ERR_ALLOC */
-
-GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *gbuffer, uint32_t row,
-                                       uint32_t row_count, glbk_pixel *pixels);
-/* Reads whole rows back, to look at what a G-buffer holds, and waits for the GPU. Normals of surfaces and
-   tangents are off by up to 5e-5, occlusion by 1 / 131070.
-   pixels   receives gbuffer->width x row_count pixels, in the order of glbk_gbuffer_upload
-   Memory, errors   as for glbk_gbuffer_upload */
-
-/* ---- gbuffer: from textures of your own ---- */
 
 typedef enum glbk_normal_packing {
     GLBK_NORMAL_PACKING_DEFAULT,            /* = GLBK_NORMAL_PACKING_FLOAT */
@@ -270,7 +260,7 @@ typedef struct glbk_import {
     float               world_to_clip[16];  /* the matrix by which depth was drawn; required where depth comes
                                                without positions. All zero = not known, and then only a depth
                                                texture gives depths */
-    glbk_clip_depth     clip_depth;         /* of world_to_clip and depth */
+    glbk_clip_depth     clip_depth;         /* the convention of world_to_clip and depth */
     float               to_world[16];       /* the space of positions and normals to world, a rotation and
                                                translation: the view's where they are in view space. All zero
                                                = identity */
@@ -292,23 +282,51 @@ typedef struct glbk_import {
     float               occlusion;
 } glbk_import;                              /* zero it, then set what you care about */
 
-GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *gbuffer, const glbk_import *import);
-/* Fills the G-buffer from textures of yours, by one pass over all pixels; the first call compiles its
-   program. A depth texture of its own is written where depths are known; one of yours (desc.depth) is left as
-   it is, and may be import->depth.
-   Cost     a pixel: 2 to 8 texels are read, 4 to 8 more where normals of surfaces come from neighbours, and
-            64 bytes written
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC: a required field is missing, a texture has another size, a
-            matrix has no inverse, a number is out of range; those of glbk_program_compile in the first call
-            */
+typedef struct glbk_pixel {
+    float          position[3];     /* world */
+    float          normal[3];       /* unit, for shading, on the side that is seen; 0 0 0: nothing is seen
+                                       here */
+    float          geometric_normal[3]; /* unit, the surface's own normal on the same side; 0 0 0 = normal */
+    float          tangent[3];      /* unit, world: the x axis of Lafortune's lobes; 0 0 0 = any */
+    lsamp_material material;        /* as in glbk_surface, like all that follows */
+    uint32_t       first_lobe;
+    uint32_t       entity;
+    uint32_t       plane;
+    float          occlusion;
+} glbk_pixel;
 
-/* ---- gbuffer: in shaders of your own ---- */
+/* ==== src/gl_gbuffer/api.h ==== */
+
+/* ---- the rest ---- */
+
+GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *gbuffer);
+/* Deletes the G-buffer's objects of GL, not your depth texture, and zeroes the struct. NULL is allowed. */
+
+GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *gbuffer, uint32_t row,
+                                       uint32_t row_count, glbk_pixel *pixels);
+/* Reads whole rows back, to look at what a G-buffer holds, and waits for the GPU. Normals of surfaces and
+   tangents are off by up to 5e-5, occlusion by 1 / 131070.
+   pixels   receives gbuffer->width x row_count pixels, in the order of glbk_gbuffer_upload
+   Memory   64 bytes a pixel while it runs
+   Errors   those of glbk_gbuffer_upload, and of glbk_target_read */
+
+/* ---- shaders of your own ----
+
+   After glbk_gbuffer_bind they read the G-buffer by lib/gbuffer.glsl:
+
+       bool glbk_read_point(ivec2 at, out glbk_point p);            // false: nothing is seen in this pixel
+
+   docs/gpu-layouts.md describes the four textures. */
+
+GLBK_DEF const glbk_part *glbk_gbuffer_part(void);
+/* Returns the GLSL of this header, for glbk_source.parts of a program of yours that uses its library
+   files. */
 
 GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *gbuffer,
                                        const glbk_offset *offset);
 /* Binds the four textures for a program of yours that uses lib/gbuffer.glsl and is bound (glbk_begin).
    offset   what glbk_source.offsets gives this part in the program; NULL = none
-   Errors   GLBK_ERR_ARGUMENT */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created */
 
 /* ---- pictures: what the techniques draw at last ---- */
 
@@ -386,7 +404,7 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *functio
     X(usampler2D, glbk_gbuffer_color, 10)       \
     X(usampler2D, glbk_gbuffer_gloss, 11)
 
-/* Maps of what is drawn (the first three) or imported (the first two). */
+/* Maps of objects that are drawn; an import has the first two. */
 #define GLBK_GBUFFER_MAP_TEXTURES(X)            \
     X(sampler2D, glbk_gbuffer_color_map, 0)     \
     X(sampler2D, glbk_gbuffer_gloss_map, 1)     \
@@ -533,6 +551,18 @@ static inline void glbk_gbuf__free(const glbk_gbuf__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* ==== src/shared/unit.h ==== */
+
+/* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
+
+/* The squares of the least and the greatest length that count as 1: an 8-bit normal map makes such
+   vectors. */
+#define GLBK_GBUF__UNIT_LEAST2 0.9409f       /* 0.97^2 */
+#define GLBK_GBUF__UNIT_MOST2 1.0609f        /* 1.03^2 */
+
+/* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
+static inline int glbk_gbuf__is_unit2(float length2) { return length2 >= GLBK_GBUF__UNIT_LEAST2 && length2 <= GLBK_GBUF__UNIT_MOST2; }
+
 /* ==== src/shared/gl_memory.h ==== */
 
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
@@ -678,7 +708,7 @@ static const struct { char s0[1003]; char end; } glbk__glsl_lib_gbuffer_pack_gls
 };
 
 static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl = {
-    "\n\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
+    "\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
     "layout(location=1)out uvec4 glbk_out_normal;\n"
     "layout(location=2)out uvec4 glbk_out_color;\n"
     "layout(location=3)out uvec4 glbk_out_gloss;\n"
@@ -689,7 +719,7 @@ static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_gls
     "p.metallic=numbers.x*map.z;\n"
     "p.roughness=numbers.y*map.y;\n"
     "}\n"
-    "\nvoid glbk_write_point(glbk_point p)\n"
+    "\n\nvoid glbk_write_point(glbk_point p)\n"
     "{\n"
     "uint shade=uint(clamp(p.occlusion,.0,1.)*65535.+.5);\n"
     "glbk_out_place=uvec4(floatBitsToUint(p.position),p.entity);\n"
@@ -702,10 +732,10 @@ static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_gls
     "}\n", 0
 };
 
-static const struct { char s0[441]; char end; } glbk__glsl_lib_picture_glsl = {
-    "\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
+static const struct { char s0[444]; char end; } glbk__glsl_lib_picture_glsl = {
+    "\n\n\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
     "\n\nbool glbk_picture_asks(){return(glbk_shown.keep_empty|glbk_shown.has_depth)!=0u;}\n"
-    "\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
+    "\n\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
     "{\n"
     "if(glbk_shown.keep_empty!=0u&& !seen)discard;\n"
     "vec4 clip=glbk_shown.to_clip*vec4(p,1.);\n"
@@ -1249,11 +1279,11 @@ static uint32_t glbk__gbuffer_pack_unit(const float *v)
     return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
 }
 
-/* Unpacks what glbk__gbuffer_pack_unit packed. */
+/* Unpacks what glbk__gbuffer_pack_unit packed; 0xffffffff becomes a vector of no length. */
 static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
-    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
-          y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
+    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1;
+    float y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
     float z = 1 - fabsf(x) - fabsf(y), t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
@@ -1350,6 +1380,32 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
     return out->words ? GLBK_OK : GLBK_ERR_ALLOC;
 }
 
+/* Checks that a vector of pixel i is unit, 0 0 0, or not finite (src/README.md). */
+static glbk_result glbk__gbuffer_check_unit(const glbk_context *ctx, size_t i, const char *member,
+                                            const float *v)
+{
+    const float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (glbk_gbuf__is_unit2(square) || !(square > 0 && square <= 3e38f)) return GLBK_OK;
+    return glbk__refuse_element_value(ctx, GLBK_ERR_INPUT, "glbk_gbuffer_upload", "pixels", i, member,
+                                      (double)sqrtf(square), "0.97..1.03, or 0");
+}
+
+/* Checks the vectors of pixels. */
+static glbk_result glbk__gbuffer_check_pixels(const glbk_context *ctx, const glbk_pixel *pixels, size_t count)
+{
+    glbk_result result = GLBK_OK;
+    size_t i;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__gbuffer_check_unit(ctx, i, ".normal: its length", pixels[i].normal);
+        if (result == GLBK_OK)
+            result = glbk__gbuffer_check_unit(ctx, i, ".geometric_normal: its length",
+                                              pixels[i].geometric_normal);
+        if (result == GLBK_OK)
+            result = glbk__gbuffer_check_unit(ctx, i, ".tangent: its length", pixels[i].tangent);
+    }
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                          const glbk_pixel *pixels)
 {
@@ -1363,14 +1419,15 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uin
     box.y = row;
     box.width = g->width;
     box.height = row_count;
-    for (i = 0; i < rows.count; i++) {
+    result = glbk__gbuffer_check_pixels(ctx, pixels, rows.count);
+    for (i = 0; i < rows.count && result == GLBK_OK; i++) {
         glbk__gbuffer_words(&pixels[i], pixel);
         for (k = 0; k < 4; k++) memcpy(rows.words + 4 * (k * rows.count + i), pixel[k], sizeof pixel[k]);
     }
     for (k = 0; k < 4 && result == GLBK_OK; k++)
         result = glbk_texture_update(ctx, &g->words[k], &box, rows.words + 4 * k * rows.count);
     glbk_gbuf__free(&rows.memory, rows.words);
-    g->has_depth = g->has_clip = 0;
+    if (result == GLBK_OK) g->has_depth = g->has_clip = 0;
     return result;
 }
 
@@ -1474,7 +1531,7 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     if (result == GLBK_OK) result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
-    /* An object without maps declares their samplers nevertheless. */
+    /* The program declares the samplers of maps, which an object without maps leaves as they are. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
     memcpy(g->world_to_clip, world_to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, eye, sizeof g->eye);

@@ -43,12 +43,12 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
-   order and orientation where all blocks have the same, and how many instances stand in the uniform block, if
+   order and orientation if all blocks have the same, and how many instances stand in the uniform block, if
    they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
-    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of texel 1: which word, up to
-                                                                               what */
+    /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
     uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
@@ -64,7 +64,7 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     sink.bytes = sizeof out->defines;
     glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
     glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
-    glbk__csm_define(&sink, " COHSM_ONE_FRAME=", kind[2]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[2]);
     glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
     out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
 }

@@ -166,8 +166,7 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     pixels = (size_t)d->map_side * d->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
     for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
-    out->batch = out->tiles * out->tiles;       /* a power of two, so that batches end where csm.h's lists
-                                                   do */
+    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists do */
     memory = glbk_csm__memory(ctx);
     out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);

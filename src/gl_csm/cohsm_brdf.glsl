@@ -2,8 +2,8 @@
 // with GGX. C twins: lsamp_brdf_eval and lsamp_brdf_sample of lightsampling.h.
 //
 // COHSM_LOBES is how many lobes a surface may have, 1..8: more than 1 are for Lafortune materials, and take
-// registers. COHSM_LOBE(i) is texel i of the lobes' table, a uvec4 of the bits of floats; each lobe has two:
-// axis and exponent, scale.
+// registers. COHSM_LOBE(i) is texel i of the lobes' table, a uvec4 of the bits of floats. Each lobe has two
+// texels: the first holds axis and exponent, the second the scale.
 // uses: cohsm_math
 #ifndef COHSM_LOBES
 #error "cohsm_brdf.glsl needs COHSM_LOBES, 1..8"
@@ -28,11 +28,11 @@ struct cohsm_material {
     uint lobe_count;            // LAFORTUNE
 };
 
-struct cohsm_surface {          // a material at a point; directions are in the frame t, b, n
+struct cohsm_surface {          // a material at a point; its axes are t, b and n
     vec3  t;
     vec3  b;
     vec3  n;
-    vec3  wo;                   // to the eye
+    vec3  wo;                   // unit, to the eye, along these axes
     vec3  diffuse;
     vec3  f0;                   // GGX: what is reflected along the normal
     float alpha;                // GGX; 0: cosine lobes
@@ -53,9 +53,9 @@ struct cohsm_response {         // of a surface to a direction
 
 float cohsm_mean(vec3 c) { return (c.x + c.y + c.z) * (1.0 / 3.0); }
 
-// To the frame of a surface, and back to the world.
-vec3 cohsm_to_frame(cohsm_surface s, vec3 w) { return vec3(dot(w, s.t), dot(w, s.b), dot(w, s.n)); }
-vec3 cohsm_from_frame(cohsm_surface s, vec3 w) { return s.t * w.x + s.b * w.y + s.n * w.z; }
+// These turn a direction of the world to the axes of a surface, and back.
+vec3 cohsm_to_axes(cohsm_surface s, vec3 w) { return vec3(dot(w, s.t), dot(w, s.b), dot(w, s.n)); }
+vec3 cohsm_from_axes(cohsm_surface s, vec3 w) { return s.t * w.x + s.b * w.y + s.n * w.z; }
 
 // Returns Fresnel's reflectance by Schlick's approximation.
 vec3 cohsm_schlick(vec3 f0, float cosine)
@@ -119,7 +119,7 @@ cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tang
         s.b = cross(s.n, s.t);
     } else
         cohsm_basis(s.n, s.t, s.b);
-    s.wo = cohsm_to_frame(s, cohsm_normalize(wo));
+    s.wo = cohsm_to_axes(s, cohsm_normalize(wo));
     if (s.wo.z < 1e-3) s.wo = cohsm_normalize(vec3(s.wo.xy, 1e-3));
     s.wo.z = min(s.wo.z, 1.0);
     s.diffuse = m.diffuse;
@@ -156,7 +156,7 @@ void cohsm_ggx(cohsm_surface s, vec3 wi, inout cohsm_response r)
     r.specular_pdf = 0.5 * d / (s.wo.z + go);
 }
 
-// Returns f and the densities for wi, a direction in the frame, of the diffuse and the specular part.
+// Returns f and the densities of the diffuse and the specular part for wi, a direction along the axes.
 cohsm_response cohsm_respond(cohsm_surface s, vec3 wi)
 {
     cohsm_response r = cohsm_response(vec3(0.0), vec3(0.0), 0.0, 0.0);
@@ -206,7 +206,7 @@ vec3 cohsm_lobe_draw(vec4 lobe, vec2 u)
     return t * (r * sc.y) + b * (r * sc.x) + lobe.xyz * c;
 }
 
-// Returns a direction in the frame; u.x picks the lobe.
+// Returns a direction along the axes; u.x picks the lobe.
 vec3 cohsm_brdf_draw(cohsm_surface s, float diffuse_share, vec2 u)
 {
     if (u.x < diffuse_share || s.lobe_count == 0) {

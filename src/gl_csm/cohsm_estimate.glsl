@@ -82,13 +82,13 @@ vec3 cohsm_estimate(const in cohsm_estimator e, vec3 u, out cohsm_emission found
         hit = cohsm_light_draw(e.light, e.aim, u, found);
     else {
         wi = cohsm_brdf_draw(e.surface, cohsm_if(e.split, 0.0, e.surface.diffuse_share), u.xy);
-        hit = cohsm_light_hit(e.light, e.aim, cohsm_from_frame(e.surface, wi), found) && wi.z > 0.0;
+        hit = cohsm_light_hit(e.light, e.aim, cohsm_from_axes(e.surface, wi), found) && wi.z > 0.0;
     }
     if (!hit) {
         found = cohsm_emission(e.surface.n, COHSM_INFINITY, vec3(0.0), vec3(0.0), 0.0);
         return vec3(0.0);
     }
-    wi = cohsm_to_frame(e.surface, found.direction);
+    wi = cohsm_to_axes(e.surface, found.direction);
     cohsm_response r = cohsm_respond(e.surface, wi);
     vec3 f = cohsm_if(e.split, cohsm_if(by_light, r.diffuse, r.specular), r.diffuse + r.specular);
     float split_pdf = cohsm_if(by_light, c * found.pdf, (1.0 - c) * r.specular_pdf);

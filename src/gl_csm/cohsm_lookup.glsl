@@ -1,10 +1,9 @@
-// cohsm_lookup - reads one stored depth of a csm block (docs/csm-format.md) from a texture of its words as
-// they are.
+// cohsm_lookup - reads one stored depth of a csm block (docs/csm-format.md), whose words a texture holds.
 //
 // COHSM_TEXEL(i) is the including program's uvec4 of words 4 i .. 4 i + 3, where i, a uint, counts through
 // all blocks that were uploaded. cohsm_open reads what queries need of a block's header: keep its result.
-// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER and COHSM_ONE_FRAME may be defined as the number that all blocks have
-// there; the code for others is gone then.
+// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER and COHSM_ONE_ORIENTATION may be defined as the number that all blocks
+// have there; the code for others is gone then.
 #ifndef COHSM_TEXEL
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
@@ -18,14 +17,14 @@
 #define COHSM_ORDER_ZIGZAG 2u
 #define COHSM_ORDER_ZIGZAG_THETA 3u
 #define COHSM_ORDER_HILBERT 4u
-#define COHSM_FRAME_POLAR 1u
-#define COHSM_FRAME_MINIMAL 2u
+#define COHSM_ORIENTATION_POLAR 1u
+#define COHSM_ORIENTATION_MINIMAL 2u
 
 struct cohsm_maps {
     uint  base;                     // texel of the first word
     uint  domain;                   // COHSM_DOMAIN_...
     uint  order;                    // COHSM_ORDER_..., or by cells
-    uint  frame;                    // COHSM_FRAME_..., or two poles
+    uint  orientation;              // COHSM_ORIENTATION_..., or two poles
     uvec3 side;                     // cells along each dimension
     uint  map_count;
     uint  map_size;                 // pixels a side of a map
@@ -52,7 +51,7 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
     m.base = base;
     m.domain = kinds.x;
     m.order = kinds.z;
-    m.frame = kinds.w;
+    m.orientation = kinds.w;
     m.side = sides.xyz;
     m.map_count = sides.w;
     m.map_size = sizes.y;
@@ -79,8 +78,8 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
 #ifdef COHSM_ONE_ORDER
     m.order = uint(COHSM_ONE_ORDER);
 #endif
-#ifdef COHSM_ONE_FRAME
-    m.frame = uint(COHSM_ONE_FRAME);
+#ifdef COHSM_ONE_ORIENTATION
+    m.orientation = uint(COHSM_ONE_ORIENTATION);
 #endif
     return m;
 }

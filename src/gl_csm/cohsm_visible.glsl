@@ -78,23 +78,23 @@ vec3 cohsm_cell_location(const in cohsm_maps m, uvec3 c)
 }
 
 // Writes the axes of the map of a cell of directions; back points to the light.
-void cohsm_frame(const in cohsm_maps m, uvec3 c, out vec3 right, out vec3 up, out vec3 back)
+void cohsm_axes(const in cohsm_maps m, uvec3 c, out vec3 right, out vec3 up, out vec3 back)
 {
     back = cohsm_cell_location(m, c);
-    if (m.frame == COHSM_FRAME_POLAR && m.domain == COHSM_DOMAIN_LATLONG) {
+    if (m.orientation == COHSM_ORIENTATION_POLAR && m.domain == COHSM_DOMAIN_LATLONG) {
         vec2 around = cohsm_sincos(((float(c.x) + 0.5) / float(m.side.x) - 0.5) * 6.28318531);
         vec2 down = cohsm_sincos((float(c.y) + 0.5) / float(m.side.y) * 3.14159265);
         right = vec3(-around.x, 0.0, around.y);
         up = vec3(-down.y * around.y, down.x, -down.y * around.x);
         return;
     }
-    if (m.frame == COHSM_FRAME_POLAR) {
+    if (m.orientation == COHSM_ORIENTATION_POLAR) {
         float h = sqrt(back.x * back.x + back.z * back.z);
         right = cohsm_if(h > 1e-6, vec3(-back.z / h, 0.0, back.x / h), vec3(0.0, 0.0, 1.0));
         up = cross(right, back);
         return;
     }
-    float s = m.frame == COHSM_FRAME_MINIMAL || back.y >= 0.0 ? 1.0 : -1.0;
+    float s = m.orientation == COHSM_ORIENTATION_MINIMAL || back.y >= 0.0 ? 1.0 : -1.0;
     if (abs(s + back.y) < 1e-6) {
         right = vec3(1.0, 0.0, 0.0);
         up = vec3(0.0, 0.0, 1.0);
@@ -182,7 +182,7 @@ vec3 cohsm_see(const in cohsm_maps m, uvec3 c, vec3 p, float bias, out uint face
     face = 0u;
     if (!m.positional) {
         vec3 right, up, back;
-        cohsm_frame(m, c, right, up, back);
+        cohsm_axes(m, c, right, up, back);
         return vec3(dot(p, right) * middle + middle, dot(p, up) * middle + middle,
                     (0.5 - 0.5 * dot(p, back) - bias / size) * 65533.0);
     }

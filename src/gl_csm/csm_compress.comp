@@ -1,5 +1,5 @@
-// Does what csm_compress.frag does, as a compute shader: four uvec4 a pixel hold the open segment and the
-// records.
+// Does what csm_compress.frag does, as a compute shader. Of each pixel, four uvec4 hold the open segment and
+// the records.
 // uses: csm_compress
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -1,4 +1,4 @@
-// Compresses one pixel of the maps a fragment, whose open segment goes on in the first target.
+// Compresses the maps, one pixel by each fragment; its open segment goes on in the first target.
 // uses: csm_compress
 // with: screen.vert
 layout(location = 0) out uvec4 open_now;

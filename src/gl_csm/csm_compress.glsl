@@ -1,8 +1,8 @@
-// csm_compress - makes segments of the layers of a batch of views, for one pixel: equation (1), greedily, as
+// csm_compress - makes segments of one pixel from the layers of a batch of views: equation (1), greedily, as
 // csm.h does.
 // uses: csm_bindings
 
-// The segment that is open at the end of a run.
+// This is the segment that is open at the end of a run.
 struct csm_open {
     uint lo;                        // the least and greatest value of the grid that it may have
     uint hi;
@@ -10,8 +10,8 @@ struct csm_open {
     uint next;                      // the next view of the batch
 };
 
-// The segments that ended in a run, at most 12, a word each: lo | hi << 8, or an exact depth | 1 << 16, and
-// the view that it ends before << 17.
+// These are the segments that ended in a run, at most 12. Each is a word: lo | hi << 8, or an exact depth |
+// 1 << 16, and << 17 the view before which the segment ends.
 struct csm_ended {
     uint count;
     uvec4 records[3];

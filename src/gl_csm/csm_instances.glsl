@@ -1,8 +1,8 @@
 // csm_instances - reads instances of a scene from what glbk_csm_bind binds: up to 16 are in the block, more
 // in a table.
 // uses: csm_access
-// CSM_INSTANCES, 1 or 16: there are no more instances than that, and they stand in the uniform block with
-// their headers.
+// If CSM_INSTANCES is defined, as 1 or 16, there are no more instances than that, and they stand in the
+// uniform block with their headers.
 #ifdef CSM_INSTANCES
 #define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]
 #define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)

@@ -1,12 +1,12 @@
-// Peels depths: the nearest surface behind the layer before is left. Depths are the bits of floats; above 1
-// there is no surface.
+// Peels depths: of each pixel the nearest surface behind the layer before is left. Depths are the bits of
+// floats; above 1 there is no surface.
 // uses: csm_bindings
 // with: csm_peel.vert
 // sets: CSM_FIRST=1 | CSM_FIRST=0
 #ifndef CSM_FIRST
 #define CSM_FIRST 1
 #endif
-#if !defined(GL_ES) && __VERSION__ < 420      // else the output alone
+#if !defined(GL_ES) && __VERSION__ < 420      // since 4.20 and in ES only outputs are declared invariant
 invariant
 #endif
 in float csm_depth;

@@ -1,5 +1,5 @@
-// Answers a table of questions, of two texels each: the point, the instance that it lies on; the light, a
-// number for roulette.
+// Answers a table of questions. Each has two texels: the point and the instance that it lies on; the light
+// and a number for roulette.
 // uses: csm_visible
 // with: screen.vert
 // sets: CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1

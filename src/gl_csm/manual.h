@@ -69,6 +69,11 @@
 
    The whole frame, with a window: examples/06_csm_gl_minimal.c.
 
+   Vectors
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, and any other
+   length is an error; in shaders of your own nothing is checked.
+
    Configuration
 
      GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of

@@ -1,4 +1,4 @@
-// envsh_access - what envsh_visible asks of a program, read from what glbk_envsh_bind binds.
+// envsh_access - defines what envsh_visible asks of a program, by what glbk_envsh_bind binds.
 // uses: table envsh_bindings
 #ifndef ENVSH_RGBA
 #error "ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0"

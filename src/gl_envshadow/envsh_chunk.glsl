@@ -3,7 +3,7 @@
 // uses: table envsh_bindings
 
 // The eight texels of a light are turned by its number. So no two of them meet in a bank of the memory,
-// neither if all invocations read one light nor if each reads its own.
+// whether all invocations read one light or each reads its own.
 #define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]
 shared uvec4 envsh_chunk[512];
 

@@ -1,5 +1,5 @@
-// envsh_light - the light of all directions with its shadows, for your own shader, by what glbk_envsh_bind
-// bound.
+// envsh_light - returns the light of all directions with its shadows to your own shader, by what
+// glbk_envsh_bind bound.
 // uses: envsh_access envsh_disc envsh_visible
 
 // Returns the query that was bound, with its defaults.

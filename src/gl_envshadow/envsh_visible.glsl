@@ -1,5 +1,5 @@
-// envsh_visible - visibility of directional lights by their shadow maps. Its C twins stand in envshadow.h
-// (src/envshadow/filter.h and shade.h).
+// envsh_visible - finds the visibility of directional lights by their shadow maps. Its C twins stand in
+// envshadow.h (src/envshadow/filter.h and shade.h).
 // The program defines:
 //   ENVSH_FILTER             envsh_filter: 1 plain, 2 smoothing, 3 percentage closer, 4 or 0 penumbra
 //   ENVSH_TEXEL(i)           uvec4, texel i of the lights' table (docs/gpu-layouts.md)

@@ -66,6 +66,11 @@
 
    The whole frame, with a window: examples/08_envshadow_gl_minimal.c.
 
+   Vectors
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is; envshadow.h checks
+   those of lights, gl_gbuffer.h those of pixels, and in shaders of your own nothing is checked.
+
    Configuration
 
      GL_ENVSHADOW_IMPLEMENTATION   compiles the code, in one source file; the implementations of

@@ -4,10 +4,11 @@ enum {
     GLBK__ENVSH_RECORD = 8,                 /* texels of a light in the table */
     GLBK__ENVSH_CELL = 8,                   /* texels of the atlas a side of a cell */
     GLBK__ENVSH_MAX_SIDE = 8192,            /* the most texels a side of a page */
-    GLBK__ENVSH_CLIP_DISTANCE0 = 0x3000,    /* GL's names: CLIP_DISTANCE0, */
-    GLBK__ENVSH_DEPTH_CLAMP = 0x864F,       /* DEPTH_CLAMP, */
-    GLBK__ENVSH_BASE_LEVEL = 0x813C,        /* TEXTURE_BASE_LEVEL, */
-    GLBK__ENVSH_MAX_LEVEL = 0x813D          /* TEXTURE_MAX_LEVEL */
+    GLBK__ENVSH_FAR = 0x3f800000,           /* the bits of 1, the depth where nothing is */
+    GLBK__ENVSH_CLIP_DISTANCE0 = 0x3000,    /* GL's CLIP_DISTANCE0 */
+    GLBK__ENVSH_DEPTH_CLAMP = 0x864F,       /* GL's DEPTH_CLAMP */
+    GLBK__ENVSH_BASE_LEVEL = 0x813C,        /* GL's TEXTURE_BASE_LEVEL */
+    GLBK__ENVSH_MAX_LEVEL = 0x813D          /* GL's TEXTURE_MAX_LEVEL */
 };
 
 /* Decides where the tiles lie: as square as they can within the greatest page, then on more pages. No page
@@ -121,7 +122,7 @@ static glbk_result glbk__envsh_check_pages(const glbk_context *ctx, glbk_envsh_m
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.map_side", m->map_side, 16,
                                   ctx->max_side);
     if (m->pages > most)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the number of pages that desc.capacity needs",
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "pages for desc.capacity: their number",
                                   m->pages, 1, most);
     return GLBK_OK;
 }
@@ -161,8 +162,8 @@ GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Returns whether the first view was made for tiles of this size: its clip space is its texels times 2 /
-   map_side. A view of zeros fits any. */
+/* Returns whether the first view was made for tiles of this size: its clip space is its texels times
+   2 / map_side. A view of zeros fits tiles of any size. */
 static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *view)
 {
     const float *lookup = view->lookup;
@@ -258,11 +259,12 @@ typedef struct glbk__envsh_casting {
 /* Has the user draw all casters once, into the tiles of lights first, first + step, ... */
 static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, const glbk__envsh_casting *c)
 {
-    static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
+    static const uint32_t far_bits[4] = { GLBK__ENVSH_FAR, GLBK__ENVSH_FAR, GLBK__ENVSH_FAR,
+                                          GLBK__ENVSH_FAR };
     const uint32_t tiles = m->across * m->down, column = c->column, channel = c->channel;
     const uint32_t first = (c->page * tiles + column) * m->channels + channel;
-    const uint32_t step = (ctx->es ? m->across : 1) * m->channels, after = (c->page + 1) * tiles * m->channels;
-    const uint32_t end = after < m->count ? after : m->count;
+    const uint32_t step = (ctx->es ? m->across : 1) * m->channels;
+    const uint32_t after = (c->page + 1) * tiles * m->channels, end = after < m->count ? after : m->count;
     uint32_t instances, i;
     glbk_pass pass;
     glbk_result result;
@@ -384,8 +386,8 @@ static glbk_result glbk__envsh_digest_cells(glbk_context *ctx, glbk_envsh_maps *
     return result;
 }
 
-/* Finds out whether draw_fn drew all instances, with desc.check of the context: draws the maps once more, with
-   the instances in the opposite order. Where each instance of each caster is drawn, the maps are the same
+/* Finds out whether draw_fn drew all instances, with desc.check of the context: draws the maps once more,
+   with the instances in the opposite order. If each instance of each caster is drawn, the maps are the same
    again. If only the first ones are, other lights get them now. */
 static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, glbk__envsh_casting *c)
 {

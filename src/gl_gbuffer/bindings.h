@@ -7,7 +7,7 @@
     X(usampler2D, glbk_gbuffer_color, 10)       \
     X(usampler2D, glbk_gbuffer_gloss, 11)
 
-/* Maps of what is drawn (the first three) or imported (the first two). */
+/* Maps of objects that are drawn; an import has the first two. */
 #define GLBK_GBUFFER_MAP_TEXTURES(X)            \
     X(sampler2D, glbk_gbuffer_color_map, 0)     \
     X(sampler2D, glbk_gbuffer_gloss_map, 1)     \

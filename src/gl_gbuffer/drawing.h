@@ -60,7 +60,7 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, cons
     if (result == GLBK_OK) result = glbk__gbuffer_draw_program(ctx, g);
     if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw_program);
     if (result != GLBK_OK) return result;
-    /* An object without maps declares their samplers nevertheless. */
+    /* The program declares the samplers of maps, which an object without maps leaves as they are. */
     for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
     memcpy(g->world_to_clip, world_to_clip, sizeof g->world_to_clip);
     memcpy(g->eye, eye, sizeof g->eye);

@@ -10,7 +10,7 @@ const uint has_color_map = 1u, has_gloss_map = 2u, has_normal_map = 4u;
 
 bool has(uint map) { return (glbk_gbuffer_drawn.maps & map) != 0u; }
 
-// Maps are fetched before anything is discarded, where all pixels of a quad do, for their levels of detail.
+// Maps are fetched before anything is discarded: their levels of detail come from all pixels of a quad.
 void main()
 {
     glbk_point p;

@@ -1,5 +1,5 @@
-// Attributes stand where glbk_gbuffer_desc says; a location below 0: the mesh has no such attribute. A
-// tangent has its handedness in w.
+// Places the vertices of one object. Attributes stand where glbk_gbuffer_desc says; if a location is below 0,
+// the mesh has no such attribute. A tangent has its handedness in w.
 // uses: gbuffer_drawn
 #ifndef GBUFFER_POSITION
 #define GBUFFER_POSITION 0

@@ -6,7 +6,7 @@
 #define GBUFFER_DEPTH 0             // not 0: depths are drawn, to the G-buffer's own depth texture
 #endif
 
-// Bits of the block's `given`.
+// These are the bits of the block's `given`.
 const uint has_places = 1u, has_depth = 2u, has_flat = 4u, has_colors = 8u;
 const uint has_gloss = 16u, has_occlusion = 32u, has_entities = 64u, reversed = 128u;
 
@@ -32,7 +32,7 @@ vec4 place_at(ivec2 at)
     return vec4(p.xyz / p.w, 1.0);
 }
 
-// The numbers of glbk_normal_packing; the others are floats.
+// These are numbers of glbk_normal_packing; with the others, normals come as floats.
 const uint packed_unit = 2u, packed_octahedral = 3u, packed_octahedral_unit = 4u;
 
 // Returns the unit normal in world space that a texel holds, or 0 where it holds none.
@@ -46,9 +46,9 @@ vec3 normal_of(vec3 v)
     return glbk_unit(mat3(glbk_gbuffer_imported.to_world) * v);
 }
 
-// Returns by how much the place changes with the step `by` from a pixel at p with the normal n. Of the
-// neighbours at both ends, the one nearer to the plane of p and n counts, since an edge mostly lies at one
-// side only; 0: neither is seen.
+// Returns by how much the place changes with the step `by` from a pixel at p with the normal n, or 0 if no
+// neighbour is seen. Of the two neighbours along this step, the one nearer to the plane of p and n counts,
+// since an edge mostly lies at one side only.
 vec3 step_along(ivec2 at, ivec2 by, vec3 p, vec3 n)
 {
     vec4 a = place_at(at + by), b = place_at(at - by);
@@ -85,7 +85,7 @@ void main()
     vec3 flat_n = flat_normal(at, place.xyz, n);
     if (dot(flat_n, view) < 0.0) flat_n = -flat_n;
     if (dot(n, flat_n) < 0.0) n = -n;
-    if (!has(has_flat) && dot(n, flat_n) < 0.25) {      // all neighbours lie across edges, or none is seen
+    if (!has(has_flat) && dot(n, flat_n) < 0.25) {      // all neighbours lie across edges, or are not seen
         flat_n = dot(n, view) < 0.0 ? -n : n;
         n = flat_n;
     }

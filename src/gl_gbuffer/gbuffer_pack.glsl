@@ -1,4 +1,4 @@
-// gbuffer_pack - what a pixel of the G-buffer says, and how its unit vectors are packed into 32 bits.
+// gbuffer_pack - declares what a pixel of the G-buffer says, and packs its unit vectors into 32 bits.
 #define GLBK_LAMBERT 1u             // the numbers of lsamp_material_kind
 #define GLBK_PHONG 2u
 #define GLBK_LAFORTUNE 3u

@@ -1,5 +1,4 @@
-// gbuffer_write - writes a pixel of the G-buffer, so that glbk_read_point reads what glbk_write_point was
-// given.
+// gbuffer_write - writes a pixel of the G-buffer: glbk_read_point reads what glbk_write_point was given.
 // uses: gbuffer_pack
 layout(location = 0) out uvec4 glbk_out_place;
 layout(location = 1) out uvec4 glbk_out_normal;
@@ -16,6 +15,7 @@ void glbk_set_gloss(inout glbk_point p, vec4 numbers, vec3 map)
     p.roughness = numbers.y * map.y;
 }
 
+// Writes a pixel.
 void glbk_write_point(glbk_point p)
 {
     uint shade = uint(clamp(p.occlusion, 0.0, 1.0) * 65535.0 + 0.5);

@@ -213,11 +213,11 @@ static uint32_t glbk__gbuffer_pack_unit(const float *v)
     return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
 }
 
-/* Unpacks what glbk__gbuffer_pack_unit packed. */
+/* Unpacks what glbk__gbuffer_pack_unit packed; 0xffffffff becomes a vector of no length. */
 static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
 {
-    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1,
-          y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
+    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1;
+    float y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
     float z = 1 - fabsf(x) - fabsf(y), t = z < 0 ? -z : 0, size;
 
     memset(v, 0, 3 * sizeof *v);
@@ -314,6 +314,32 @@ static glbk_result glbk__gbuffer_take_rows(const glbk_context *ctx, const char *
     return out->words ? GLBK_OK : GLBK_ERR_ALLOC;
 }
 
+/* Checks that a vector of pixel i is unit, 0 0 0, or not finite (src/README.md). */
+static glbk_result glbk__gbuffer_check_unit(const glbk_context *ctx, size_t i, const char *member,
+                                            const float *v)
+{
+    const float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (glbk_gbuf__is_unit2(square) || !(square > 0 && square <= 3e38f)) return GLBK_OK;
+    return glbk__refuse_element_value(ctx, GLBK_ERR_INPUT, "glbk_gbuffer_upload", "pixels", i, member,
+                                      (double)sqrtf(square), "0.97..1.03, or 0");
+}
+
+/* Checks the vectors of pixels. */
+static glbk_result glbk__gbuffer_check_pixels(const glbk_context *ctx, const glbk_pixel *pixels, size_t count)
+{
+    glbk_result result = GLBK_OK;
+    size_t i;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__gbuffer_check_unit(ctx, i, ".normal: its length", pixels[i].normal);
+        if (result == GLBK_OK)
+            result = glbk__gbuffer_check_unit(ctx, i, ".geometric_normal: its length",
+                                              pixels[i].geometric_normal);
+        if (result == GLBK_OK)
+            result = glbk__gbuffer_check_unit(ctx, i, ".tangent: its length", pixels[i].tangent);
+    }
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t row_count,
                                          const glbk_pixel *pixels)
 {
@@ -327,14 +353,15 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uin
     box.y = row;
     box.width = g->width;
     box.height = row_count;
-    for (i = 0; i < rows.count; i++) {
+    result = glbk__gbuffer_check_pixels(ctx, pixels, rows.count);
+    for (i = 0; i < rows.count && result == GLBK_OK; i++) {
         glbk__gbuffer_words(&pixels[i], pixel);
         for (k = 0; k < 4; k++) memcpy(rows.words + 4 * (k * rows.count + i), pixel[k], sizeof pixel[k]);
     }
     for (k = 0; k < 4 && result == GLBK_OK; k++)
         result = glbk_texture_update(ctx, &g->words[k], &box, rows.words + 4 * k * rows.count);
     glbk_gbuf__free(&rows.memory, rows.words);
-    g->has_depth = g->has_clip = 0;
+    if (result == GLBK_OK) g->has_depth = g->has_clip = 0;
     return result;
 }
 

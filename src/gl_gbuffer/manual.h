@@ -71,6 +71,11 @@
            return result != GLBK_OK;
        }
 
+   Vectors
+
+   A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, and any other
+   length is an error; vectors that are drawn or imported are normalised by the shaders.
+
    Configuration
 
      GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's

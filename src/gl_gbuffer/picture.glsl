@@ -1,11 +1,14 @@
-// picture - a pixel of a technique's picture: where it lies, whether it is drawn, how deep it is
+// picture - says where a pixel of a technique's picture lies, whether it is drawn, and how deep
 // (glbk_picture).
+
+// Returns the pixel of the picture that this fragment shows.
 ivec2 glbk_picture_at() { return ivec2(gl_FragCoord.xy) - ivec2(glbk_shown.left, glbk_shown.bottom); }
 
-// Is it asked whether something is seen, and where?
+// Returns whether glbk_picture_show has to be told what is seen, and where.
 bool glbk_picture_asks() { return (glbk_shown.keep_empty | glbk_shown.has_depth) != 0u; }
 
-// Once for each pixel, with what the G-buffer says: whether something is seen at world place p.
+// Discards the fragment if an empty pixel is to be kept, else sets its depth. seen says whether the G-buffer
+// holds anything in this pixel, p where in world space. Call it once.
 void glbk_picture_show(bool seen, vec3 p)
 {
     if (glbk_shown.keep_empty != 0u && !seen) discard;

@@ -73,7 +73,7 @@ static float texels[16 * 8 * 3];
 
 static const float triangles[2][9] = { { -1, 3, 0, 1, 3, -1, 0.5f, 3, 1 }, { 1, 3, -1, -1, 3, 0, 0, 2.6f, -1.5f } };
 
-/* x picks a triangle by area, as lib/cohsm_light_kind.glsl does. */
+/* x picks a triangle by area, as lib/cohsm_light.glsl does. */
 static void mesh_point(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
 {
     double areas[2], n[2][3];

@@ -1,5 +1,5 @@
 /* rows.h - tests of rows T43, T50, T61, T62, T66 to T70 and T73 of docs/conformance.md that both sides are put to, in
-   the same words: csm.h's queries by tests/csm/query_rows_test.c, glbk_csm_ask by tests/csm/gl_rows_test.c. Include
+   the same words: csm.h's queries by tests/csm/query_rows_test.c, glbk_csm_ask_... by tests/csm/gl_rows_test.c. Include
    csm.h, cmocka.h, conformance.h and csm/util.h before and define ROW_TEST(state), the first line of a test; then
    define the functions rows_... below. */
 #ifndef CSM_ROWS_H

@@ -320,8 +320,8 @@ static void put_member(text *out, unsigned long number, size_t length)
 }
 
 /* Puts C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, one behind the
-   other into a struct, which needs no pointers, and an empty one behind the last. Each line of the header has one of the
-   text, with the empty lines before it. */
+   other into a struct, which needs no pointers, and an empty one behind the last. Each line of the header has one of
+   the text, with the empty lines before it. */
 static void put_strings(text *out, const file *f)
 {
     enum { LONGEST = 4000 };
