@@ -782,7 +782,7 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "bool sky;\n"
     "uint window;\n"
     "ism_grid grid;\n"
-    "mat3 frame;\n"
+    "mat3 basis;\n"
     "};\n"
     "\n\nism_grid ism_grid_of(float exponent,uint window)\n"
     "{\n"
@@ -809,7 +809,7 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "l.window=uint(d.w);\n"
     "l.grid=ism_grid_of(a.w,l.window);\n"
     "bool about_axis=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky;\n"
-    "l.frame=ism_frame_of(about_axis?l.axis:l.normal);\n"
+    "l.basis=ism_basis_of(about_axis?l.axis:l.normal);\n"
     "return l;\n"
     "}\n"
     "\n\nivec2 ism_tile_at(uint v)\n"
@@ -897,7 +897,7 @@ static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = {
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
     "vec3 at;\n"
@@ -908,13 +908,13 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "vec4 cut1,cut2;\n"
     "\nivec4 box;\n"
     "};\n"
-    "\n\nbool ism_place_surfel(ism_vpl l,vec3 p,vec3 normal,float area,inout ism_surfel s)\n"
+    "\n\n\nbool ism_place_surfel(ism_vpl l,vec3 p,vec3 normal,float area,inout ism_surfel s)\n"
     "{\n"
-    "mat3 frame=l.frame;\n"
-    "vec3 n=normal*frame;\n"
+    "mat3 basis=l.basis;\n"
+    "vec3 n=normal*basis;\n"
     "s.radius2=area*(1./COHSM_PI);\n"
     "if(l.sky){\n"
-    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
+    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*basis;\n"
     "float r=glbk_ism_frame.sphere.w,slope=abs(n.z)>.05?1./n.z:.0;\n"
     "s.depth=o.z+r;\n"
     "s.uv=.5*o.xy/r+.5;\n"
@@ -922,14 +922,14 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "s.g=vec3(-n.xy*slope*r,s.depth+dot(n.xy,o.xy)*slope);\n"
     "return all(greaterThanEqual(s.uv,vec2(.0)))&&all(lessThan(s.uv,vec2(1.)));\n"
     "}\n"
-    "vec3 o=(p-l.position)*frame;\n"
+    "vec3 o=(p-l.position)*basis;\n"
     "float d2=dot(o,o),along=dot(n,o);\n"
     "s.depth=sqrt(d2);\n"
     "s.at=o;\n"
     "s.g=o/d2;\n"
     "if(!(d2>1e-30)|| !(o.z>1e-3*s.depth))return false;\n"
-    "\nbool lobe=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE;\n"
-    "if(lobe&& !(abs(dot(frame*o,l.normal))>1e-3*s.depth))return false;\n"
+    "\n\nbool lobe=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE;\n"
+    "if(lobe&& !(abs(dot(basis*o,l.normal))>1e-3*s.depth))return false;\n"
     "s.radius2=min(s.radius2,(along>.0&&s.cut1.w< -1.?.04:1.)*d2);\n"
     "if(abs(along)>1e-3*s.depth)s.g=n/along;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/s.depth,s.uv))return false;\n"
@@ -950,7 +950,7 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "if(p==ISM_PROJECTION_PARABOLOID)return .5*size;\n"
     "return .9*size*(p==ISM_PROJECTION_LOBE?sqrt(.5*(l.exponent+1.)):1.);\n"
     "}\n"
-    "\n\nbool ism_dither(uvec2 tile,float opacity)\n"
+    "\n\n\nbool ism_dither(uvec2 tile,float opacity)\n"
     "{\n"
     "uint i=(tile.y&1u)*2u+(tile.x&1u);\n"
     "return opacity>(i==0u?.125:i==1u?.625:i==2u?.875:.375);\n"
@@ -971,7 +971,7 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "}\n"
     "return true;\n"
     "}\n"
-    "\n\nbool ism_surfel_of(uint index,uint v,ism_vpl l,out ism_surfel s)\n"
+    "\n\n\nbool ism_surfel_of(uint index,uint v,ism_vpl l,out ism_surfel s)\n"
     "{\n"
     "uvec4 surfel=texelFetch(glbk_ism_surfels,glbk_table_at(index),0);\n"
     "float share=uintBitsToFloat(surfel.w);\n"
@@ -987,8 +987,8 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "p+=e1*b.x+e2*b.y;\n"
     "s.cut1=s.cut2=vec4(-2.);\n"
     "if(share<1.){\n"
-    "s.cut1=vec4((cross(e2,n)/length2)*l.frame,b.x);\n"
-    "s.cut2=vec4((cross(n,e1)/length2)*l.frame,b.y);\n"
+    "s.cut1=vec4((cross(e2,n)/length2)*l.basis,b.x);\n"
+    "s.cut2=vec4((cross(n,e1)/length2)*l.basis,b.y);\n"
     "area*=6.;\n"
     "}\n"
     "return ism_place_surfel(l,p,n/size,area,s)&&ism_box_surfel(l,s);\n"
@@ -1004,10 +1004,10 @@ static const struct { char s0[3590]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = {
     "\n\n#define ISM_HOLE 2\n"
     "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
-    "\n\nuint ism_quadrant(ivec2 d)\n"
+    "\n\n\nuint ism_quadrant(ivec2 d)\n"
     "{\n"
     "return d.x>0&&d.y>=0?1u:d.x<=0&&d.y>0?2u:d.x<0?4u:8u;\n"
     "}\n"
@@ -1026,7 +1026,7 @@ static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "uint open= ~found&255u;\n"
     "return(open&ism_turn(open,1)&ism_turn(open,2))==0u;\n"
     "}\n"
-    "\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
+    "\n\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
     "{\n"
     "int size=int(glbk_ism_frame.tile_side),least=0x7fffffff;\n"
     "ivec2 middle=(2*cell+1)<<level;\n"
@@ -1109,7 +1109,7 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl = {
+static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1120,12 +1120,12 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "\n\nfloat ism_luminance(vec3 f){return(f.x+f.y+f.z)*(1./3.);}\n"
     "\n\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
     "{\n"
-    "mat3 frame=l.frame;\n"
+    "mat3 basis=l.basis;\n"
     "int size=int(glbk_ism_frame.tile_side);\n"
     "ivec2 tile=ism_tile_at(v),texel;\n"
-    "vec3 n=ng*frame;\n"
+    "vec3 n=ng*basis;\n"
     "if(l.sky){\n"
-    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
+    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*basis;\n"
     "float r=glbk_ism_frame.sphere.w,depth=o.z+r;\n"
     "vec2 uv=.5*o.xy/r+.5;\n"
     "if(!(n.z< -ISM_GRAZING))return .0;\n"
@@ -1135,7 +1135,7 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "if(abs(n.z)>.1)depth-=dot(n.xy,d)/n.z;\n"
     "return depth-bias*r<=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x)?1.:.0;\n"
     "}\n"
-    "vec3 o=(p-l.position)*frame;\n"
+    "vec3 o=(p-l.position)*basis;\n"
     "float d=sqrt(dot(o,o));\n"
     "vec2 uv;\n"
     "if(!(o.z>.0)|| !(d>.0))return 1.;\n"
@@ -1181,10 +1181,10 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "share=sqrt(dot(area,area))/(8.*sqrt(dot(x,x)*dot(y,y)));\n"
     "return sum*.159154943;\n"
     "}\n"
-    "\n\n\nfloat ism_patch_kernel(mat3 frame,float side,vec3 d,vec3 n,float point,out float square)\n"
+    "\n\n\nfloat ism_patch_kernel(mat3 basis,float side,vec3 d,vec3 n,float point,out float square)\n"
     "{\n"
-    "float share,form=ism_form_factor(n,d,frame[0]*(.5*side),frame[1]*(.5*side),share);\n"
-    "float facing= -2.*dot(n,frame[2]);\n"
+    "float share,form=ism_form_factor(n,d,basis[0]*(.5*side),basis[1]*(.5*side),share);\n"
+    "float facing= -2.*dot(n,basis[2]);\n"
     "square=form=form>.0&&share>.0?form*COHSM_PI/(side*side*share):.0;\n"
     "if(!(facing>.0)|| !(form>point))return form;\n"
     "return form+min(facing,1.)*(point-form);\n"
@@ -1193,18 +1193,18 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "{\n"
     "float r2=side*side*(1./COHSM_PI),d2=dot(d,d),sum=.0;\n"
     "float least=d2>r2?sqrt(1.-r2/d2): -1.;\n"
-    "mat3 frame=ism_frame_of(cohsm_normalize(d));\n"
+    "mat3 basis=ism_basis_of(cohsm_normalize(d));\n"
     "for(int k=0;k<16;k++){\n"
     "float cosine=1.-(1.-least)*(float(k)+.5)*(1./16.);\n"
     "float sine=sqrt(1.-cosine*cosine);\n"
     "vec2 sc=cohsm_sincos(2.39996323*float(k));\n"
-    "vec3 w=frame*vec3(sine*sc.y,sine*sc.x,cosine);\n"
+    "vec3 w=basis*vec3(sine*sc.y,sine*sc.x,cosine);\n"
     "float a=dot(n,w),b= -dot(normal,w);\n"
     "if(a>.0&&b>.0)sum+=a*b;\n"
     "}\n"
     "return sum*(1./16.)*2.*(1.-least)/r2;\n"
     "}\n"
-    "\n\n\nfloat ism_nearness(float d2,float reach)\n"
+    "\n\nfloat ism_nearness(float d2,float reach)\n"
     "{\n"
     "float r2=reach*reach,h=2.*(r2-d2);\n"
     "return!(h>.0)?.0:h<r2?h/r2:1.;\n"
@@ -1226,11 +1226,11 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "#if ISM_NEAR == 1\n"
     "if(!(area>.0&&d2<9.*area))return plain;\n"
     "float point=plain;\n"
-    "return ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
+    "return ism_patch_kernel(l.basis,l.side,d,n,point,plain);\n"
     "#elif ISM_NEAR == 6\n"
     "float share=1.-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
     "if(!(share>.0))return plain=.0;\n"
-    "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
+    "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.basis,l.side,d,n,point,plain);\n"
     "plain*=share;\n"
     "return k*share;\n"
     "#elif ISM_NEAR == 2\n"
@@ -1289,8 +1289,8 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "ism_vpl l=ism_read_vpl(q.vpl);\n"
     "vec3 way=l.position-q.position,d=p-q.position,at=p;\n"
     "float open=1.-clamp(-2.*dot(n,q.normal),.0,1.),lit=1.;\n"
-    "if(!(dot(l.frame[2],p-l.position)>.0))return open;\n"
-    "bool movable=open>.0&&dot(d,d)<dot(way,way)&&dot(l.frame[2],d)>.0;\n"
+    "if(!(dot(l.basis[2],p-l.position)>.0))return open;\n"
+    "bool movable=open>.0&&dot(d,d)<dot(way,way)&&dot(l.basis[2],d)>.0;\n"
     "\nwhile(!(ism_visible(q.vpl,l,at,ng,bias)>.0)){\n"
     "if(!movable)return .0;\n"
     "movable=false;\n"
@@ -1312,7 +1312,7 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "if(!(h>.0))return .0;\n"
     "float point=dot(n,d)* -dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
     "plain=point;\n"
-    "if(d2<9.*q.side*q.side)k=ism_patch_kernel(ism_frame_of(q.normal),q.side,d,n,point,plain);\n"
+    "if(d2<9.*q.side*q.side)k=ism_patch_kernel(ism_basis_of(q.normal),q.side,d,n,point,plain);\n"
     "plain*=h;\n"
     "return k*h;\n"
     "}\n"
@@ -1375,7 +1375,7 @@ static const struct { char s0[3999]; char s1[3979]; char s2[44]; char end; } glb
     "}\n", 0
 };
 
-static const struct { char s0[3134]; char end; } glbk__glsl_lib_ism_map_glsl = {
+static const struct { char s0[3135]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
@@ -1419,7 +1419,7 @@ static const struct { char s0[3134]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "float sine=e==1.?r:sqrt(ism_power_gap(s,2./(e+1.)));\n"
     "return vec3(cohsm_concentric(uv)*(r>1e-12?sine/r:1.),z);\n"
     "}\n"
-    "\n\nbool ism_map_coordinates(uint projection,float exponent,vec3 w,out vec2 uv)\n"
+    "\n\n\nbool ism_map_coordinates(uint projection,float exponent,vec3 w,out vec2 uv)\n"
     "{\n"
     "vec2 ab;\n"
     "uv=vec2(.0);\n"
@@ -1469,7 +1469,7 @@ static const struct { char s0[3134]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "across=ism_axis(cut.xz,size,rim);\n"
     "down=ism_axis(cut.yw,size,rim);\n"
     "}\n"
-    "\n\nmat3 ism_frame_of(vec3 z)\n"
+    "\n\nmat3 ism_basis_of(vec3 z)\n"
     "{\n"
     "vec3 x,y;\n"
     "cohsm_basis(z,x,y);\n"
@@ -1615,7 +1615,7 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp = {
+static const struct { char s0[2458]; char end; } glbk__glsl_prog_ism_fill_comp = {
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
@@ -1636,7 +1636,7 @@ static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp =
     "{\n"
     "return int(ism_cells[ism_cell(level,cell-(ism_origin>>level))]);\n"
     "}\n"
-    "\n\nuint ism_part(int level,ivec2 cell)\n"
+    "\n\n\nuint ism_part(int level,ivec2 cell)\n"
     "{\n"
     "if(level==0)return ism_depths[cell.y*ISM_SIDE+cell.x]<ISM_FAR?1u:0u;\n"
     "return ism_cells[ism_cell(level,cell)];\n"
@@ -1805,7 +1805,7 @@ static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag =
     "}\n", 0
 };
 
-static const struct { char s0[3997]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
+static const struct { char s0[3998]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
@@ -1821,7 +1821,7 @@ static const struct { char s0[3997]; char s1[367]; char end; } glbk__glsl_prog_i
     "ism_vpl ism_l;\n"
     "ivec4 ism_part;\n"
     "uint ism_hopes[4];\n"
-    "\n\nbool ism_find(uint i,out ism_surfel s)\n"
+    "\n\n\nbool ism_find(uint i,out ism_surfel s)\n"
     "{\n"
     "uint each=glbk_ism_frame.phase_surfel_count;\n"
     "uint index=(i/each*glbk_ism_frame.vpl_capacity+ism_v)*each+i%each;\n"
@@ -2104,7 +2104,7 @@ GLBK__PART_CODE(ism, ISM)
 
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and the range of that if it is not 0 */
+typedef struct glbk__ism_range {    /* a field, its value, and the range of values but 0 */
     const char *field;
     double      value, low, high;
     const char *wanted;             /* the range in words */
@@ -2147,8 +2147,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
-/* Returns a desc with defaults in place of zeros, zeros in place of what is negative for none, and without
-   its system. */
+/* Returns a desc with defaults in place of zeros, zeros in place of negative numbers that say none, and
+   without its system. */
 static ism_desc glbk__ism_resolved(const ism_desc *desc)
 {
     ism_desc d = *desc;
@@ -2166,7 +2166,7 @@ static ism_desc glbk__ism_resolved(const ism_desc *desc)
     return d;
 }
 
-/* Checks a shading and writes it with its defaults, as ism_shade takes them. */
+/* Checks a shading as ism_shade does, and writes the shading with its defaults. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
@@ -2398,7 +2398,7 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 
 /* ---- ism: maps ---- */
 
-/* Makes what both paths draw to: the planes of surfels, and the atlas. */
+/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -2417,8 +2417,8 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
     return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
-/* Makes what the core path needs to get from surfels to the atlas: the kept texels, the levels of pull,
-   programs. */
+/* Makes pictures and programs that take the core path from surfels to the atlas: kept texels, levels of pull,
+   push. */
 static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
 {
     char defines[] = "ISM_LEVEL=1";
@@ -2471,7 +2471,7 @@ static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
     return (m->desc.vpl_count * (uint32_t)m->desc.near_point_count + 63) / 64;
 }
 
-/* Returns what shaders know of the maps. */
+/* Returns the values of the maps' uniform block. */
 static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
@@ -2493,7 +2493,7 @@ static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
     return f;
 }
 
-/* Sends what shaders know of the maps to the GPU. */
+/* Uploads the maps' uniform block. */
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
     const glbk_ism_frame f = glbk__ism_frame_of(m);
@@ -2602,8 +2602,8 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
 
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel. had: how many
-   the table holds now; it is made anew if the number changes. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel. had is how
+   many the table holds now; the table is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -2628,8 +2628,8 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     return result;
 }
 
-/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees; NULL
-   if there is no memory or an index reaches beyond the vertices, which *result says. */
+/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees.
+   Returns NULL if there is no memory or an index reaches beyond the vertices; *result says which. */
 static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__allocator *memory,
                                      const ism_mesh *mesh, size_t count, glbk_result *result)
 {
@@ -2857,7 +2857,7 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 
 /* ---- ism: drawing the maps ---- */
 
-/* Binds all that surfels are drawn from. */
+/* Binds the textures and the block that surfels are drawn from. */
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -2876,7 +2876,7 @@ static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m,
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* Draws the surfels of a phase, at most so many in a draw. */
+/* Draws the surfels of a phase, at most `most` of them in a draw. */
 static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
     const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
@@ -2890,7 +2890,7 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
             ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
             continue;
         }
-        f.first_surfel = first;               /* instances begin at 0 everywhere */
+        f.first_surfel = first;               /* since instances begin at 0 everywhere */
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
         if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
     }
@@ -2923,7 +2923,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     return result;
 }
 
-/* Binds all that holes are found and filled from. */
+/* Binds the textures and the block that holes are found and filled from. */
 static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -3002,7 +3002,7 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
 
 /* ---- ism: the renderer ---- */
 
-/* Returns what shaders know of a shading, which has its defaults. */
+/* Returns the values of the uniform block for a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
@@ -3014,7 +3014,7 @@ static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
     return view;
 }
 
-/* Binds all that shading reads of maps. */
+/* Binds the textures and the block that shading reads of maps. */
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -3083,7 +3083,7 @@ GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* What the passes of a glbk_ism_shade read and write. */
+/* The objects that the passes of a glbk_ism_shade read and write. */
 typedef struct glbk__ism_job {
     const glbk_ism_renderer *renderer;
     const glbk_gbuffer      *gbuffer;
@@ -3092,7 +3092,7 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
-/* Finds the program of a projection and of a rule near by, which is compiled when it is first asked for. */
+/* Finds the program of a projection and of a rule near by, and compiles it at first use. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
@@ -3105,9 +3105,9 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
 }
 
-/* Runs the job's program over `rows` rows of pixels from row `first` on. It reads the G-buffer and either the
-   maps or, if blur is not 0, the light. side: a group of the compute path has 16 x 16 pixels of one class,
-   which lie so far apart. */
+/* Runs the job's program over `rows` rows of pixels from row `first` on. The program reads the G-buffer and
+   either the maps or, if blur is not 0, the light. A group of the compute path has 16 x 16 pixels of one
+   class, which lie `side` apart. */
 static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job *job, int blur, uint32_t side,
                                          uint32_t first, uint32_t rows)
 {
@@ -3122,7 +3122,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     pass.viewport[3] = (int32_t)rows;
     if (!r->compute) result = glbk_begin(ctx, &pass, job->program);
     if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
     if (!r->compute) {

@@ -922,8 +922,8 @@ static const struct { char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = 
     "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n", 0
 };
 
-static const struct { char s0[1640]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
-    "\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
+static const struct { char s0[1641]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
+    "\n\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 to=rsm_to_light(l,p),d=p-l.position;\n"
     "float d2=dot(d,d),cosine=dot(n,to),along= -dot(l.axis,to);\n"
@@ -1035,7 +1035,7 @@ static const struct { char s0[754]; char end; } glbk__glsl_lib_rsm_frame_glsl = 
     "}glbk_rsm_frame;\n", 0
 };
 
-static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
+static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
     "\n\n\n\n#ifndef RSM_SURFACES\n"
     "#define RSM_SURFACES 0\n"
     "#endif\n"
@@ -1069,7 +1069,7 @@ static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_r
     "{\n"
     "vec3 a,d;\n"
     "float scale=l.extent/l.side;\n"
-    "rsm_face_frame(l,face,side,other,a);\n"
+    "rsm_face_axes(l,face,side,other,a);\n"
     "d=a;\n"
     "if(l.kind!=RSM_SUN){\n"
     "float depth=dot(p-l.position,a);\n"
@@ -1105,13 +1105,14 @@ static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_r
     "}\n"
     "\n\n\n\n\nfloat rsm_form_of(vec3 n,vec3 c,vec3 u,vec3 v)\n"
     "{\n"
-    "vec3 p=c-u-v,q=c+u-v,r=c+u+v,s=c-u+v,leave=c,come=c;\n"
+    "vec3 p=c-u-v,q=c+u-v,r=c+u+v,s=c-u+v;\n"
+    "vec3 leave=c,come=c;\n"
     "float sum=rsm_clipped_edge(n,p,q,leave,come)+rsm_clipped_edge(n,q,r,leave,come);\n"
     "sum+=rsm_clipped_edge(n,r,s,leave,come)+rsm_clipped_edge(n,s,p,leave,come);\n"
     "return .5*abs(sum+rsm_edge(n,leave,come));\n"
     "}\n"
     "#endif\n"
-    "\n\n\n\nfloat rsm_texel_form(rsm_light l,vec3 p,vec3 n,int face,vec3 light,vec3 light_normal,float bound,\n"
+    "\n\n\n\n\nfloat rsm_texel_form(rsm_light l,vec3 p,vec3 n,int face,vec3 light,vec3 light_normal,float bound,\n"
     "float near2)\n"
     "{\n"
     "float form=rsm_form(p,n,light,light_normal,bound);\n"
@@ -1146,10 +1147,10 @@ static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_r
     "vec2 q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y));\n"
     "vec3 r,u,a;\n"
     "if(l.faces==1)return vec3(q*.5+.5,.0);\n"
-    "rsm_face_frame(l,t.z,r,u,a);\n"
+    "rsm_face_axes(l,t.z,r,u,a);\n"
     "return rsm_normalize(a+r*q.x+u*q.y)*.5;\n"
     "}\n"
-    "\n\nrsm_centre rsm_centre_of(rsm_light l,vec3 p,bool inside)\n"
+    "\n\n\nrsm_centre rsm_centre_of(rsm_light l,vec3 p,bool inside)\n"
     "{\n"
     "rsm_centre centre=rsm_centre(vec3(.0),vec3(.0),vec3(.0));\n"
     "if(l.faces!=1){\n"
@@ -1196,7 +1197,7 @@ static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_r
     "vec3 d=centre.at*(1.-2.*s)+centre.right*(q.x*k)+centre.up*(q.y*k),a,fr,fu;\n"
     "t.z=rsm_face_of_direction(l,d);\n"
     "if(t.z>=l.faces)return false;\n"
-    "rsm_face_frame(l,t.z,fr,fu,a);\n"
+    "rsm_face_axes(l,t.z,fr,fu,a);\n"
     "q=vec2(dot(d,fr),dot(d,fu))/dot(d,a);\n"
     "t.xy=min(ivec2((q*.5+.5)*l.side),ivec2(size-1));\n"
     "q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y));\n"
@@ -1263,8 +1264,8 @@ static const struct { char s0[3982]; char s1[3244]; char end; } glbk__glsl_lib_r
     "}\n", 0
 };
 
-static const struct { char s0[1794]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
-    "\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
+static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
+    "\n\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
     "\n\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
     "{\n"
     "line=ivec2(at/step*step,min((at/step+1)*step,size-1));\n"
@@ -1336,7 +1337,7 @@ static const struct { char s0[233]; char end; } glbk__glsl_lib_rsm_light_glsl = 
     "}glbk_rsm_light;\n", 0
 };
 
-static const struct { char s0[2080]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
+static const struct { char s0[2081]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
     "\n\n\n\n#ifndef RSM_GROUP\n"
     "#define RSM_GROUP 64\n"
     "#endif\n"
@@ -1369,7 +1370,7 @@ static const struct { char s0[2080]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "rsm_receiver r;\n"
     "if(rsm_read(at,r)&&texelFetch(glbk_rsm_coarse,number,0).w>=.0)rsm_add_wanted(at);\n"
     "}\n"
-    "\n\n\nuint rsm_room(uint list,uint count)\n"
+    "\n\n\n\nuint rsm_room(uint list,uint count)\n"
     "{\n"
     "uint at=atomicAdd(glbk_rsm_counts[4u*list+3u],count);\n"
     "uint before=(at+63u)/64u,groups=(at+count+63u)/64u;\n"
@@ -1391,8 +1392,12 @@ static const struct { char s0[2080]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
-    "\nconst int RSM_SUN=1,RSM_SPOT=2,RSM_SQUARE_SPOT=3,RSM_POINT=4,RSM_PATCH=5;\n"
+static const struct { char s0[3016]; char end; } glbk__glsl_lib_rsm_map_glsl = {
+    "\nconst int RSM_SUN=1;\n"
+    "const int RSM_SPOT=2;\n"
+    "const int RSM_SQUARE_SPOT=3;\n"
+    "const int RSM_POINT=4;\n"
+    "const int RSM_PATCH=5;\n"
     "const float RSM_PI=3.14159265;\n"
     "\nstruct rsm_light{\n"
     "vec3 position;\n"
@@ -1408,7 +1413,7 @@ static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "float d=dot(v,v);\n"
     "return d>.0?v/sqrt(d):vec3(.0);\n"
     "}\n"
-    "\n\nvoid rsm_face_frame(rsm_light l,int face,out vec3 r,out vec3 u,out vec3 a)\n"
+    "\n\nvoid rsm_face_axes(rsm_light l,int face,out vec3 r,out vec3 u,out vec3 a)\n"
     "{\n"
     "r=l.right;\n"
     "u=l.up;\n"
@@ -1422,7 +1427,7 @@ static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "\n\nvec3 rsm_to_face(rsm_light l,int face,vec3 p)\n"
     "{\n"
     "vec3 r,u,a,q=p-l.position;\n"
-    "rsm_face_frame(l,face,r,u,a);\n"
+    "rsm_face_axes(l,face,r,u,a);\n"
     "float z=dot(q,a);\n"
     "return vec3(vec2(dot(q,r),dot(q,u))/(l.kind==RSM_SUN?l.extent:l.extent*z),z);\n"
     "}\n"
@@ -1467,7 +1472,7 @@ static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "float h=l.extent/l.side;\n"
     "if(l.kind==RSM_SUN)return 4.*h*h;\n"
     "vec3 r,u,a;\n"
-    "rsm_face_frame(l,face,r,u,a);\n"
+    "rsm_face_axes(l,face,r,u,a);\n"
     "vec2 q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y))*l.extent;\n"
     "float flux=rsm_solid_angle(l,r,u,a,q,h);\n"
     "if(l.kind!=RSM_SPOT)return flux;\n"
@@ -1484,7 +1489,7 @@ static const struct { char s0[2976]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "\n\n\nfloat rsm_area(rsm_light l,int face,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 r,u,a,to=rsm_to_light(l,p);\n"
-    "rsm_face_frame(l,face,r,u,a);\n"
+    "rsm_face_axes(l,face,r,u,a);\n"
     "float side=2.*l.extent/l.side*(l.kind==RSM_SUN?1.:dot(p-l.position,a));\n"
     "return side*side*(l.kind==RSM_SUN?1.:abs(dot(a,to)))/max(abs(dot(n,to)),.05);\n"
     "}\n"
@@ -1563,8 +1568,8 @@ static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl
     "}\n", 0
 };
 
-static const struct { char s0[1512]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
-    "\n\n\n#define RSM_NONE 0.0\n"
+static const struct { char s0[1513]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+    "\n\n\n\n#define RSM_NONE 0.0\n"
     "#define RSM_OPEN 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
     "#define RSM_EVALUATED 3.0\n"
@@ -1676,7 +1681,7 @@ static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1381]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag = {
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1703,7 +1708,7 @@ static const struct { char s0[1381]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "int face=int(glbk_rsm_drawn.face);\n"
     "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*albedo;\n"
     "if(!(max(max(flux.x,flux.y),flux.z)<=1e18))flux=vec3(.0);\n"
-    "rsm_face_frame(l,face,r,u,a);\n"
+    "rsm_face_axes(l,face,r,u,a);\n"
     "float depth=dot(rsm_place-l.position,a);\n"
     "gl_FragDepth=clamp((depth-glbk_rsm_drawn.near_depth)*glbk_rsm_drawn.depth_scale,.0,1.);\n"
     "rsm_out_place=floatBitsToUint(vec4(rsm_place,depth));\n"
@@ -1728,8 +1733,8 @@ static const struct { char s0[398]; char end; } glbk__glsl_prog_rsm_fill_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[2160]; char end; } glbk__glsl_prog_rsm_gather_comp = {
-    "\n\n\n\n\n#ifndef NODES\n"
+static const struct { char s0[2161]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+    "\n\n\n\n\n\n#ifndef NODES\n"
     "#define NODES 0\n"
     "#endif\n"
     "layout(local_size_x=64)in;\n"
@@ -1847,7 +1852,7 @@ static const struct { char s0[1432]; char end; } glbk__glsl_prog_rsm_gather_frag
     "}\n", 0
 };
 
-static const struct { char s0[2101]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+static const struct { char s0[2108]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
@@ -1887,7 +1892,8 @@ static const struct { char s0[2101]; char end; } glbk__glsl_prog_rsm_interpolate
     "\nvoid main()\n"
     "{\n"
     "int step=int(glbk_rsm_frame.step),next=int(glbk_rsm_frame.next_step);\n"
-    "ivec2 at,size=rsm_picture_side(),number,lx,ly;\n"
+    "ivec2 at,size=rsm_picture_side(),number;\n"
+    "ivec2 lx,ly;\n"
     "rsm_receiver r;\n"
     "vec3 value;\n"
     "float share;\n"
@@ -2134,11 +2140,11 @@ static const struct { char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1386]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
+static const struct { char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
     "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "const int SIDE=18;\n"
-    "shared vec4 rsm_places[SIDE*SIDE],\n"
-    "rsm_lights[SIDE*SIDE];\n"
+    "shared vec4 rsm_places[SIDE*SIDE];\n"
+    "shared vec4 rsm_lights[SIDE*SIDE];\n"
     "shared vec3 rsm_normals[SIDE*SIDE];\n"
     "\n\nint rsm_here(ivec2 off)\n"
     "{\n"
@@ -2311,7 +2317,8 @@ GLBK__PART_CODE(rsm, RSM)
 enum {
     GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
     GLBK__RSM_TABLE = 1024,         /* the most materials, and texels a side of the noise */
-    GLBK__RSM_NONE = 9              /* the number of no picture */
+    GLBK__RSM_NONE = 9,             /* the number of no picture */
+    GLBK__RSM_FAR_BITS = 0x7f61b1e6 /* the bits of RSM_FAR */
 };
 
 typedef struct glbk__rsm_range {    /* a field, its value and its range */
@@ -2347,7 +2354,7 @@ static glbk_result glbk__rsm_refuse_element(const glbk_context *ctx, glbk_result
     return glbk__refuse_value(ctx, result, function, name.text, value, wanted);
 }
 
-/* Checks that a desc has no system: on GL the context's system gives memory and gets messages. */
+/* Checks that a desc has no system, since on GL the context's system gives memory and gets messages. */
 static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
 {
     if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
@@ -2390,7 +2397,7 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
     return GLBK_OK;
 }
 
-/* Checks a light as rsm.h does, and writes it with its defaults. */
+/* Checks a light as rsm.h does, and writes the light with its defaults. */
 static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function,
                                          const rsm_light *light, rsm_light *l)
 {
@@ -2422,7 +2429,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
                               "above near_depth, at most 1e9");
 }
 
-/* ---- maps and renderers that a call was given ---- */
+/* ---- maps, renderers and G-buffers that a call was given ---- */
 
 /* Checks that a map was created. */
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
@@ -2480,9 +2487,9 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* ---- rsm.h's descs: what they say, with their defaults ---- */
+/* ---- descs of rsm.h and gifilter.h, with their defaults ---- */
 
-/* Checks a desc of direct light as rsm_direct does, and writes it with its defaults. */
+/* Checks a desc of direct light as rsm_direct does, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc,
                                           rsm_direct_desc *out)
 {
@@ -2509,7 +2516,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     return GLBK_OK;
 }
 
-/* Checks a desc of bounced light as rsm_gather does, and writes it with its defaults. */
+/* Checks a desc of bounced light as rsm_gather does, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function,
                                           const rsm_gather_desc *desc, rsm_gather_desc *out)
 {
@@ -2549,7 +2556,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     return GLBK_OK;
 }
 
-/* Checks interpolation as rsm_interpolate does, and writes it with its defaults. */
+/* Checks interpolation as rsm_interpolate does, and writes the struct with its defaults. */
 static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const rsm_interpolation *how,
                                                  rsm_interpolation *out)
 {
@@ -2584,7 +2591,7 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     return GLBK_OK;
 }
 
-/* Checks a frame of the filter as gifilt_apply does, and writes it with its defaults. */
+/* Checks a frame of the filter as gifilt_apply does, and writes the frame with its defaults. */
 static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame,
                                          gifilt_frame *out)
 {
@@ -2660,7 +2667,7 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     return GLBK_OK;
 }
 
-/* Checks that the tables on the GPU are those of a checked desc, as far as it needs some. */
+/* Checks that the tables on the GPU are those of a checked desc, as far as the desc needs tables. */
 static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function,
                                           const glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
@@ -2700,9 +2707,9 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
 
 enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,
-    GLBK__RSM_SCAN,                 /* each of these two is followed by that of the next steps */
+    GLBK__RSM_SCAN,                 /* the first step of sums along rows; _ON does the next steps */
     GLBK__RSM_SCAN_ON,
-    GLBK__RSM_SCAN_ROWS,
+    GLBK__RSM_SCAN_ROWS,            /* the first step of sums of rows */
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
@@ -2712,11 +2719,11 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_RECALL,
     GLBK__RSM_SMOOTH,
     GLBK__RSM_RESOLVE,
-    GLBK__RSM_DO_SCAN,              /* by compute, from here on */
+    GLBK__RSM_DO_SCAN,              /* a compute shader, like all that follow but GATHER_SURFACES */
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
     GLBK__RSM_DO_NODES,
-    GLBK__RSM_GATHER_SURFACES,      /* these three with near_field */
+    GLBK__RSM_GATHER_SURFACES,      /* for near_field, like the next two */
     GLBK__RSM_DO_GATHER_SURFACES,
     GLBK__RSM_DO_NODES_SURFACES,
     GLBK__RSM_DO_BEGIN,
@@ -2725,7 +2732,7 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_DO_SMOOTH
 };
 
-/* The file and the defines of each. */
+/* Each program has its file and its defines here. */
 static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_fill.frag", NULL },
     { "rsm_scan.frag", "FROM=0" },
@@ -2760,7 +2767,7 @@ static uint32_t glbk__rsm_face_count(const rsm_light *l)
     return l->kind == RSM_LIGHT_POINT || (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f) ? 6 : 1;
 }
 
-/* Writes a vector and a fourth number. */
+/* Writes a vector, and w as the fourth number. */
 static void glbk__rsm_set4(float *out, glbk_rsm__v3 v, float w)
 {
     glbk_rsm__v3_store(out, v);
@@ -2841,7 +2848,7 @@ static void glbk__rsm_face_matrix(const glbk_rsm_map *map, uint32_t face, float 
     m[15] = perspective ? -glbk_rsm__v3_dot(a, p) : 1.0f;
 }
 
-/* Makes an image; layers 0 = no array. */
+/* Makes an image, which is an array unless layers is 0. */
 static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    uint32_t layers, glbk_texture *out)
 {
@@ -3036,7 +3043,7 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, and one after them */
+enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of open pixels for six grids, and one more */
 
 /* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
@@ -3050,7 +3057,7 @@ static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
     return result;
 }
 
-/* Makes history i: what a frame knew of each pixel, with place and normal of what it saw there. */
+/* Makes history i: the light of each pixel in a frame, with the place and normal that were seen there. */
 static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t i)
 {
     glbk_target_desc d;
@@ -3140,7 +3147,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Makes a table of rows of width texels from count items of n floats. */
+/* Makes a table, with rows of `width` texels, from count items of n floats. */
 static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n,
                                    uint32_t width, glbk_texture *out)
 {
@@ -3162,7 +3169,7 @@ static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_
     return result;
 }
 
-/* Keeps what glbk__rsm_tables_check compares. */
+/* Keeps the desc and the counts that glbk__rsm_tables_check compares. */
 static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     r->tables = *d;
@@ -3207,7 +3214,7 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     return result;
 }
 
-/* Compiles a program when it is first asked for. */
+/* Compiles a program, unless that was done before. */
 static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     const char *const *names = glbk__rsm_programs[which];
@@ -3226,7 +3233,7 @@ static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values) : result;
 }
 
-/* Begins a pass over width x height pixels of a target; textures are bound after it. */
+/* Begins a pass over width x height pixels of a target. Textures are bound after this call. */
 static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which,
                                    const glbk_target *target, uint32_t width, uint32_t height)
 {
@@ -3240,7 +3247,7 @@ static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return glbk_begin(ctx, &pass, &r->programs[which]);
 }
 
-/* Binds what is read of a map. */
+/* Binds the block and the textures of a map. */
 static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -3264,19 +3271,20 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *r, const
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_rsm_materials, &r->materials);
 }
 
-/* Binds all that a program of the library may read, but for pictures that it alone has. */
+/* Binds all that several programs of the library read. Pictures that one of them alone reads come after
+   that. */
 static void glbk__rsm_bind_all(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                const glbk_rsm_map *map)
 {
     glbk_rsm_bind(ctx, r, map, NULL);
-    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* The callers have checked it. */
 }
 
 /* ==== src/gl_rsm/drawing.h ==== */
 
 /* ---- rsm: drawing maps ---- */
 
-/* Sets the block of a surface, so that a map has the albedo that lib/gbuffer.glsl reads after
+/* Sets the block of a surface. A map then has the albedo that lib/gbuffer.glsl reads after
    glbk_gbuffer_object. */
 static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
 {
@@ -3312,11 +3320,11 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Clears a face and has the user draw into it. */
+/* Clears a face and lets the user's function draw into it. */
 static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_target *target,
                                   const glbk_rsm_map *map, glbk_rsm_draw_fn draw_fn, void *user)
 {
-    static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, 0x7f61b1e6u /* RSM_FAR */ };
+    static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, GLBK__RSM_FAR_BITS };
     glbk_pass pass;
     glbk_result result = glbk__rsm_program(ctx, r, GLBK__RSM_FILL);
     if (result != GLBK_OK) return result;
@@ -3330,7 +3338,7 @@ static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const
     ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 2, empty);
     glbk_clear_depth(ctx, 1);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->buffer);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, NULL);        /* until an object has one */
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, NULL);        /* Objects bind theirs. */
     r->drawing = 1;
     r->failed = GLBK_OK;
     draw_fn(user, ctx, r);
@@ -3408,8 +3416,8 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Does all steps of running sums along x, in all faces of a map: the first by program `from`, the others by
-   the one after it. *at gets which of the targets holds the sums. */
+/* Does all steps of running sums along x, in all faces of a map: the first step by program `from`, the others
+   by the program after that. *at gets the number of the target that holds the sums. */
 static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from,
                                   uint32_t height, glbk_target targets[2][6], int *at)
 {
@@ -3433,7 +3441,7 @@ static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_
     return GLBK_OK;
 }
 
-/* Does the same by compute: with a group for each row of all faces, then with a group for each face. */
+/* Makes running sums by compute, with a group for each row of all faces, then with a group for each face. */
 static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     int rows;
@@ -3451,7 +3459,7 @@ static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glb
     return GLBK_OK;
 }
 
-/* Makes the running sums of a map, unless they are there. */
+/* Makes the running sums of a map, unless the map has them. */
 static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     glbk_result result;
@@ -3464,29 +3472,29 @@ static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_r
     return result;
 }
 
-typedef struct glbk__rsm_run {      /* one glbk_rsm_gather or glbk_rsm_interpolate */
+typedef struct glbk__rsm_run {      /* a call of glbk_rsm_gather or glbk_rsm_interpolate */
     glbk_context        *ctx;
     glbk_rsm_renderer   *r;
     const glbk_gbuffer  *gbuffer;   /* NULL: only the list is made */
     glbk_rsm_map *const *maps;
-    uint32_t             count;     /* maps */
+    uint32_t             count;     /* number of maps */
     uint32_t             sets;      /* sets of pixels that have lights and points of their own */
-    uint32_t             by_flux;   /* lights of a map by flux */
-    uint32_t             about;     /* points about the receiver */
+    uint32_t             by_flux;   /* lights of a map that are picked by flux */
+    uint32_t             about;     /* points of the pattern about the receiver */
     uint32_t             room;      /* lights of a set that the list holds */
     uint32_t             seed;
     int                  mixed;     /* not 0: RSM_PATTERN_MIXED */
     int                  all;       /* not 0: every texel is a light */
     int                  apart;     /* not 0: each map has a list of its own */
-    int                  listed;    /* not 0: the list holds all that is needed */
+    int                  listed;    /* not 0: the list holds all lights */
     int                  begun;     /* not 0: the picture holds light */
-    glbk_texture        *pictures;  /* where light adds up */
-    glbk_target         *targets;
-    uint32_t             width;     /* of these */
+    glbk_texture        *pictures;  /* the pictures in which light adds up */
+    glbk_target         *targets;   /* of the pictures */
+    uint32_t             width;     /* of the pictures */
     uint32_t             height;
     uint32_t             now;       /* the picture that holds the light */
     uint32_t             kept;      /* a picture that must stay */
-    const glbk_texture  *states;    /* what each pixel's light is, while it is interpolated */
+    const glbk_texture  *states;    /* the state of each pixel while light is interpolated */
     const glbk_texture  *coarse;    /* the grid before */
     const glbk_buffer   *items;     /* compute: the pixels; NULL = all */
 } glbk__rsm_run;
@@ -3523,7 +3531,8 @@ static glbk_result glbk__rsm_dispatch(glbk_context *ctx, const glbk_rsm_renderer
     return GLBK_OK;
 }
 
-/* Does what glbk__rsm_add does by compute, in place: on all pixels of the picture, or on those of a list. */
+/* Does the work of glbk__rsm_add by compute, in place: on all pixels of the picture, or on those of a
+   list. */
 static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3579,8 +3588,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     return GLBK_OK;
 }
 
-/* Adds the light of all maps to the pixels that r->values.mode names. A list takes as many lights as there is
-   room for. It is picked only once if it holds all of them. */
+/* Adds the light of all maps to the pixels that r->values.mode names. The list takes as many lights as it has
+   room for, and is made only once if it holds all of them. */
 static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
 {
     uint32_t m, at = 0, flushed = 0;
@@ -3615,8 +3624,8 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list: the number of the list
-   that tells the groups; NULL = x by y groups. */
+/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list points to the number of
+   the list that tells how many groups run; if list is NULL, x by y groups run. */
 static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
                                       uint32_t x, uint32_t y)
 {
@@ -3636,8 +3645,8 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
                 : glbk_dispatch(g->ctx, &r->programs[which], x, y, 1);
 }
 
-/* Begins interpolation by compute: empties the lists, marks no node of r->grids[0] as evaluated, and lists
-   those of the first grid. */
+/* Begins interpolation by compute: empties the lists, says that no node of r->grids[0] is evaluated, and
+   lists the nodes of the first grid. */
 static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
@@ -3650,7 +3659,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     r->values.step = d->step;
     r->values.fine_step = fine;
     r->values.list_wanted = 0;
-    /* This goes through the binding that the pass changes anyway: glbk_buffer_update would ask GL for one. */
+    /* The upload goes through a binding that the pass changes anyway; glbk_buffer_update would ask GL which
+       buffer is bound, so as to bind it again. */
     if (g->ctx->lost) return GLBK_ERR_LOST;
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
     g->ctx->gl.BufferData(GLBK_GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)r->counts.bytes, counts,
@@ -3658,8 +3668,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* Does what glbk__rsm_grids does by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
-   pixels that stay open. All grids are in one, the finest. The picture gets evaluated and interpolated light
+/* Does the work of glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
+   pixels that stay open. All grids are in the finest one. The picture gets evaluated and interpolated light
    at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
@@ -3690,8 +3700,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     return result;
 }
 
-/* Evaluates grids of half the step each time, and interpolates between their nodes. What is left open, the
-   caller evaluates. The picture ends in r->sums. */
+/* Evaluates grids of half the step each time, and interpolates between their nodes. The caller evaluates the
+   pixels that stay open. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3736,7 +3746,7 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
     return GLBK_OK;
 }
 
-/* Sets what samples a checked desc takes. */
+/* Sets how many samples of each kind are taken for a checked desc, and how. */
 static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3766,7 +3776,8 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     r->values.near_field = g->all || g->about ? d->near_field : 0.0f;
 }
 
-/* Gathers for a checked desc. how: interpolation with its defaults; NULL = at every pixel. */
+/* Gathers light for a checked desc. how is the interpolation with its defaults; if it is NULL, every pixel is
+   evaluated. */
 static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, const rsm_interpolation *how)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3793,7 +3804,7 @@ static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, 
     return result;
 }
 
-/* Checks what both calls have in common, and writes the desc with its defaults. */
+/* Checks the arguments that both calls have, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, const rsm_gather_desc *desc,
                                        rsm_gather_desc *out)
 {
@@ -3806,7 +3817,7 @@ static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, c
     return result == GLBK_OK ? glbk__rsm_tables_check(g->ctx, function, g->r, out) : result;
 }
 
-/* Begins a run with what both calls are given. */
+/* Begins a run with the arguments that both calls have. */
 static void glbk__rsm_run_make(glbk__rsm_run *g, glbk_context *ctx, glbk_rsm_renderer *r,
                                const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps, uint32_t count)
 {
@@ -3859,8 +3870,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
 
 /* ---- rsm: filter and picture ---- */
 
-/* Returns the picture of bounced light; NULL: there is none. r->bounce counts on: 3 and 4 are the
-   histories. */
+/* Returns the picture of bounced light, or NULL if there is none. r->bounce counts the sums, then, as 3 and
+   4, the histories. */
 static const glbk_texture *glbk__rsm_bounced(const glbk_rsm_renderer *r)
 {
     return r->bounce < 3 ? &r->sums[r->bounce] : r->bounce < 5 ? &r->history[r->bounce - 3] : NULL;
@@ -3896,7 +3907,7 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
     return GLBK_OK;
 }
 
-/* Checks that there is light to be filtered. */
+/* Checks that there is light which was not filtered yet. */
 static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_rsm_renderer *r,
                                            const glbk_gbuffer *gbuffer, const glbk_texture *motion)
 {

@@ -362,7 +362,7 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 
 typedef struct glbk_sfield_field {      /* a field in the table; read only */
     const sfield_field *field;
-    uint32_t start;                     /* its first texel: what sfield_locate() and sfield_fetch() take */
+    uint32_t start;                     /* its first texel, for sfield_locate() and sfield_fetch() */
     int      source;                    /* not 0: a source, else an occlusion field */
     float    center[3];                 /* in the field's own space */
     float    radius;
@@ -820,7 +820,7 @@ static const struct { char s0[211]; char end; } glbk__glsl_lib_sfield_contents_g
     "}glbk_sfield_contents;\n", 0
 };
 
-static const struct { char s0[3961]; char s1[2205]; char end; } glbk__glsl_lib_sfield_field_glsl = {
+static const struct { char s0[3961]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
     "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n"
     "#endif\n"
@@ -944,13 +944,12 @@ static const struct { char s0[3961]; char s1[2205]; char end; } glbk__glsl_lib_s
     "float sum[2*SFIELD_BANDS];\n"
     "int n=2*l+1,first=l*l;\n"
     "for(int x=0;x<n;x++)sum[x]=.0;\n"
-    "for(int y=0;y<n;y++)\n"
-    "for(int x=0;x<n;x+=4,row++){\n"
-    "vec4 m=uintBitsToFloat(SFIELD_ROTATION(row));\n"
-    "for(int i=0;i<4;i++)\n"
-    "if(x+i<n){\n"
-    "if(back)sum[x+i]+=m[i]*v[first+y];\n"
-    "else sum[y]+=m[i]*v[first+x+i];\n"
+    "for(int y=0;y<n;y++){\n"
+    "vec4 m=vec4(.0);\n"
+    "for(int x=0;x<n;x++){\n"
+    "if(x%4==0)m=uintBitsToFloat(SFIELD_ROTATION(row++));\n"
+    "if(back)sum[x]+=m[x%4]*v[first+y];\n"
+    "else sum[y]+=m[x%4]*v[first+x];\n"
     "}\n"
     "}\n"
     "for(int x=0;x<n;x++)v[first+x]=sum[x];\n"
@@ -1204,7 +1203,7 @@ static const struct { char s0[1235]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n", 0
 };
 
-static const struct { char s0[3982]; char s1[1844]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1305,11 +1304,11 @@ static const struct { char s0[3982]; char s1[1844]; char end; } glbk__glsl_lib_s
     "if(what.z!=SFIELD_NONE)sfield_rotate(what.z,false,o);\n"
     "return true;\n"
     "}\n"
-    "\n\nvec3 sfield_channel(vec3 rgb,uint c,float sum)\n"
+    "\n\n\nvec3 sfield_channel(vec3 rgb,uint c,float sum)\n"
     "{\n"
     "return c==0u?vec3(sum):c==1u?vec3(rgb.x,sum,sum):vec3(rgb.xy,sum);\n"
     "}\n"
-    "\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
+    "\n\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
     "inout sfield_sums sums)\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
@@ -1478,8 +1477,8 @@ static const struct { char s0[897]; char end; } glbk__glsl_prog_sfield_project_f
     "}\n", 0
 };
 
-static const struct { char s0[331]; char end; } glbk__glsl_prog_sfield_see_frag = {
-    "\n\n\n\n\n#if SFIELD_SOURCE\n"
+static const struct { char s0[330]; char end; } glbk__glsl_prog_sfield_see_frag = {
+    "\n\n\n\n#if SFIELD_SOURCE\n"
     "flat in vec3 sfield_radiance;\n"
     "in float sfield_depth;\n"
     "#endif\n"
@@ -1827,14 +1826,14 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* The header of a file of sfield_write, and where things are in it. */
+/* The header of a file of sfield_write, and where the file's parts begin. */
 typedef struct glbk__sfield_view {
     const uint8_t *bytes;
     uint32_t kind;
     uint32_t bands;
     uint32_t shells;
     uint32_t side;
-    uint32_t spacing;               /* sfield_spacing */
+    uint32_t spacing;               /* an sfield_spacing */
     uint32_t frames;
     uint32_t loop;
     uint32_t channels;
@@ -1845,8 +1844,8 @@ typedef struct glbk__sfield_view {
     size_t   first;                 /* where samples begin, bytes */
 } glbk__sfield_view;
 
-/* Returns the texels of a rotation: rows of the blocks from the second band on, each filled up to four
-   numbers. */
+/* Returns how many texels a rotation has: rows of the blocks from the second band on, each filled up to a
+   multiple of four numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
 {
     uint32_t l, n = 0;
@@ -1854,13 +1853,13 @@ static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
     return n;
 }
 
-/* Returns the texels of an entity and its rotation. */
+/* Returns how many texels an entity and its rotation have. */
 static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
 }
 
-/* Texels on their way into a table. */
+/* A stage holds texels on their way into a table. */
 typedef struct glbk__sfield_stage {
     glbk_context *ctx;
     const glbk_texture *table;
@@ -1871,7 +1870,7 @@ typedef struct glbk__sfield_stage {
     glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
-/* Returns the little-endian number at p; the next one is a float. */
+/* Returns the little-endian number at p. The next function returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -1885,8 +1884,8 @@ static float glbk__sfield_float(const uint8_t *p)
     return x;
 }
 
-/* Returns the texels of a field: its head, its shells, scales and biases for each channel of a shell and
-   frame, samples. */
+/* Returns how many texels a field has: for its head, its shells, scales and biases for each channel of a
+   shell and frame, and samples. */
 static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
     const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
@@ -1942,7 +1941,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* Returns what sfield_measure of lib/sfield_field.glsl does. */
+/* Returns the measure of a distance, as sfield_measure of lib/sfield_field.glsl does. */
 static float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
@@ -1950,7 +1949,7 @@ static float glbk__sfield_measure(float d2, int source, int uniform)
     return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
 }
 
-/* Writes a field. */
+/* Writes the texels of a field. */
 static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
 {
     const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
@@ -2006,14 +2005,14 @@ static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms,
     for (i = 0; i < count; i++) {
         float c;
         memcpy(&c, terms + count + i, 4);
-        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i would count it
+        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* since a_i b_j + a_j b_i counts it
                                                                            twice */
         if (i % 2 == 0) texel = glbk__sfield_texel(s);
         texel[i % 2 * 2] = terms[i];
         memcpy(texel + i % 2 * 2 + 1, &c, 4);
     }
-    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* terms of factor 0, to a multiple of
-                                                                           4 texels */
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* fills up with terms of factor 0 to
+                                                                           a multiple of 4 texels */
 }
 
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
@@ -2027,7 +2026,7 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
-/* Checks what glbk_sfield_scene_create is given. */
+/* Checks the desc of glbk_sfield_scene_create. */
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
@@ -2182,7 +2181,7 @@ GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *s)
 
 /* ==== src/gl_shadowfield/entities.h ==== */
 
-/* ---- sfield: entities and sky, what a frame changes ---- */
+/* ---- sfield: entities and sky, which frames change ---- */
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
@@ -2213,7 +2212,7 @@ static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, co
                                               glbk__sfield_by_pointer);
 }
 
-/* Checks an entity. */
+/* Checks entity `index` of a list. */
 static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_scene *s, const sfield_entity *e, size_t index)
 {
@@ -2250,7 +2249,8 @@ static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, floa
     out[3] = scale * f->radius;
 }
 
-/* Writes the texels of an entity (docs/gpu-layouts.md); rotation is the first texel of its rotation. */
+/* Writes the texels of an entity, which docs/gpu-layouts.md lists. rotation is the first texel of its
+   rotation. */
 static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_entity *e, uint32_t rotation,
                                       uint32_t *words)
 {
@@ -2301,7 +2301,7 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
-/* Returns the block that says what the tables hold. */
+/* Returns the values of the block that tells shaders what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
@@ -2314,7 +2314,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     return contents;
 }
 
-/* Uploads that block. */
+/* Uploads this block. */
 static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);
@@ -2404,7 +2404,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
 
 /* ---- sfield: own visibility ---- */
 
-/* Makes the texture of own visibility, in which nothing is recorded. */
+/* Makes the texture of own visibility, in which nothing is recorded yet. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -2420,7 +2420,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.width = r->width;
     texture.height = r->height;
     texture.layers = (r->bands * r->bands + 7) / 8;
-    if (texture.layers < 2) texture.layers = 2;         /* drawing writes two */
+    if (texture.layers < 2) texture.layers = 2;         /* since drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
     for (y = 0; y < r->height && result == GLBK_OK; y++) {
         const glbk_box box = { 0, 0, y, 0, r->width, 1, 1 };
@@ -2430,8 +2430,8 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     return result;
 }
 
-/* Returns a coefficient in signed 16 bits, with 32767 for 1.5: the norm of what is at most a cosine is
-   1.45. */
+/* Returns a coefficient in signed 16 bits, with 32767 for 1.5, since functions that are at most a cosine have
+   norms up to 1.45. */
 static uint32_t glbk__sfield_short(float x)
 {
     x = x * (1 / 1.5f);
@@ -2497,7 +2497,7 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
             for (k = 0; k < 8 && 8 * layer + k < n && self[i]; k++)
                 words[4 * i + k / 2] |= glbk__sfield_short(self[i][8 * layer + k]) << k % 2 * 16;
             if (!layer && self[i] && !(words[4 * i] & 0xffffu))
-                words[4 * i] |= 1; /* 0 would say: not recorded */
+                words[4 * i] |= 1;      /* since 0 says that none was recorded */
         }
         box.layer = layer;
         result = glbk_texture_update(ctx, &r->self, &box, words);
@@ -2565,7 +2565,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     pass.depth = GLBK_DEPTH_EQUAL;
     if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->record);
     if (result == GLBK_OK)
-        glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
+        glbk__attach(ctx, GLBK_GL_DEPTH_ATTACHMENT, &g->depth, 0, 0);   /* since the buffer may be another */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
     memcpy(r->world_to_clip, g->world_to_clip, sizeof r->world_to_clip);
     return result;
@@ -2597,7 +2597,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 /* ---- sfield: the renderer ---- */
 
-enum { GLBK__SFIELD_TERMS = 200 };      /* room for the 163 of 4 bands */
+enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 
 /* Makes the textures of light and gloss, and their target. */
 static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
@@ -2629,7 +2629,7 @@ static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
     glbk__append_text(sink, "]");
 }
 
-/* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
+/* Appends "(a[i]*b[j]+a[j]*b[i])", or "(a[i]*b[i])" if i and j are the same. */
 static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 {
     glbk__sfield_index(sink, "(a", i);
@@ -2681,8 +2681,8 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     return sink.used + 1;
 }
 
-/* Compiles the pass's program with the product written out, which stands behind sfield_field and before what
-   calls it. */
+/* Compiles the pass's program with the product written out, which stands behind sfield_field and before the
+   functions that call it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
                                         int compute, glbk_program *out)
 {
@@ -2714,7 +2714,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     return result;
 }
 
-/* Checks what glbk_sfield_renderer_create is given. */
+/* Checks the desc of glbk_sfield_renderer_create. */
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
@@ -2845,16 +2845,19 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 
 enum {
     GLBK__SFIELD_TILES = 256,       /* the most tiles of an atlas, as the uniform block has them */
-    GLBK__SFIELD_BATCH = 128        /* the most eyes */
+    GLBK__SFIELD_BATCH = 128,       /* the most eyes */
+    GLBK__SFIELD_VERTEX_ARRAY_BINDING = 0x85B5,     /* a constant of GL, like the next one */
+    GLBK__SFIELD_ARRAY_BUFFER_BINDING = 0x8894
 };
 
-/* Returns the numbers of an eye and channel: coefficients, or texels of a cube. */
+/* Returns how many numbers an eye has in a channel: coefficients, or texels of a cube. */
 static size_t glbk__sfield_values(const glbk_sfield_builder *b)
 {
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
-/* Returns the corners of all triangles; the next two return the vertex of a corner and a vertex's place. */
+/* Returns how many corners all triangles have. The next two functions return the vertex of a corner and a
+   vertex's place. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -2956,8 +2959,8 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     glbk_result result = glbk__enter(ctx);
 
     if (result != GLBK_OK) return result;
-    ctx->gl.GetIntegerv(0x85B5 /* VERTEX_ARRAY_BINDING */, &array);
-    ctx->gl.GetIntegerv(0x8894 /* ARRAY_BUFFER_BINDING */, &buffer);
+    ctx->gl.GetIntegerv(GLBK__SFIELD_VERTEX_ARRAY_BINDING, &array);
+    ctx->gl.GetIntegerv(GLBK__SFIELD_ARRAY_BUFFER_BINDING, &buffer);
     ctx->gl.GenVertexArrays(1, &b->vertex_array);
     ctx->gl.BindVertexArray(b->vertex_array);
     ctx->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, b->vertices.name);
@@ -2973,7 +2976,7 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     return glbk__leave(ctx);
 }
 
-/* Checks of a mesh what sfield_build checks. */
+/* Checks a mesh as sfield_build does. */
 static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function,
                                            const sfield_mesh *m)
 {
@@ -3035,7 +3038,7 @@ static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, ui
     return face * side * side + morton;
 }
 
-/* Uploads what the basis integrates to over each texel (sfield_cube_basis): groups of four coefficients, each
+/* Uploads the integrals of the basis over each texel (sfield_cube_basis): groups of four coefficients, each
    with all texels in rows as the cubes have them. */
 static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_builder *b)
 {
@@ -3196,7 +3199,7 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 
 /* ==== src/gl_shadowfield/seeing.h ==== */
 
-/* ---- sfield: building: what is seen from sample points ---- */
+/* ---- sfield: building: views from sample points ---- */
 
 /* Returns the samples a side of a face for an eye, which lie as close as those of sfield_build. */
 static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *eye)
@@ -3209,7 +3212,7 @@ static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *ey
 }
 
 /* Returns 1 if a sphere, whose centre is given in radii from the eye, may reach into the pyramid of a face.
-   In doubt it does: a face that is drawn in vain costs time only. */
+   In doubt the result is 1, since a face that is drawn in vain costs time only. */
 static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
 {
     uint32_t axis = face / 2, k;
@@ -3372,7 +3375,7 @@ static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_build
     return result;
 }
 
-/* Checks what glbk_sfield_builder_see is given. */
+/* Checks the arguments of glbk_sfield_builder_see. */
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {

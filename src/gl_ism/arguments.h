@@ -1,6 +1,6 @@
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and the range of that if it is not 0 */
+typedef struct glbk__ism_range {    /* a field, its value, and the range of values but 0 */
     const char *field;
     double      value, low, high;
     const char *wanted;             /* the range in words */
@@ -43,8 +43,8 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
 }
 
-/* Returns a desc with defaults in place of zeros, zeros in place of what is negative for none, and without
-   its system. */
+/* Returns a desc with defaults in place of zeros, zeros in place of negative numbers that say none, and
+   without its system. */
 static ism_desc glbk__ism_resolved(const ism_desc *desc)
 {
     ism_desc d = *desc;
@@ -62,7 +62,7 @@ static ism_desc glbk__ism_resolved(const ism_desc *desc)
     return d;
 }
 
-/* Checks a shading and writes it with its defaults, as ism_shade takes them. */
+/* Checks a shading as ism_shade does, and writes the shading with its defaults. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {

@@ -1,6 +1,6 @@
 /* ---- ism: drawing the maps ---- */
 
-/* Binds all that surfels are drawn from. */
+/* Binds the textures and the block that surfels are drawn from. */
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
@@ -19,7 +19,7 @@ static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m,
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* Draws the surfels of a phase, at most so many in a draw. */
+/* Draws the surfels of a phase, at most `most` of them in a draw. */
 static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
     const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
@@ -33,7 +33,7 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
             ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
             continue;
         }
-        f.first_surfel = first;               /* instances begin at 0 everywhere */
+        f.first_surfel = first;               /* since instances begin at 0 everywhere */
         result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
         if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
     }
@@ -66,7 +66,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     return result;
 }
 
-/* Binds all that holes are found and filled from. */
+/* Binds the textures and the block that holes are found and filled from. */
 static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);

@@ -1,25 +1,25 @@
 // ism_access - reads VPLs and finds the texels of their tiles, by what glbk_ism_bind binds.
 // uses: table ism_map ism_bindings
 struct ism_grid {               // what the texels of a tile depend on
-    float exponent;             // of the VPL's lobe, or -1 of a sky
+    float exponent;             // of the VPL's lobe; -1 = a sky's VPL
     vec4  across, down;         // the axes of the tile, by ism_axis
 };
 
 struct ism_vpl {
-    vec3  position;             // or the unit direction to a sky's VPL
-    vec3  normal;               // of the surface that it lies on
+    vec3  position;             // of a sky's VPL: the unit direction to it
+    vec3  normal;               // of the surface that the VPL lies on
     vec3  flux;                 // W
     vec3  axis;                 // of its lobe
     float exponent;             // of its lobe
-    float side;                 // of the square that it stands for
-    float reach;                // within this distance near points take its place; 0: there are none
-    bool  sky;                  // whether it is a directional one
+    float side;                 // of the square that the VPL stands for
+    float reach;                // distance within which near points take the VPL's place; 0 = none do
+    bool  sky;                  // whether the VPL is directional
     uint  window;               // of its tile
     ism_grid grid;
-    mat3  frame;                // of its map: columns x, y, z
+    mat3  basis;                // of its map, as columns x, y, z
 };
 
-// Returns the grid of a tile, by its VPL's exponent (-1 of a sky) and window.
+// Returns the grid of a tile, by its VPL's exponent (-1 for a sky's VPL) and window.
 ism_grid ism_grid_of(float exponent, uint window)
 {
     ism_grid g;
@@ -47,7 +47,7 @@ ism_vpl ism_read_vpl(uint v)
     l.window = uint(d.w);
     l.grid = ism_grid_of(a.w, l.window);
     bool about_axis = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky;
-    l.frame = ism_frame_of(about_axis ? l.axis : l.normal);
+    l.basis = ism_basis_of(about_axis ? l.axis : l.normal);
     return l;
 }
 
@@ -55,7 +55,7 @@ ism_vpl ism_read_vpl(uint v)
 ivec2 ism_tile_at(uint v)
 {
     uint tiles = glbk_ism_frame.tiles_across;
-    uint row = uint((float(v) + 0.5) / float(tiles));       // whole numbers divided as floats: see ism_axis
+    uint row = uint((float(v) + 0.5) / float(tiles));       // divided as floats: see ism_axis
     return ivec2(v - row * tiles, row) * int(glbk_ism_frame.tile_side);
 }
 
@@ -80,15 +80,15 @@ vec2 ism_from_tile(ism_grid g, vec2 at)
     return vec2(ism_unzoom_axis(g.across, size, rim, at.x), ism_unzoom_axis(g.down, size, rim, at.y));
 }
 
-// Reads what the texels of a VPL's tile depend on, without the rest of the VPL.
+// Reads the grid of a VPL's tile, without the rest of the VPL.
 ism_grid ism_read_grid(uint v)
 {
     return ism_grid_of(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,
                        uint(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w));
 }
 
-// Returns the direction of a texel's centre in the tile's frame; in the map of a sky its place on the square
-// -1..1.
+// Returns the direction of a texel's centre in the tile's space, or in the map of a sky the centre's place on
+// the square -1..1.
 vec3 ism_texel_direction(ism_grid g, ivec2 texel)
 {
     vec2 uv = ism_from_tile(g, vec2(texel) + 0.5);

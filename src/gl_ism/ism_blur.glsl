@@ -2,8 +2,8 @@
 // the same smooth surface.
 // uses: ism_gbuffer
 
-// The program's: finds what lies at a pixel, and its light. false: nothing does, or the pixel is beyond the
-// picture.
+// The program has this function, which finds the receiver at a pixel and its light. It returns false if there
+// is no receiver, or if the pixel is beyond the picture.
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);
 
 // Returns the mean of the light about a pixel, on whose receiver c the weights of its neighbours depend.
@@ -27,7 +27,7 @@ vec4 ism_smooth(ivec2 at, ism_receiver c)
     return weights > 0.0 ? sum / weights : sum;
 }
 
-// Returns the final light of a receiver: blurred if there is more than one class of pixels.
+// Returns the final light of a receiver, which is blurred if there is more than one class of pixels.
 vec4 ism_finished(ivec2 at, ism_receiver c)
 {
     if (glbk_ism_view.interleave > 1u) return ism_smooth(at, c);

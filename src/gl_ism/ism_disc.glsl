@@ -1,26 +1,27 @@
 // ism_disc - places surfels as discs in the tiles of their VPLs.
 // uses: ism_access
-#define ISM_DEEPEST 1.84467429e19      // below 2^64, which the depth buffer does not hold
+#define ISM_DEEPEST 1.84467429e19      // the depth buffer does not hold 2^64
 
 struct ism_surfel {
-    vec3  at;                   // its middle, in the tile's frame
-    vec3  g;                    // its plane: see ism_plane_depth
-    float radius2;              // its squared radius
-    float depth;                // the distance of its middle
-    vec2  uv;                   // the place of its middle on the unit square
+    vec3  at;                   // the disc's middle, in the tile's space
+    vec3  g;                    // the disc's plane: see ism_plane_depth
+    float radius2;              // squared radius
+    float depth;                // distance of the middle
+    vec2  uv;                   // place of the middle on the unit square
     vec4  cut1, cut2;           // xyz: how two barycentric coordinates grow along the disc; w: their
-                                // values at its middle. cut1.w < -1: it is not cut off at edges
-    ivec4 box;                  // the first and the last texel of the tile that it may touch
+                                // values at the middle. cut1.w < -1: edges do not cut the disc
+    ivec4 box;                  // the first and the last texel of the tile that the disc may touch
 };
 
-// Places a disc of an area about p in the map of VPL l. false: it does not lie before the VPL.
+// Places a disc of an area about p in the map of VPL l. Returns false if the disc does not lie before the
+// VPL.
 bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
 {
-    mat3 frame = l.frame;
-    vec3 n = normal * frame;
+    mat3 basis = l.basis;
+    vec3 n = normal * basis;
     s.radius2 = area * (1.0 / COHSM_PI);
     if (l.sky) {
-        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
+        vec3 o = (p - glbk_ism_frame.sphere.xyz) * basis;
         float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;
         s.depth = o.z + r;
         s.uv = 0.5 * o.xy / r + 0.5;
@@ -28,20 +29,21 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
         s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);
         return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));
     }
-    vec3 o = (p - l.position) * frame;
+    vec3 o = (p - l.position) * basis;
     float d2 = dot(o, o), along = dot(n, o);
     s.depth = sqrt(d2);
     s.at = o;
     s.g = o / d2;
     if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
-    // The surface that the VPL lies on is no occluder; in a lobe's map, which is tilted, it could be one.
+    // The surface that the VPL lies on is no occluder; in a lobe's map, which is tilted, the surface could be
+    // one.
     bool lobe = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE;
-    if (lobe && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
+    if (lobe && !(abs(dot(basis * o, l.normal)) > 1e-3 * s.depth)) return false;
     s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
     // The disc also stands for neighbours of its surfel, which may lie off its plane by about its radius.
-    // Moved so much farther away it hides none of them.
+    // Moved so much farther away the disc hides none of them.
     if (s.cut1.w < -1.0) {
         float away = 1.0 + sqrt(s.radius2) / s.depth;
         s.at *= away;
@@ -63,7 +65,8 @@ float ism_texels_per_unit(ism_vpl l)
     return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
 }
 
-// Returns whether a tile shows what has this opacity: 2 x 2 tiles show 4 levels of it (paper, section 6.4).
+// Returns whether a tile shows triangles of this opacity. 2 x 2 tiles show 4 levels of opacity (paper,
+// section 6.4).
 bool ism_dither(uvec2 tile, float opacity)
 {
     uint i = (tile.y & 1u) * 2u + (tile.x & 1u);
@@ -73,7 +76,7 @@ bool ism_dither(uvec2 tile, float opacity)
 // Returns the position of a vertex.
 vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }
 
-// Finds the texels that the disc may touch. false: there are none.
+// Finds the texels that the disc may touch. Returns false if there are none.
 bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
 {
     int size = int(glbk_ism_frame.tile_side);
@@ -90,7 +93,8 @@ bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
     return true;
 }
 
-// Reads surfel `index` of the table and places it in the map of VPL v. false: the map does not show it.
+// Reads surfel `index` of the table and places the surfel in the map of VPL v. Returns false if the map does
+// not show the surfel.
 bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
 {
     uvec4 surfel = texelFetch(glbk_ism_surfels, glbk_table_at(index), 0);
@@ -107,15 +111,15 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     p += e1 * b.x + e2 * b.y;
     s.cut1 = s.cut2 = vec4(-2.0);
     if (share < 1.0) {
-        s.cut1 = vec4((cross(e2, n) / length2) * l.frame, b.x);
-        s.cut2 = vec4((cross(n, e1) / length2) * l.frame, b.y);
+        s.cut1 = vec4((cross(e2, n) / length2) * l.basis, b.x);
+        s.cut2 = vec4((cross(n, e1) / length2) * l.basis, b.y);
         area *= 6.0;
     }
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// Returns the depth at which the ray through a texel of the tile, in direction w, meets the disc; ISM_FAR if
-// it does not, or only beyond the limit. No disc is widened to a whole texel.
+// Returns the depth at which the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR
+// if the ray misses the disc or meets it beyond the limit. No disc is widened to a whole texel.
 float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
     float t = ism_plane_depth(sky, s.g, w);

@@ -1,12 +1,12 @@
 // Finds holes and does all levels of pull, and push, in one pass. A group has a whole tile in shared memory,
-// or of larger tiles 32 x 32 texels and 16 more at each side, of which eight may keep surfels. Each
+// or of larger tiles 32 x 32 texels and 16 more at each side, eight of which may keep surfels. Each
 // invocation has 16 of these 64 x 64 texels.
 // uses: ism_holes ism_push
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 256) in;
 #define ISM_SIDE 64
 
-shared float ism_depths[ISM_SIDE * ISM_SIDE];       // of surfels that are kept; else ISM_FAR
+shared float ism_depths[ISM_SIDE * ISM_SIDE];       // of surfels that are kept, else ISM_FAR
 shared uint ism_cells[1024 + 256 + 64];             // of the levels, one after the other
 ivec2 ism_origin;                                   // of those texels, in the atlas
 
@@ -31,7 +31,8 @@ int ism_pulled(int level, ivec2 cell)
     return int(ism_cells[ism_cell(level, cell - (ism_origin >> level))]);
 }
 
-// Returns 1 + the index of a part's texel, or 0 if it has none. On level 0, of texels that are kept, it is 1.
+// Returns 1 + the index of a part's texel, or 0 if the part has none. Of level 0, returns 1 if the texel
+// keeps its surfel.
 uint ism_part(int level, ivec2 cell)
 {
     if (level == 0) return ism_depths[cell.y * ISM_SIDE + cell.x] < ISM_FAR ? 1u : 0u;

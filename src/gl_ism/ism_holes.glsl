@@ -1,11 +1,11 @@
 // ism_holes - finds texels whose surfels are seen through holes between others.
 // uses: ism_fill
 
-// The program's: returns the depth of a texel of the atlas.
+// The program has this function, which returns the depth of a texel of the atlas.
 float ism_depth(ivec2 at);
 
-// Returns whether texel `at` of the atlas, whose depth is c, is a hole: the planes of surfels in all four
-// quadrants about it pass before it.
+// Returns whether texel `at` of the atlas, whose depth is c, is a hole: whether planes of surfels in all four
+// quadrants about the texel pass before it.
 bool ism_hole(ism_grid grid, ivec2 at, float c)
 {
     int size = int(glbk_ism_frame.tile_side);

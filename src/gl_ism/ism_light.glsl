@@ -2,9 +2,9 @@
 //
 //     vec4 e = ism_light(position, normal, geometric, 0u, 1u);
 //
-// rgb of the result is irradiance, W/m^2; a is what the rule near by took off. Defines: ISM_NEAR, an
-// ism_near: 1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 or 0 gather; ISM_PROJECTION, the maps'
-// desc.projection.
+// rgb of the result is irradiance, W/m^2; a is the irradiance that the rule near by took off. Two defines
+// choose the code: ISM_NEAR is an ism_near (1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 or 0
+// gather), ISM_PROJECTION the maps' desc.projection.
 // uses: ism_access
 #ifndef ISM_NEAR
 #define ISM_NEAR 6
@@ -18,15 +18,15 @@
 float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 
 // Returns 1 if VPL v lights point p by its map, 0 if not. Depths are compared on the receiver's tangent
-// plane, at the centre of the texel. ng: the surface's own unit normal. bias: a share of the distance.
+// plane, at the centre of the texel. ng is the surface's own unit normal, bias a share of the distance.
 float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
 {
-    mat3 frame = l.frame;
+    mat3 basis = l.basis;
     int size = int(glbk_ism_frame.tile_side);
     ivec2 tile = ism_tile_at(v), texel;
-    vec3 n = ng * frame;
+    vec3 n = ng * basis;
     if (l.sky) {
-        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
+        vec3 o = (p - glbk_ism_frame.sphere.xyz) * basis;
         float r = glbk_ism_frame.sphere.w, depth = o.z + r;
         vec2 uv = 0.5 * o.xy / r + 0.5;
         if (!(n.z < -ISM_GRAZING)) return 0.0;
@@ -36,7 +36,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
         if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;
         return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;
     }
-    vec3 o = (p - l.position) * frame;
+    vec3 o = (p - l.position) * basis;
     float d = sqrt(dot(o, o));
     vec2 uv;
     if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;
@@ -59,9 +59,9 @@ float ism_edge(vec3 n, vec3 a, vec3 b)
     return size > 0.0 ? cohsm_atan2(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
 }
 
-// Returns the form factor of the square d +- x +- y, clipped at the horizon of n. share gets how much of its
-// area is left. The square is convex, so the horizon cuts it at most once: the points where its outline goes
-// below and where it comes back are joined.
+// Returns the form factor of the square d +- x +- y, clipped at the horizon of n. share gets the share of the
+// square's area that is left. The square is convex, so the horizon cuts it at most once: the points at which
+// the outline goes below and comes back are joined.
 float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 {
     vec3 leave = d, come = d, area = vec3(0.0);
@@ -90,11 +90,11 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 }
 
 // Returns the kernel of a VPL's square. To receivers that face the square it is no brighter than the point,
-// since the backs of bent sheets do so; square gets the kernel without that.
-float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out float square)
+// since the backs of bent sheets face it; square gets the kernel without that rule.
+float ism_patch_kernel(mat3 basis, float side, vec3 d, vec3 n, float point, out float square)
 {
-    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * side), frame[1] * (0.5 * side), share);
-    float facing = -2.0 * dot(n, frame[2]);
+    float share, form = ism_form_factor(n, d, basis[0] * (0.5 * side), basis[1] * (0.5 * side), share);
+    float facing = -2.0 * dot(n, basis[2]);
     square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (side * side * share) : 0.0;
     if (!(facing > 0.0) || !(form > point)) return form;
     return form + min(facing, 1.0) * (point - form);
@@ -105,20 +105,19 @@ float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
 {
     float r2 = side * side * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;
     float least = d2 > r2 ? sqrt(1.0 - r2 / d2) : -1.0;
-    mat3 frame = ism_frame_of(cohsm_normalize(d));
+    mat3 basis = ism_basis_of(cohsm_normalize(d));
     for (int k = 0; k < 16; k++) {
         float cosine = 1.0 - (1.0 - least) * (float(k) + 0.5) * (1.0 / 16.0);
         float sine = sqrt(1.0 - cosine * cosine);
         vec2 sc = cohsm_sincos(2.39996323 * float(k));
-        vec3 w = frame * vec3(sine * sc.y, sine * sc.x, cosine);
+        vec3 w = basis * vec3(sine * sc.y, sine * sc.x, cosine);
         float a = dot(n, w), b = -dot(normal, w);
         if (a > 0.0 && b > 0.0) sum += a * b;
     }
     return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;
 }
 
-// Returns how far near points stand for a VPL at this squared distance: fully within 0.7 reach, not at all
-// beyond reach.
+// Returns how far near points stand for a VPL at this squared distance: 1 within 0.7 reach, 0 beyond reach.
 float ism_nearness(float d2, float reach)
 {
     float r2 = reach * reach, h = 2.0 * (r2 - d2);
@@ -126,7 +125,7 @@ float ism_nearness(float d2, float reach)
 }
 
 // Returns the kernel of a VPL, cos cos / d^2 (of a sky the cosine alone), with its lobe and the rule near by.
-// plain gets the kernel without what the rule takes off. most: the limit of ISM_NEAR 3.
+// plain gets the kernel without the rule. most is the limit of ISM_NEAR 3.
 float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
     if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
@@ -144,11 +143,11 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #if ISM_NEAR == 1
     if (!(area > 0.0 && d2 < 9.0 * area)) return plain;
     float point = plain;
-    return ism_patch_kernel(l.frame, l.side, d, n, point, plain);
+    return ism_patch_kernel(l.basis, l.side, d, n, point, plain);
 #elif ISM_NEAR == 6
     float share = 1.0 - ism_nearness(d2, l.reach), k = plain, point = plain;
     if (!(share > 0.0)) return plain = 0.0;
-    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.frame, l.side, d, n, point, plain);
+    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.basis, l.side, d, n, point, plain);
     plain *= share;
     return k * share;
 #elif ISM_NEAR == 2
@@ -160,8 +159,8 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #endif
 }
 
-// Adds the light of VPL v to sum: irradiance times pi, and in w what the rule near by took off. most: the
-// limit of one VPL's light where it is clamped.
+// Adds the light of VPL v to sum: irradiance times pi, and in w the light that the rule near by took off.
+// most is the limit of one VPL's light, for the rules that clamp.
 void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float most)
 {
     float plain, k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
@@ -188,17 +187,17 @@ uint ism_used(uint first, uint set_count)
     return first < count ? (count - first - 1u) / set_count + 1u : 0u;
 }
 
-// Returns the irradiance of a sum over such a class, times as many as there are classes: the mean over all
-// classes is then the sum of all VPLs, however few there are.
+// Returns the irradiance of a sum over such a class, times the number of classes, so that the mean over all
+// classes is the sum of all VPLs, however few there are.
 vec4 ism_scaled(vec4 sum, uint set_count) { return sum * (float(set_count) / COHSM_PI); }
 
 // ---- near points ----
 
 struct ism_near_point {
     vec3  position, normal, flux;
-    float side;                 // of the square that it stands for
-    float reach;                // within this distance it takes the VPL's place
-    uint  vpl;                  // the VPL by whose map it is seen
+    float side;                 // of the square that the point stands for
+    float reach;                // distance within which the point takes the VPL's place
+    uint  vpl;                  // the VPL whose map says whether the point is seen
 };
 
 // Reads near point i from the table.
@@ -218,16 +217,16 @@ ism_near_point ism_read_near(uint i)
     return q;
 }
 
-// Returns whether a near point lights p, by its VPL's map; if that hides p and the near point is nearer than
-// the VPL, by the map moved to the near point. What lies behind the VPL is lit. Neither holds for what faces
-// the near point: there the backs of bent sheets lie.
+// Returns how much a near point lights p, 0..1, by its VPL's map, or, if that hides p and the near point is
+// nearer than the VPL, by the map moved to the near point. Receivers behind the VPL are lit. Receivers that
+// face the near point are neither asked again nor lit so, since there the backs of bent sheets lie.
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
     ism_vpl l = ism_read_vpl(q.vpl);
     vec3 way = l.position - q.position, d = p - q.position, at = p;
     float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;
-    if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;
-    bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0;
+    if (!(dot(l.basis[2], p - l.position) > 0.0)) return open;
+    bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.basis[2], d) > 0.0;
     // This is a loop, since neighbours that differ would wait twice for a question that stood here twice.
     while (!(ism_visible(q.vpl, l, at, ng, bias) > 0.0)) {
         if (!movable) return 0.0;
@@ -238,15 +237,15 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
     return lit;
 }
 
-// Returns how far a near point stands for VPLs at p; 0 if it gives nothing there.
+// Returns how far a near point stands for VPLs at p, which is 0 if it gives no light there.
 float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)
 {
     vec3 d = position - p;
     return dot(n, d) > 0.0 && dot(normal, d) < 0.0 ? ism_nearness(dot(d, d), reach) : 0.0;
 }
 
-// Returns the kernel of a near point times how far it stands for VPLs at p. plain gets that without what the
-// square's rule takes off.
+// Returns the kernel of a near point times how far it stands for VPLs at p. plain gets this product without
+// the square's rule.
 float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 {
     vec3 d = q.position - p;
@@ -255,7 +254,7 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
     if (!(h > 0.0)) return 0.0;
     float point = dot(n, d) * -dot(q.normal, d) / (d2 * d2 + 1e-37), k = point;
     plain = point;
-    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_frame_of(q.normal), q.side, d, n, point, plain);
+    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_basis_of(q.normal), q.side, d, n, point, plain);
     plain *= h;
     return k * h;
 }
@@ -282,8 +281,8 @@ uint ism_near_block(uint i, uint count, vec3 p)
 }
 
 // Returns the light of near points first, first + set_count, ..., scaled up as VPLs are by ism_scaled. Four
-// at a time are looked for, and lit in a loop of their own: since neighbours wait for each other, the cost of
-// a near point is then paid where neighbours have some too, and not wherever one of them has.
+// at a time are looked for, and add their light in a loop of their own: since neighbours wait for each other,
+// the cost of a near point is then paid where neighbours have one too, and not wherever one of them has.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
     uint count = glbk_ism_frame.near_point_count, i = ism_near_block(first, count, p);
@@ -308,8 +307,8 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
     return ism_scaled(sum, set_count);
 }
 
-// Returns in xyz the irradiance by VPLs first, first + set_count, ... times set_count, in w what the rule
-// near by took off.
+// Returns in xyz the irradiance by VPLs first, first + set_count, ... times set_count, in w the irradiance
+// that the rule near by took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
     uint count = glbk_ism_frame.vpl_count;

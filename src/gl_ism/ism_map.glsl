@@ -1,5 +1,5 @@
-// ism_map - maps the hemisphere about +z to the unit square and back; planes of surfels. Its C twins stand in
-// ism.h.
+// ism_map - maps the hemisphere about +z to the unit square and back, and has planes of surfels. Its C twins
+// stand in ism.h.
 // uses: cohsm_math
 #define ISM_PROJECTION_COSINE 1u
 #define ISM_PROJECTION_PARABOLOID 2u
@@ -53,7 +53,8 @@ vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
     return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);
 }
 
-// Finds the place of a unit direction on the unit square. false: it is at or below the horizon.
+// Finds the place of a unit direction on the unit square. Returns false if the direction is at or below the
+// horizon.
 bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
 {
     vec2 ab;
@@ -76,9 +77,9 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
-// Returns an axis of a tile of `size` texels a side, `rim` of which lie outside of its window. x: how many
-// texels lie below the window (all, if the window is not worth its rim); yzw: the share of the square that a
-// texel has below, in and above it. cut: how many 64ths of the square lie below and above.
+// Returns an axis of a tile of `size` texels a side, `rim` of which lie outside of its window. x has how many
+// texels lie below the window (all, if the window is not worth its rim), yzw the share of the square that a
+// texel has below, in and above the window. cut has how many 64ths of the square lie below and above.
 vec4 ism_axis(uvec2 cut, uint size, uint rim)
 {
     uint rest = cut.x + cut.y;
@@ -92,8 +93,8 @@ vec4 ism_axis(uvec2 cut, uint size, uint rim)
     return vec4(a, a > 0.0 ? share.x : 1.0, share.y, a < most ? share.z : 1.0);
 }
 
-// Returns the place of u (0..1 of the square) on such an axis, in texels: linear below, in and above the
-// window.
+// Returns the place of u (0..1 of the square) on such an axis, in texels. The way is linear below, in and
+// above the window.
 float ism_zoom_axis(vec4 axis, float size, float rim, float u)
 {
     float low = axis.x * axis.y, high = 1.0 - (rim - axis.x) * axis.w;
@@ -110,7 +111,7 @@ float ism_unzoom_axis(vec4 axis, float size, float rim, float x)
     return clamp(u, 0.0, 1.0);
 }
 
-// Computes both axes of a tile. window: ism_vpl.window.
+// Computes both axes of a tile. window is that of its VPL.
 void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
 {
     uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
@@ -118,16 +119,16 @@ void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
     down = ism_axis(cut.yw, size, rim);
 }
 
-// Returns a frame about z as columns x, y, z. v * frame takes a vector into it.
-mat3 ism_frame_of(vec3 z)
+// Returns a basis about z as columns x, y, z. v * basis gives a vector by this basis.
+mat3 ism_basis_of(vec3 z)
 {
     vec3 x, y;
     cohsm_basis(z, x, y);
     return mat3(x, y, z);
 }
 
-// Returns the depth of a surfel's plane g in direction w, or at place w of a sky's map; 0 if they do not
-// meet.
+// Returns the depth of a surfel's plane g in direction w, or at place w of a sky's map, or 0 if the ray does
+// not meet the plane.
 float ism_plane_depth(bool sky, vec3 g, vec3 w)
 {
     float s = dot(g, w);

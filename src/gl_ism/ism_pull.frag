@@ -1,4 +1,4 @@
-// Draws a cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts.
+// Draws a cell of 2^ISM_LEVEL texels a side: 1 + the index, in its tile, of one texel of its four parts.
 // uses: ism_fill
 // with: screen.vert
 // sets: ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3

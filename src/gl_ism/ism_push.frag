@@ -1,4 +1,4 @@
-// Draws the depth of a texel, as bits: that of its surfel, or one from others about it.
+// Draws the depth of a texel, as bits: the depth of its surfel, or one from other texels about it.
 // uses: ism_push
 // with: screen.vert
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4

@@ -1,15 +1,15 @@
 // ism_push - finds depths of texels that kept no surfel.
 // uses: ism_fill
 
-// The program's: returns the texel of a cell of the atlas, as ism_pull did.
+// The program has this function, which returns the texel of a cell of the atlas, as ism_pull did.
 int ism_pulled(int level, ivec2 cell);
 
 struct ism_near {
-    int first, second;          // the nearest two texels that keep their surfels, as 1 + index; 0: none
+    int first, second;          // the nearest two texels that keep their surfels, as 1 + index; 0 = none
     int least, next;            // their squared distances
-    uint found;                 // the sectors in which texels were found,
-    uint close;                 // those of them on level 1,
-    uint beyond;                // and the sectors beyond the tile's border
+    uint found;                 // the sectors in which texels were found
+    uint close;                 // the sectors in which level 1 has texels
+    uint beyond;                // the sectors beyond the tile's border
 };
 
 // Looks at the 3 x 3 cells of a level about a texel.
@@ -43,7 +43,7 @@ void ism_look(int level, ivec2 at, inout ism_near n)
     if (level == 1) n.close = n.found;
 }
 
-// Returns the depth of the first texel, or the depth of its plane here: the one that would have foretold the
+// Returns the depth of the first texel, or the depth of its plane here, whichever would have foretold the
 // second texel's depth better. No depths are mixed.
 float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
 {
@@ -55,7 +55,7 @@ float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 orig
 }
 
 // Returns the depth of texel `at` of the atlas, in a tile with that grid, by the nearest two texels that keep
-// their surfels; ISM_FAR unless texels that do surround it.
+// their surfels, or ISM_FAR unless such texels surround it.
 float ism_filled(ism_grid grid, ivec2 at)
 {
     int size = int(glbk_ism_frame.tile_side);

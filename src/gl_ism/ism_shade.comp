@@ -1,5 +1,5 @@
-// ism_shade.frag as a compute shader. A group has 16 x 16 pixels of one class, which lie `interleave` apart,
-// and reads each VPL of the class once, into shared memory, 64 at a time.
+// Does the work of ism_shade.frag as a compute shader. A group has 16 x 16 pixels of one class, which lie
+// `interleave` apart, and reads each VPL of the class once, into shared memory, 64 at a time.
 // uses: ism_gbuffer ism_light
 // sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3
 // sets: ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6

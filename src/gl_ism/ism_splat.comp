@@ -1,28 +1,29 @@
-// ism_splat.vert and .frag as a compute shader. A group draws all surfels of a VPL into up to 64 x 64 texels
-// of its tile, in shared memory. It draws them twice: first for the depths alone, then to find out which
-// surfel has them, the first one of several, as the depth test has it. Discs of many texels go to a list,
-// where 32 invocations draw each of them, so that no 31 invocations wait for one.
+// Does the work of ism_splat.vert and .frag as a compute shader. A group draws all surfels of a VPL into up
+// to 64 x 64 texels of its tile, in shared memory. It draws them twice: first for the depths alone, then to
+// find out which surfel has each depth, the first one of several, as the depth test decides. Discs of many
+// texels go to a list, where 32 invocations draw each of them, so that no 31 invocations wait for one.
 // uses: ism_disc
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 512) in;
 #define ISM_THREADS 512u
 #define ISM_SIDE 64
 #define ISM_WIDE 64             // discs of more texels go to the list
-#define ISM_LIST 112u           // discs of the list: as many as 32 KiB of shared memory leave room for
-#define ISM_HOPE 0x80000000u    // the disc was the nearest in a texel once
+#define ISM_LIST 112u           // discs of the list, for which 32 KiB of shared memory leave room
+#define ISM_HOPE 0x80000000u    // says that the disc was the nearest in a texel once
 
-shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, whose order is that of positive floats
-shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each, as numbers of surfels need
-shared vec4 ism_list[4u * ISM_LIST];                    // at, radius2; g; cut1; cut2
+shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // bits of floats, in whose order positive floats lie
+shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // numbers of surfels, 16 bits each
+shared vec4 ism_list[4u * ISM_LIST];                    // of each disc four: at and radius2; g; cut1; cut2
 shared uint ism_numbers[ISM_LIST], ism_listed;
 shared uint ism_boxes[ISM_LIST];                        // four bytes of each disc, and ISM_HOPE
 
 uint ism_v;             // the VPL
 ism_vpl ism_l;
 ivec4 ism_part;         // the first and the last texel of its tile that the group draws
-uint ism_hopes[4];      // a bit for each surfel of this invocation: it had a texel once
+uint ism_hopes[4];      // a bit for each surfel of this invocation that had a texel once
 
-// Finds surfel i of the VPL, counted phase after phase, and its texels in this part. false: it has none.
+// Finds surfel i of the VPL, counted phase after phase, and its texels in this part. Returns false if it has
+// none.
 bool ism_find(uint i, out ism_surfel s)
 {
     uint each = glbk_ism_frame.phase_surfel_count;
@@ -46,8 +47,8 @@ void ism_own(uint texel, uint surfel)
     }
 }
 
-// Draws every `pace`th texel of a disc, beginning at `from`. It is one loop, which invocations that draw
-// beside each other leave together. true: the disc was the nearest in one of the texels.
+// Draws every `pace`th texel of a disc, beginning at `from`, in one loop, which invocations that draw beside
+// each other leave together. Returns whether the disc was the nearest in one of the texels.
 bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
 {
     ivec2 at = s.box.xy + from;
@@ -83,8 +84,8 @@ ism_surfel ism_unlist(uint k)
                       texels);
 }
 
-// Draws the discs that invocations have for the list, as many at a time as it holds. true: the disc of this
-// invocation was the nearest in a texel. All invocations come here.
+// Draws the discs that invocations have for the list, as many at a time as the list holds. Returns whether
+// the disc of this invocation was the nearest in a texel. All invocations call it.
 bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
 {
     uint thread = gl_LocalInvocationIndex, count;

@@ -1,14 +1,14 @@
-// Places a surfel as a disc in the tile of its VPL: as a point as large as the texels that it may touch, or
-// with ISM_QUADS as a rectangle of them, with an instance for each surfel.
+// Places a surfel as a disc in the tile of its VPL: as a point as large as the texels that the disc may
+// touch, or with ISM_QUADS as a rectangle of these, with an instance for each surfel.
 // uses: ism_disc
 #ifndef ISM_QUADS
 #define ISM_QUADS 0
 #endif
-flat out vec4 ism_at;       // xyz: its middle in the tile's frame; w: its squared radius
-flat out vec4 ism_plane;    // xyz: its plane; w: the exponent of the tile's grid
+flat out vec4 ism_at;       // xyz: the disc's middle in the tile's space; w: its squared radius
+flat out vec4 ism_plane;    // xyz: the disc's plane; w: the exponent of the tile's grid
 flat out vec4 ism_across;   // the axes of the grid
 flat out vec4 ism_down;
-flat out ivec4 ism_box;     // the first and the last texel of the atlas that it may touch
+flat out ivec4 ism_box;     // the first and the last texel of the atlas that the disc may touch
 flat out vec4 ism_cut1;
 flat out vec4 ism_cut2;
 

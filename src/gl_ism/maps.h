@@ -1,6 +1,6 @@
 /* ---- ism: maps ---- */
 
-/* Makes what both paths draw to: the planes of surfels, and the atlas. */
+/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -19,8 +19,8 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
     return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
-/* Makes what the core path needs to get from surfels to the atlas: the kept texels, the levels of pull,
-   programs. */
+/* Makes pictures and programs that take the core path from surfels to the atlas: kept texels, levels of pull,
+   push. */
 static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
 {
     char defines[] = "ISM_LEVEL=1";
@@ -73,7 +73,7 @@ static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
     return (m->desc.vpl_count * (uint32_t)m->desc.near_point_count + 63) / 64;
 }
 
-/* Returns what shaders know of the maps. */
+/* Returns the values of the maps' uniform block. */
 static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
@@ -95,7 +95,7 @@ static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
     return f;
 }
 
-/* Sends what shaders know of the maps to the GPU. */
+/* Uploads the maps' uniform block. */
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
     const glbk_ism_frame f = glbk__ism_frame_of(m);

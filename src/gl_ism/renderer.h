@@ -1,6 +1,6 @@
 /* ---- ism: the renderer ---- */
 
-/* Returns what shaders know of a shading, which has its defaults. */
+/* Returns the values of the uniform block for a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
     glbk_ism_view view;
@@ -12,7 +12,7 @@ static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
     return view;
 }
 
-/* Binds all that shading reads of maps. */
+/* Binds the textures and the block that shading reads of maps. */
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -81,7 +81,7 @@ GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* What the passes of a glbk_ism_shade read and write. */
+/* The objects that the passes of a glbk_ism_shade read and write. */
 typedef struct glbk__ism_job {
     const glbk_ism_renderer *renderer;
     const glbk_gbuffer      *gbuffer;
@@ -90,7 +90,7 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
-/* Finds the program of a projection and of a rule near by, which is compiled when it is first asked for. */
+/* Finds the program of a projection and of a rule near by, and compiles it at first use. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
@@ -103,9 +103,9 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
 }
 
-/* Runs the job's program over `rows` rows of pixels from row `first` on. It reads the G-buffer and either the
-   maps or, if blur is not 0, the light. side: a group of the compute path has 16 x 16 pixels of one class,
-   which lie so far apart. */
+/* Runs the job's program over `rows` rows of pixels from row `first` on. The program reads the G-buffer and
+   either the maps or, if blur is not 0, the light. A group of the compute path has 16 x 16 pixels of one
+   class, which lie `side` apart. */
 static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job *job, int blur, uint32_t side,
                                          uint32_t first, uint32_t rows)
 {
@@ -120,7 +120,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     pass.viewport[3] = (int32_t)rows;
     if (!r->compute) result = glbk_begin(ctx, &pass, job->program);
     if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
     if (!r->compute) {

@@ -1,7 +1,7 @@
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel. had: how many
-   the table holds now; it is made anew if the number changes. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel. had is how
+   many the table holds now; the table is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -26,8 +26,8 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     return result;
 }
 
-/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees; NULL
-   if there is no memory or an index reaches beyond the vertices, which *result says. */
+/* Returns three indices and the bits of the opacity of each triangle, in memory that the caller frees.
+   Returns NULL if there is no memory or an index reaches beyond the vertices; *result says which. */
 static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__allocator *memory,
                                      const ism_mesh *mesh, size_t count, glbk_result *result)
 {

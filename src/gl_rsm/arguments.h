@@ -3,7 +3,8 @@
 enum {
     GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
     GLBK__RSM_TABLE = 1024,         /* the most materials, and texels a side of the noise */
-    GLBK__RSM_NONE = 9              /* the number of no picture */
+    GLBK__RSM_NONE = 9,             /* the number of no picture */
+    GLBK__RSM_FAR_BITS = 0x7f61b1e6 /* the bits of RSM_FAR */
 };
 
 typedef struct glbk__rsm_range {    /* a field, its value and its range */
@@ -39,7 +40,7 @@ static glbk_result glbk__rsm_refuse_element(const glbk_context *ctx, glbk_result
     return glbk__refuse_value(ctx, result, function, name.text, value, wanted);
 }
 
-/* Checks that a desc has no system: on GL the context's system gives memory and gets messages. */
+/* Checks that a desc has no system, since on GL the context's system gives memory and gets messages. */
 static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
 {
     if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for &&
@@ -82,7 +83,7 @@ static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *fu
     return GLBK_OK;
 }
 
-/* Checks a light as rsm.h does, and writes it with its defaults. */
+/* Checks a light as rsm.h does, and writes the light with its defaults. */
 static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function,
                                          const rsm_light *light, rsm_light *l)
 {
@@ -114,7 +115,7 @@ static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *fu
                               "above near_depth, at most 1e9");
 }
 
-/* ---- maps and renderers that a call was given ---- */
+/* ---- maps, renderers and G-buffers that a call was given ---- */
 
 /* Checks that a map was created. */
 static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
@@ -172,9 +173,9 @@ static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *fun
     return GLBK_OK;
 }
 
-/* ---- rsm.h's descs: what they say, with their defaults ---- */
+/* ---- descs of rsm.h and gifilter.h, with their defaults ---- */
 
-/* Checks a desc of direct light as rsm_direct does, and writes it with its defaults. */
+/* Checks a desc of direct light as rsm_direct does, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc,
                                           rsm_direct_desc *out)
 {
@@ -201,7 +202,7 @@ static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_dir
     return GLBK_OK;
 }
 
-/* Checks a desc of bounced light as rsm_gather does, and writes it with its defaults. */
+/* Checks a desc of bounced light as rsm_gather does, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function,
                                           const rsm_gather_desc *desc, rsm_gather_desc *out)
 {
@@ -241,7 +242,7 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     return GLBK_OK;
 }
 
-/* Checks interpolation as rsm_interpolate does, and writes it with its defaults. */
+/* Checks interpolation as rsm_interpolate does, and writes the struct with its defaults. */
 static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const rsm_interpolation *how,
                                                  rsm_interpolation *out)
 {
@@ -276,7 +277,7 @@ static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const 
     return GLBK_OK;
 }
 
-/* Checks a frame of the filter as gifilt_apply does, and writes it with its defaults. */
+/* Checks a frame of the filter as gifilt_apply does, and writes the frame with its defaults. */
 static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame,
                                          gifilt_frame *out)
 {
@@ -352,7 +353,7 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
     return GLBK_OK;
 }
 
-/* Checks that the tables on the GPU are those of a checked desc, as far as it needs some. */
+/* Checks that the tables on the GPU are those of a checked desc, as far as the desc needs tables. */
 static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function,
                                           const glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {

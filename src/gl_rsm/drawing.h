@@ -1,6 +1,6 @@
 /* ---- rsm: drawing maps ---- */
 
-/* Sets the block of a surface, so that a map has the albedo that lib/gbuffer.glsl reads after
+/* Sets the block of a surface. A map then has the albedo that lib/gbuffer.glsl reads after
    glbk_gbuffer_object. */
 static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
 {
@@ -36,11 +36,11 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Clears a face and has the user draw into it. */
+/* Clears a face and lets the user's function draw into it. */
 static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_target *target,
                                   const glbk_rsm_map *map, glbk_rsm_draw_fn draw_fn, void *user)
 {
-    static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, 0x7f61b1e6u /* RSM_FAR */ };
+    static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, GLBK__RSM_FAR_BITS };
     glbk_pass pass;
     glbk_result result = glbk__rsm_program(ctx, r, GLBK__RSM_FILL);
     if (result != GLBK_OK) return result;
@@ -54,7 +54,7 @@ static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const
     ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 2, empty);
     glbk_clear_depth(ctx, 1);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->buffer);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, NULL);        /* until an object has one */
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, NULL);        /* Objects bind theirs. */
     r->drawing = 1;
     r->failed = GLBK_OK;
     draw_fn(user, ctx, r);

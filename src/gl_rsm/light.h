@@ -40,8 +40,8 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
     return GLBK_OK;
 }
 
-/* Does all steps of running sums along x, in all faces of a map: the first by program `from`, the others by
-   the one after it. *at gets which of the targets holds the sums. */
+/* Does all steps of running sums along x, in all faces of a map: the first step by program `from`, the others
+   by the program after that. *at gets the number of the target that holds the sums. */
 static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from,
                                   uint32_t height, glbk_target targets[2][6], int *at)
 {
@@ -65,7 +65,7 @@ static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_
     return GLBK_OK;
 }
 
-/* Does the same by compute: with a group for each row of all faces, then with a group for each face. */
+/* Makes running sums by compute, with a group for each row of all faces, then with a group for each face. */
 static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     int rows;
@@ -83,7 +83,7 @@ static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glb
     return GLBK_OK;
 }
 
-/* Makes the running sums of a map, unless they are there. */
+/* Makes the running sums of a map, unless the map has them. */
 static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     glbk_result result;
@@ -96,29 +96,29 @@ static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_r
     return result;
 }
 
-typedef struct glbk__rsm_run {      /* one glbk_rsm_gather or glbk_rsm_interpolate */
+typedef struct glbk__rsm_run {      /* a call of glbk_rsm_gather or glbk_rsm_interpolate */
     glbk_context        *ctx;
     glbk_rsm_renderer   *r;
     const glbk_gbuffer  *gbuffer;   /* NULL: only the list is made */
     glbk_rsm_map *const *maps;
-    uint32_t             count;     /* maps */
+    uint32_t             count;     /* number of maps */
     uint32_t             sets;      /* sets of pixels that have lights and points of their own */
-    uint32_t             by_flux;   /* lights of a map by flux */
-    uint32_t             about;     /* points about the receiver */
+    uint32_t             by_flux;   /* lights of a map that are picked by flux */
+    uint32_t             about;     /* points of the pattern about the receiver */
     uint32_t             room;      /* lights of a set that the list holds */
     uint32_t             seed;
     int                  mixed;     /* not 0: RSM_PATTERN_MIXED */
     int                  all;       /* not 0: every texel is a light */
     int                  apart;     /* not 0: each map has a list of its own */
-    int                  listed;    /* not 0: the list holds all that is needed */
+    int                  listed;    /* not 0: the list holds all lights */
     int                  begun;     /* not 0: the picture holds light */
-    glbk_texture        *pictures;  /* where light adds up */
-    glbk_target         *targets;
-    uint32_t             width;     /* of these */
+    glbk_texture        *pictures;  /* the pictures in which light adds up */
+    glbk_target         *targets;   /* of the pictures */
+    uint32_t             width;     /* of the pictures */
     uint32_t             height;
     uint32_t             now;       /* the picture that holds the light */
     uint32_t             kept;      /* a picture that must stay */
-    const glbk_texture  *states;    /* what each pixel's light is, while it is interpolated */
+    const glbk_texture  *states;    /* the state of each pixel while light is interpolated */
     const glbk_texture  *coarse;    /* the grid before */
     const glbk_buffer   *items;     /* compute: the pixels; NULL = all */
 } glbk__rsm_run;
@@ -155,7 +155,8 @@ static glbk_result glbk__rsm_dispatch(glbk_context *ctx, const glbk_rsm_renderer
     return GLBK_OK;
 }
 
-/* Does what glbk__rsm_add does by compute, in place: on all pixels of the picture, or on those of a list. */
+/* Does the work of glbk__rsm_add by compute, in place: on all pixels of the picture, or on those of a
+   list. */
 static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
@@ -211,8 +212,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     return GLBK_OK;
 }
 
-/* Adds the light of all maps to the pixels that r->values.mode names. A list takes as many lights as there is
-   room for. It is picked only once if it holds all of them. */
+/* Adds the light of all maps to the pixels that r->values.mode names. The list takes as many lights as it has
+   room for, and is made only once if it holds all of them. */
 static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
 {
     uint32_t m, at = 0, flushed = 0;
@@ -247,8 +248,8 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list: the number of the list
-   that tells the groups; NULL = x by y groups. */
+/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list points to the number of
+   the list that tells how many groups run; if list is NULL, x by y groups run. */
 static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
                                       uint32_t x, uint32_t y)
 {
@@ -268,8 +269,8 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
                 : glbk_dispatch(g->ctx, &r->programs[which], x, y, 1);
 }
 
-/* Begins interpolation by compute: empties the lists, marks no node of r->grids[0] as evaluated, and lists
-   those of the first grid. */
+/* Begins interpolation by compute: empties the lists, says that no node of r->grids[0] is evaluated, and
+   lists the nodes of the first grid. */
 static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     static const uint32_t empty[4] = { 0, 0, 1, 0 };
@@ -282,7 +283,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     r->values.step = d->step;
     r->values.fine_step = fine;
     r->values.list_wanted = 0;
-    /* This goes through the binding that the pass changes anyway: glbk_buffer_update would ask GL for one. */
+    /* The upload goes through a binding that the pass changes anyway; glbk_buffer_update would ask GL which
+       buffer is bound, so as to bind it again. */
     if (g->ctx->lost) return GLBK_ERR_LOST;
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
     g->ctx->gl.BufferData(GLBK_GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)r->counts.bytes, counts,
@@ -290,8 +292,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* Does what glbk__rsm_grids does by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
-   pixels that stay open. All grids are in one, the finest. The picture gets evaluated and interpolated light
+/* Does the work of glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
+   pixels that stay open. All grids are in the finest one. The picture gets evaluated and interpolated light
    at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
@@ -322,8 +324,8 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     return result;
 }
 
-/* Evaluates grids of half the step each time, and interpolates between their nodes. What is left open, the
-   caller evaluates. The picture ends in r->sums. */
+/* Evaluates grids of half the step each time, and interpolates between their nodes. The caller evaluates the
+   pixels that stay open. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -368,7 +370,7 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
     return GLBK_OK;
 }
 
-/* Sets what samples a checked desc takes. */
+/* Sets how many samples of each kind are taken for a checked desc, and how. */
 static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -398,7 +400,8 @@ static void glbk__rsm_run_set(glbk__rsm_run *g, const rsm_gather_desc *d)
     r->values.near_field = g->all || g->about ? d->near_field : 0.0f;
 }
 
-/* Gathers for a checked desc. how: interpolation with its defaults; NULL = at every pixel. */
+/* Gathers light for a checked desc. how is the interpolation with its defaults; if it is NULL, every pixel is
+   evaluated. */
 static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, const rsm_interpolation *how)
 {
     glbk_rsm_renderer *r = g->r;
@@ -425,7 +428,7 @@ static glbk_result glbk__rsm_gather(glbk__rsm_run *g, const rsm_gather_desc *d, 
     return result;
 }
 
-/* Checks what both calls have in common, and writes the desc with its defaults. */
+/* Checks the arguments that both calls have, and writes the desc with its defaults. */
 static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, const rsm_gather_desc *desc,
                                        rsm_gather_desc *out)
 {
@@ -438,7 +441,7 @@ static glbk_result glbk__rsm_run_check(glbk__rsm_run *g, const char *function, c
     return result == GLBK_OK ? glbk__rsm_tables_check(g->ctx, function, g->r, out) : result;
 }
 
-/* Begins a run with what both calls are given. */
+/* Begins a run with the arguments that both calls have. */
 static void glbk__rsm_run_make(glbk__rsm_run *g, glbk_context *ctx, glbk_rsm_renderer *r,
                                const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps, uint32_t count)
 {

@@ -2,9 +2,9 @@
 
 enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,
-    GLBK__RSM_SCAN,                 /* each of these two is followed by that of the next steps */
+    GLBK__RSM_SCAN,                 /* the first step of sums along rows; _ON does the next steps */
     GLBK__RSM_SCAN_ON,
-    GLBK__RSM_SCAN_ROWS,
+    GLBK__RSM_SCAN_ROWS,            /* the first step of sums of rows */
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
@@ -14,11 +14,11 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_RECALL,
     GLBK__RSM_SMOOTH,
     GLBK__RSM_RESOLVE,
-    GLBK__RSM_DO_SCAN,              /* by compute, from here on */
+    GLBK__RSM_DO_SCAN,              /* a compute shader, like all that follow but GATHER_SURFACES */
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
     GLBK__RSM_DO_NODES,
-    GLBK__RSM_GATHER_SURFACES,      /* these three with near_field */
+    GLBK__RSM_GATHER_SURFACES,      /* for near_field, like the next two */
     GLBK__RSM_DO_GATHER_SURFACES,
     GLBK__RSM_DO_NODES_SURFACES,
     GLBK__RSM_DO_BEGIN,
@@ -27,7 +27,7 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_DO_SMOOTH
 };
 
-/* The file and the defines of each. */
+/* Each program has its file and its defines here. */
 static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_fill.frag", NULL },
     { "rsm_scan.frag", "FROM=0" },
@@ -62,7 +62,7 @@ static uint32_t glbk__rsm_face_count(const rsm_light *l)
     return l->kind == RSM_LIGHT_POINT || (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f) ? 6 : 1;
 }
 
-/* Writes a vector and a fourth number. */
+/* Writes a vector, and w as the fourth number. */
 static void glbk__rsm_set4(float *out, glbk_rsm__v3 v, float w)
 {
     glbk_rsm__v3_store(out, v);
@@ -143,7 +143,7 @@ static void glbk__rsm_face_matrix(const glbk_rsm_map *map, uint32_t face, float 
     m[15] = perspective ? -glbk_rsm__v3_dot(a, p) : 1.0f;
 }
 
-/* Makes an image; layers 0 = no array. */
+/* Makes an image, which is an array unless layers is 0. */
 static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    uint32_t layers, glbk_texture *out)
 {

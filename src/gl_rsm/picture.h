@@ -1,7 +1,7 @@
 /* ---- rsm: filter and picture ---- */
 
-/* Returns the picture of bounced light; NULL: there is none. r->bounce counts on: 3 and 4 are the
-   histories. */
+/* Returns the picture of bounced light, or NULL if there is none. r->bounce counts the sums, then, as 3 and
+   4, the histories. */
 static const glbk_texture *glbk__rsm_bounced(const glbk_rsm_renderer *r)
 {
     return r->bounce < 3 ? &r->sums[r->bounce] : r->bounce < 5 ? &r->history[r->bounce - 3] : NULL;
@@ -37,7 +37,7 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, con
     return GLBK_OK;
 }
 
-/* Checks that there is light to be filtered. */
+/* Checks that there is light which was not filtered yet. */
 static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_rsm_renderer *r,
                                            const glbk_gbuffer *gbuffer, const glbk_texture *motion)
 {

@@ -13,7 +13,7 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, and one after them */
+enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of open pixels for six grids, and one more */
 
 /* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
@@ -27,7 +27,7 @@ static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
     return result;
 }
 
-/* Makes history i: what a frame knew of each pixel, with place and normal of what it saw there. */
+/* Makes history i: the light of each pixel in a frame, with the place and normal that were seen there. */
 static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t i)
 {
     glbk_target_desc d;
@@ -117,7 +117,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     memset(r, 0, sizeof *r);
 }
 
-/* Makes a table of rows of width texels from count items of n floats. */
+/* Makes a table, with rows of `width` texels, from count items of n floats. */
 static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n,
                                    uint32_t width, glbk_texture *out)
 {
@@ -139,7 +139,7 @@ static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_
     return result;
 }
 
-/* Keeps what glbk__rsm_tables_check compares. */
+/* Keeps the desc and the counts that glbk__rsm_tables_check compares. */
 static void glbk__rsm_remember_tables(glbk_rsm_renderer *r, const rsm_gather_desc *d)
 {
     r->tables = *d;
@@ -184,7 +184,7 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     return result;
 }
 
-/* Compiles a program when it is first asked for. */
+/* Compiles a program, unless that was done before. */
 static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     const char *const *names = glbk__rsm_programs[which];
@@ -203,7 +203,7 @@ static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values) : result;
 }
 
-/* Begins a pass over width x height pixels of a target; textures are bound after it. */
+/* Begins a pass over width x height pixels of a target. Textures are bound after this call. */
 static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which,
                                    const glbk_target *target, uint32_t width, uint32_t height)
 {
@@ -217,7 +217,7 @@ static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int 
     return glbk_begin(ctx, &pass, &r->programs[which]);
 }
 
-/* Binds what is read of a map. */
+/* Binds the block and the textures of a map. */
 static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
@@ -241,10 +241,11 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *r, const
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_rsm_materials, &r->materials);
 }
 
-/* Binds all that a program of the library may read, but for pictures that it alone has. */
+/* Binds all that several programs of the library read. Pictures that one of them alone reads come after
+   that. */
 static void glbk__rsm_bind_all(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_gbuffer *gbuffer,
                                const glbk_rsm_map *map)
 {
     glbk_rsm_bind(ctx, r, map, NULL);
-    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* which was checked */
+    (void)glbk_gbuffer_bind(ctx, gbuffer, NULL);    /* The callers have checked it. */
 }

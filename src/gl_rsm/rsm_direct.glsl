@@ -1,7 +1,8 @@
 // rsm_direct - computes direct light with shadows by the light's own map: percentage-closer filter, bias by
 // slope.
 // uses: rsm_access rsm_bound
-// Returns the irradiance by a light of value 1 without its shadow; 0 outside a cone or behind a patch.
+// Returns the irradiance by a light of value 1 without its shadow, which is 0 outside a cone or behind a
+// patch.
 float rsm_unshadowed(rsm_light l, vec3 p, vec3 n)
 {
     vec3 to = rsm_to_light(l, p), d = p - l.position;
@@ -19,8 +20,8 @@ float rsm_unshadowed(rsm_light l, vec3 p, vec3 n)
 }
 
 // Returns the lit share of taps x taps texels about p, weighted as by a box that moves by fractions of a
-// texel. 2 taps are bilinear. cosine: of normal and light. bias, slope_bias: as in rsm_direct_desc, in
-// texels.
+// texel. 2 taps are bilinear. cosine is that of normal and light; bias and slope_bias are those of
+// rsm_direct_desc, in texels.
 float rsm_pcf(rsm_light l, vec3 p, float cosine, int taps, float bias, float slope_bias)
 {
     int face = rsm_face_of_direction(l, p - l.position), size = int(l.side);
@@ -45,8 +46,8 @@ float rsm_pcf(rsm_light l, vec3 p, float cosine, int taps, float bias, float slo
     return total > 0.0 ? sum / total : 0.0;
 }
 
-// Returns the irradiance of p by a light whose map is bound, W/m^2. n: unit normal. taps, bias, slope_bias:
-// as in rsm_direct_desc, without defaults.
+// Returns the irradiance of p by a light whose map is bound, W/m^2. n is the unit normal; taps, bias and
+// slope_bias are those of rsm_direct_desc, without defaults.
 vec3 rsm_direct(rsm_light l, vec3 p, vec3 n, int taps, float bias, float slope_bias)
 {
     float light = rsm_unshadowed(l, p, n);

@@ -29,7 +29,7 @@ void main()
     int face = int(glbk_rsm_drawn.face);
     vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * albedo;
     if (!(max(max(flux.x, flux.y), flux.z) <= 1e18)) flux = vec3(0.0);
-    rsm_face_frame(l, face, r, u, a);
+    rsm_face_axes(l, face, r, u, a);
     float depth = dot(rsm_place - l.position, a);
     gl_FragDepth = clamp((depth - glbk_rsm_drawn.near_depth) * glbk_rsm_drawn.depth_scale, 0.0, 1.0);
     rsm_out_place = floatBitsToUint(vec4(rsm_place, depth));

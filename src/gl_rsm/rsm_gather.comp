@@ -1,6 +1,7 @@
-// rsm_gather.frag as a compute shader: sums stay in registers, and lights and points, which all of a group
-// take, come through shared memory. Mode 0: a group has 8 x 8 pixels of one set; 1: nodes of a list (NODES=1;
-// otherwise nothing asks how near lights are, which spares a tenth of the work); 2: pixels of a list.
+// Does the work of rsm_gather.frag as a compute shader: sums stay in registers, and lights and points, which
+// all of a group take, come through shared memory. In mode 0 a group has 8 x 8 pixels of one set, in 1 nodes
+// of a list (NODES=1; otherwise nothing asks how near lights are, which spares a tenth of the work), in 2
+// pixels of a list.
 // uses: rsm_chunk rsm_bounce rsm_lists
 // sets: NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1
 #ifndef NODES

@@ -1,12 +1,12 @@
-// Adds bounced light up, draw by draw. Mode 0: to every pixel; 1: to nodes of a grid; 2: to pixels that are
-// still open.
+// Adds bounced light up, draw by draw: in mode 0 to every pixel, in 1 to nodes of a grid, in 2 to pixels that
+// are still open.
 // uses: rsm_bounce
 // with: screen.vert
 // sets: RSM_SURFACES=0 | RSM_SURFACES=1
 layout(location = 0) out glbk_color result;
 
-// Returns whether an open pixel needs this node: a pixel between the lines of the grid before and after the
-// node.
+// Returns whether an open pixel needs this node. Such a pixel lies between the lines of the grid before and
+// after the node.
 bool rsm_wanted(ivec2 at, int step, ivec2 size)
 {
     ivec2 off = at % step;

@@ -6,24 +6,24 @@
 #define RSM_SURFACES 0
 #endif
 
-// 1 / squared distance of the nearest light so far that is not edge-on, for interpolation.
+// Interpolation needs 1 / the squared distance of the nearest light so far that is not edge-on.
 float rsm_near = 0.0;
 
 struct rsm_sampling {       // how points about a receiver are taken
-    float r_max;            // radius of the pattern, as a share of the map; 0: up to the map's border
-    float offset;           // these four as in rsm_gather_desc; clamp_at 0: no limit
-    float clamp_at;
-    float near_limit;
-    float near_field;
+    float r_max;            // radius of the pattern, as a share of the map; 0 = up to the map's border
+    float offset;           // as in rsm_gather_desc
+    float clamp_at;         // rsm_gather_desc.clamp; 0 = no limit
+    float near_limit;       // as in rsm_gather_desc
+    float near_field;       // as in rsm_gather_desc
     float set_count;        // sets of pixels that share the points
-    float mixed;            // of RSM_PATTERN_MIXED: its scale, else 0
-    float picked;           // and how many lights it picks by flux
+    float mixed;            // scale of RSM_PATTERN_MIXED; 0 = another pattern
+    float picked;           // lights that RSM_PATTERN_MIXED picks by flux
     bool  glossy;           // whether there are materials
 };
 
 struct rsm_centre {         // where a pattern about a receiver has its centre
-    vec3 at;                // in the unit square, or a unit direction,
-    vec3 right, up;         // which has this frame
+    vec3 at;                // a place in the unit square, or a unit direction
+    vec3 right, up;         // the axes across that direction
 };
 
 // Returns equation (1) without flux: cos cos / d^2, at most bound. Both cosines times d must exceed the
@@ -39,14 +39,14 @@ float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
 }
 
 #if RSM_SURFACES
-// Computes half the sides of the surface under a texel at p: the cross section of its beam, along the beam
-// onto the plane of n. Their parallelogram has rsm_area's area, since grazing ones are bounded alike, along
-// the light.
+// Computes half the sides of the surface under a texel at p: the cross section of its beam, projected along
+// the beam onto the plane of n. Their parallelogram has rsm_area's area, since both bound grazing surfaces
+// alike, along the light.
 void rsm_texel_sides(rsm_light l, int face, vec3 p, vec3 n, out vec3 side, out vec3 other)
 {
     vec3 a, d;
     float scale = l.extent / l.side;
-    rsm_face_frame(l, face, side, other, a);
+    rsm_face_axes(l, face, side, other, a);
     d = a;
     if (l.kind != RSM_SUN) {
         float depth = dot(p - l.position, a);
@@ -72,8 +72,8 @@ float rsm_edge(vec3 n, vec3 a, vec3 b)
     return size > 0.0 ? atan(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
 }
 
-// Returns the share of an edge that is clipped at the horizon of n. leave and come get where the outline goes
-// below it and where it comes back.
+// Returns the share of an edge that is clipped at the horizon of n. leave and come get the points at which
+// the outline goes below the horizon and comes back.
 float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come)
 {
     float ha = dot(n, a), hb = dot(n, b);
@@ -87,21 +87,23 @@ float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come
 }
 
 // Returns the integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped
-// at the horizon of n: pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it at
-// most once: the points where its outline goes below and where it comes back are joined. There is no loop
-// here, since a loop calls this function and llvmpipe counts the rounds of nested loops together.
+// at the horizon of n: pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts the
+// parallelogram at most once, so the points at which the outline goes below and comes back are joined. There
+// is no loop here, since a loop calls this function and llvmpipe counts the rounds of nested loops together.
 float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)
 {
-    vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v, leave = c, come = c;
+    vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v;
+    vec3 leave = c, come = c;
     float sum = rsm_clipped_edge(n, p, q, leave, come) + rsm_clipped_edge(n, q, r, leave, come);
     sum += rsm_clipped_edge(n, r, s, leave, come) + rsm_clipped_edge(n, s, p, leave, come);
     return 0.5 * abs(sum + rsm_edge(n, leave, come));
 }
 #endif
 
-// Returns rsm_form for a light that is a texel of a face: nearer than the root of near2 the mean over the
-// surface that the texel is. Receivers that face it, nearer to its plane than half its side, get by degrees
-// no more than from a point: so lie the backs of bent sheets, through which the parallelogram reaches.
+// Returns rsm_form for a light that is a texel of a face; nearer than the root of near2, returns the mean
+// over the surface that the texel is. Receivers that face the surface, nearer to its plane than half its
+// side, get by degrees no more than from a point: there lie the backs of bent sheets, through which the
+// parallelogram reaches.
 float rsm_texel_form(rsm_light l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound,
                      float near2)
 {
@@ -122,7 +124,7 @@ float rsm_texel_form(rsm_light l, vec3 p, vec3 n, int face, vec3 light, vec3 lig
 }
 
 // Returns the glossy part of light towards p: a Phong lobe about the mirrored direction of the light.
-// material: specular reflectance and exponent.
+// material has specular reflectance and exponent.
 vec3 rsm_gloss(rsm_light l, vec3 p, vec3 light, vec3 light_normal, float form, vec3 incident, vec4 material)
 {
     vec3 to = rsm_to_light(l, light), mirror = 2.0 * dot(light_normal, to) * light_normal - to, d = p - light;
@@ -144,11 +146,12 @@ vec3 rsm_mixed_place(rsm_light l, ivec3 t)
     vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y));
     vec3 r, u, a;
     if (l.faces == 1) return vec3(q * 0.5 + 0.5, 0.0);
-    rsm_face_frame(l, t.z, r, u, a);
+    rsm_face_axes(l, t.z, r, u, a);
     return rsm_normalize(a + r * q.x + u * q.y) * 0.5;
 }
 
-// Returns where patterns about p have their centre. inside: it is kept away from the map's border.
+// Returns where patterns about p have their centre. If inside is true, the centre is kept away from the map's
+// border.
 rsm_centre rsm_centre_of(rsm_light l, vec3 p, bool inside)
 {
     rsm_centre centre = rsm_centre(vec3(0.0), vec3(0.0), vec3(0.0));
@@ -168,9 +171,9 @@ rsm_centre rsm_centre_of(rsm_light l, vec3 p, bool inside)
     return centre;
 }
 
-// Finds the texel under a point of a pattern about the receiver, and how many texels' worth the point stands
-// for. turn: cosine and sine of the pixel's rotation. r_max 0: up to the map's border. false: the point is
-// outside the map.
+// Finds the texel under a point of a pattern about the receiver, and how many texels the point stands for.
+// turn is cosine and sine of the pixel's rotation. With r_max 0 the pattern reaches the map's border. Returns
+// false if the point is outside the map.
 bool rsm_place_sample(rsm_light l, float r_max, rsm_centre centre, vec3 point, vec2 turn, out ivec3 t,
                       out float weight)
 {
@@ -200,7 +203,7 @@ bool rsm_place_sample(rsm_light l, float r_max, rsm_centre centre, vec3 point, v
     vec3 d = centre.at * (1.0 - 2.0 * s) + centre.right * (q.x * k) + centre.up * (q.y * k), a, fr, fu;
     t.z = rsm_face_of_direction(l, d);
     if (t.z >= l.faces) return false;
-    rsm_face_frame(l, t.z, fr, fu, a);
+    rsm_face_axes(l, t.z, fr, fu, a);
     q = vec2(dot(d, fr), dot(d, fu)) / dot(d, a);
     t.xy = min(ivec2((q * 0.5 + 0.5) * l.side), ivec2(size - 1));
     q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y));
@@ -209,8 +212,8 @@ bool rsm_place_sample(rsm_light l, float r_max, rsm_centre centre, vec3 point, v
     return true;
 }
 
-// Returns pi times the light of numbers from .. to - 1 of the list. glossy: whether there are materials.
-// mixed: the scale of RSM_PATTERN_MIXED; 0 = all lights were picked by flux.
+// Returns pi times the light of numbers from .. to - 1 of the list. glossy says whether there are materials.
+// mixed is the scale of RSM_PATTERN_MIXED; if it is 0, all lights were picked by flux.
 vec3 rsm_gather_list(rsm_light l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed)
 {
     vec3 sum = vec3(0.0), centre = vec3(0.0);

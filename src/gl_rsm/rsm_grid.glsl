@@ -1,7 +1,8 @@
 // rsm_grid - interpolates between nodes of a grid that were evaluated (section 4).
 // uses: rsm_screen
 
-// The program's: finds the node at a pixel, with its light and alpha. false: nothing is seen there.
+// The program has this function, which finds the node at a pixel, with its light and alpha. It returns false
+// if nothing is seen there.
 bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node);
 
 // Finds the grid lines about a coordinate and its share of the way between them. Lines are multiples of step,
@@ -12,8 +13,8 @@ void rsm_grid_lines(int at, int step, int size, out ivec2 line, out float share)
     share = line.y > line.x ? float(at - line.x) / float(line.y - line.x) : 0.0;
 }
 
-// Returns whether the light of node s may be used at p: their normals and planes are alike, and they are near
-// each other.
+// Returns whether the light of node s may be used at p: whether their normals and planes are alike, and both
+// are near each other.
 bool rsm_suits(rsm_receiver p, rsm_receiver s, float reach2)
 {
     vec3 d = s.position - p.position;
@@ -25,7 +26,7 @@ bool rsm_suits(rsm_receiver p, rsm_receiver s, float reach2)
 }
 
 // Interpolates bilinearly between the nodes of the grid about a pixel. A missing fourth node is completed to
-// a plane. false: fewer than three nodes suit, or they differ too much.
+// a plane. Returns false if fewer than three nodes suit, or if they differ too much.
 bool rsm_interpolate(ivec2 at, int step, ivec2 size, rsm_receiver p, out vec3 result)
 {
     ivec2 lx, ly;

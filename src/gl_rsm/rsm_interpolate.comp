@@ -1,6 +1,6 @@
-// rsm_interpolate.frag as a compute shader, over every pixel (RSM_GROUP=256), then over those of a list.
-// Pixels that the grid suffices for go to the picture, those that stay open into the next list, and the nodes
-// of the next grid that these need into a list of nodes.
+// Does the work of rsm_interpolate.frag as a compute shader, over every pixel (RSM_GROUP=256), then over
+// those of a list. Pixels that the grid suffices for go to the picture, pixels that stay open into the next
+// list, and the nodes of the next grid that open pixels need into a list of nodes.
 // uses: rsm_lists rsm_grid
 // sets: RSM_GROUP=256 | RSM_GROUP=64
 layout(local_size_x = RSM_GROUP) in;
@@ -48,7 +48,8 @@ bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)
 void main()
 {
     int step = int(glbk_rsm_frame.step), next = int(glbk_rsm_frame.next_step);
-    ivec2 at, size = rsm_picture_side(), number, lx, ly;
+    ivec2 at, size = rsm_picture_side(), number;
+    ivec2 lx, ly;
     rsm_receiver r;
     vec3 value;
     float share;

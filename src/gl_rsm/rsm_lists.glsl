@@ -1,6 +1,6 @@
-// rsm_lists - lists of pixels that compute shaders append to and read from, each with the number of groups of
-// 64 that it takes. A work group collects its pixels in shared memory, then takes room in a list for all of
-// them at once.
+// rsm_lists - has lists of pixels that compute shaders append to and read from, each with the number of
+// groups of 64 that it takes. A work group collects its pixels in shared memory, then takes room in a list
+// for all of them at once.
 // uses: rsm_screen
 #ifndef RSM_GROUP
 #define RSM_GROUP 64        // invocations of the work group
@@ -13,8 +13,8 @@ uint rsm_pack_pixel(ivec2 at) { return uint(at.x) | uint(at.y) << 16; }
 // Returns the pixel of an item.
 ivec2 rsm_unpack_pixel(uint item) { return ivec2(item & 65535u, item >> 16); }
 
-// Finds the pixel of this invocation in a list, with groups of 64 that the list itself counts. false: the
-// list has ended.
+// Finds the pixel of this invocation in a list, with groups of 64 that the list itself counts. Returns false
+// if the list has ended.
 bool rsm_item(uint list, out ivec2 at)
 {
     uint i = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + gl_LocalInvocationIndex;
@@ -51,8 +51,9 @@ void rsm_want(ivec2 at)
     if (rsm_read(at, r) && texelFetch(glbk_rsm_coarse, number, 0).w >= 0.0) rsm_add_wanted(at);
 }
 
-// Takes room in a list for count pixels more, and returns where that begins. If the list needs more groups,
-// their number grows: rows of 1024, so that no side exceeds the 65,535 that GL guarantees.
+// Takes room in a list for count pixels more, and returns where that room begins. If the list needs more
+// groups, their number grows; they stand in rows of 1024, so that no side exceeds the 65,535 that GL
+// guarantees.
 uint rsm_room(uint list, uint count)
 {
     uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count);

@@ -1,10 +1,14 @@
-// rsm_map - a light and its map: frames of faces, projection, light through a texel, as in rsm.h.
-const int RSM_SUN = 1, RSM_SPOT = 2, RSM_SQUARE_SPOT = 3, RSM_POINT = 4, RSM_PATCH = 5;
+// rsm_map - has a light and its map: axes of faces, projection, light through a texel, as in rsm.h.
+const int RSM_SUN = 1;              // these are numbers of rsm_light_kind
+const int RSM_SPOT = 2;
+const int RSM_SQUARE_SPOT = 3;
+const int RSM_POINT = 4;
+const int RSM_PATCH = 5;
 const float RSM_PI = 3.14159265;
 
 struct rsm_light {
     vec3 position;
-    vec3 right, up, axis;           // the frame of face 0; light travels along axis
+    vec3 right, up, axis;           // the axes of face 0; light travels along axis
     vec3 value;                     // as in rsm.h's rsm_light
     float extent;                   // half a side of the map (of a sun), or the tangent of half its angle
     float cos_half;                 // cosine of half the cone
@@ -12,7 +16,7 @@ struct rsm_light {
     int faces, kind;
 };
 
-// Returns a unit vector, or 0 0 0 for that.
+// Returns v with length 1; of 0 0 0 returns 0 0 0.
 vec3 rsm_normalize(vec3 v)
 {
     float d = dot(v, v);
@@ -20,7 +24,7 @@ vec3 rsm_normalize(vec3 v)
 }
 
 // Finds right, up and axis of a face.
-void rsm_face_frame(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
+void rsm_face_axes(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
 {
     r = l.right;
     u = l.up;
@@ -32,16 +36,16 @@ void rsm_face_frame(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
     else if (face == 5) { r = -l.right; a = -l.axis; }
 }
 
-// Returns a point in a face's frame: x and y in units of its half side, z the depth.
+// Returns a point by the axes of a face: x and y in units of the face's half side, z as depth.
 vec3 rsm_to_face(rsm_light l, int face, vec3 p)
 {
     vec3 r, u, a, q = p - l.position;
-    rsm_face_frame(l, face, r, u, a);
+    rsm_face_axes(l, face, r, u, a);
     float z = dot(q, a);
     return vec3(vec2(dot(q, r), dot(q, u)) / (l.kind == RSM_SUN ? l.extent : l.extent * z), z);
 }
 
-// Returns the face of a cube that a direction in the light's frame meets.
+// Returns the face of a cube that a direction meets, which is given by the light's axes.
 int rsm_cube_face(vec3 d)
 {
     vec3 a = abs(d);
@@ -62,7 +66,7 @@ float rsm_texel_centre(rsm_light l, int i) { return (float(i) + 0.5) * 2.0 / l.s
 // Returns the unit direction from a point to the light.
 vec3 rsm_to_light(rsm_light l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }
 
-// Returns the light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3
+// Returns the light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3,
 // integrated by Gauss points.
 float rsm_solid_angle(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q, float h)
 {
@@ -90,13 +94,13 @@ bool rsm_in_cone(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q)
     return dot(l.axis, d) >= l.cos_half * length(d);
 }
 
-// Returns the light of value 1 through a texel of a face, as much of it as lies in the cone.
+// Returns the light of value 1 through a texel of a face, as far as the texel lies in the cone.
 float rsm_incident(rsm_light l, int face, ivec2 t)
 {
     float h = l.extent / l.side;
     if (l.kind == RSM_SUN) return 4.0 * h * h;
     vec3 r, u, a;
-    rsm_face_frame(l, face, r, u, a);
+    rsm_face_axes(l, face, r, u, a);
     vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y)) * l.extent;
     float flux = rsm_solid_angle(l, r, u, a, q, h);
     if (l.kind != RSM_SPOT) return flux;
@@ -112,11 +116,11 @@ float rsm_incident(rsm_light l, int face, ivec2 t)
 }
 
 // Returns the area of the surface that a texel stands for: the cross section of its beam over the cosine,
-// which is bounded for grazing ones.
+// which is bounded for grazing surfaces.
 float rsm_area(rsm_light l, int face, vec3 p, vec3 n)
 {
     vec3 r, u, a, to = rsm_to_light(l, p);
-    rsm_face_frame(l, face, r, u, a);
+    rsm_face_axes(l, face, r, u, a);
     float side = 2.0 * l.extent / l.side * (l.kind == RSM_SUN ? 1.0 : dot(p - l.position, a));
     return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);
 }

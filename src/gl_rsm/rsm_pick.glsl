@@ -24,8 +24,8 @@ float rsm_total(rsm_light l)
     return total;
 }
 
-// Picks texel and weight of sample i of n: by a lattice, rows at even steps of flux and places in a row by
-// the golden ratio, shifted by the seed. false: there is no light.
+// Picks texel and weight of sample i of n, by a lattice that the seed shifts: rows at even steps of flux,
+// places in a row by the golden ratio. Returns false if there is no light.
 bool rsm_pick_texel(rsm_light l, uint i, uint n, uint seed, out ivec3 t, out float weight)
 {
     float total = rsm_total(l), u = fract(rsm_to_unit(i * 2654435769u) + rsm_random(seed, 5u, 0u));
@@ -40,7 +40,7 @@ bool rsm_pick_texel(rsm_light l, uint i, uint n, uint seed, out ivec3 t, out flo
         x -= sum;
         t.z = f + 1;
     }
-    while (low < high) {                    // the first row whose sum exceeds x
+    while (low < high) {                    // finds the first row whose sum exceeds x
         int middle = (low + high) / 2;
         if (RSM_ROWS_SUM(middle, t.z) > x) high = middle;
         else low = middle + 1;
@@ -49,7 +49,7 @@ bool rsm_pick_texel(rsm_light l, uint i, uint n, uint seed, out ivec3 t, out flo
     x = min(u, 0.99999994) * RSM_ROW_SUM(ivec3(size - 1, t.yz));
     low = 0;
     high = size - 1;
-    while (low < high) {                    // and the first texel
+    while (low < high) {                    // finds the first texel
         int middle = (low + high) / 2;
         if (RSM_ROW_SUM(ivec3(middle, t.yz)) > x) high = middle;
         else low = middle + 1;

@@ -1,12 +1,12 @@
-// Mixes this frame's light with what the last frames knew of the same surface; alpha counts the frames. What
-// is seen is kept for the next frame.
+// Mixes this frame's light with the light that the last frames had of the same surface; alpha counts the
+// frames. Places and normals are kept for the next frame.
 // uses: rsm_screen
 // with: screen.vert
 layout(location = 0) out glbk_color result;
 layout(location = 1) out uvec4 rsm_out_place;
 layout(location = 2) out uvec4 rsm_out_normal;
 
-// Finds where a surface was in the last frame, in pixels. false: that is not known.
+// Finds where a surface was in the last frame, in pixels. Returns false if that is not known.
 bool rsm_reproject(ivec2 at, vec3 p, vec2 size, out vec2 q)
 {
     q = vec2(0.0);
@@ -19,7 +19,7 @@ bool rsm_reproject(ivec2 at, vec3 p, vec2 size, out vec2 q)
     } else {
         return false;
     }
-    return all(lessThan(abs(q), vec2(1e6)));        // false for what is not a number
+    return all(lessThan(abs(q), vec2(1e6)));        // a place that is no number is not known
 }
 
 void main()

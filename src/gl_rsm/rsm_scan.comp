@@ -1,7 +1,7 @@
 // Makes running sums of the rows of a map, or (ROWS=1) of the last sums of its rows. A group has a row in
 // shared memory. The steps are those of rsm_scan.frag, of eight values each, so that both ways pick the same
-// texels. The third of the mean is multiplied where that file does so, too, since compilers make one
-// operation of product and sum.
+// texels. The third of the mean is multiplied where that file does so, since compilers make one operation of
+// product and sum.
 // uses: rsm_pick
 // sets: ROWS=0 | ROWS=1
 #ifndef ROWS
@@ -33,6 +33,6 @@ void main()
         }
         scale = 1.0;
     }
-    for (int x = at.x; x < size; x += 256)          // what this invocation wrote itself
+    for (int x = at.x; x < size; x += 256)          // this invocation reads its own sums
         imageStore(glbk_rsm_running, ivec3(x, at.yz), uvec4(floatBitsToUint(rsm_row[now][x])));
 }

@@ -1,5 +1,5 @@
-// Draws one step of running sums along x: sums of 8 values that lie `stride` apart. FROM says of what: 0 mean
-// flux of the map, 1 sums of the step before, 2 the last sums of rows, 3 sums of these.
+// Draws one step of running sums along x: sums of 8 values that lie `stride` apart. FROM says which values: 0
+// the mean flux of the map, 1 sums of the step before, 2 the last sums of rows, 3 sums of these.
 // uses: rsm_pick
 // with: screen.vert
 // sets: FROM=0 | FROM=1 | FROM=2 | FROM=3

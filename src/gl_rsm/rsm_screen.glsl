@@ -1,11 +1,12 @@
 // rsm_screen - reads receivers of the G-buffer, nodes of grids between which light is interpolated, and
 // neighbours.
 // uses: rsm_access gbuffer
-#define RSM_NONE 0.0            // what alpha says of a pixel: nothing is seen there,
-#define RSM_OPEN 1.0            // it has no light yet,
-#define RSM_INTERPOLATED 2.0
-#define RSM_EVALUATED 3.0
-#define RSM_FRESH 4.0           // it was evaluated in the step before this one
+// Alpha of a pixel has one of these numbers.
+#define RSM_NONE 0.0            // nothing is seen at the pixel
+#define RSM_OPEN 1.0            // the pixel has no light yet
+#define RSM_INTERPOLATED 2.0    // the light was interpolated
+#define RSM_EVALUATED 3.0       // the light was evaluated
+#define RSM_FRESH 4.0           // the light was evaluated in the step before this one
 
 // Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates
 // them, -d^2 / 2^60 afterwards. So both can be told apart and no bit is lost.
@@ -34,13 +35,13 @@ float rsm_node_aged(float alpha)
 
 struct rsm_receiver {
     vec3 position, normal;
-    float occlusion;            // share of bounced light that comes: 1 open
+    float occlusion;            // share of bounced light that arrives: 1 = all
 };
 
 // Returns width and height of the picture.
 ivec2 rsm_picture_side() { return ivec2(glbk_rsm_frame.width, glbk_rsm_frame.height); }
 
-// Reads the receiver of a pixel. false: nothing is seen there.
+// Reads the receiver of a pixel. Returns false if nothing is seen there.
 bool rsm_read(ivec2 at, out rsm_receiver r)
 {
     glbk_point p;
@@ -51,7 +52,7 @@ bool rsm_read(ivec2 at, out rsm_receiver r)
     return seen;
 }
 
-// Returns which set of an interleaved picture a pixel takes.
+// Returns the number of the set that a pixel of an interleaved picture takes.
 uint rsm_set(ivec2 at)
 {
     uint k = glbk_rsm_frame.interleave;
@@ -68,8 +69,8 @@ bool rsm_is_node(ivec2 at, int step, ivec2 size, out ivec2 number)
     return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);
 }
 
-// Returns the weight of a neighbour, or of history, at q with normal m for p with normal n: 0 across edges of
-// normals and off the plane, falling smoothly to them.
+// Returns the weight of a neighbour, or of history, at q with normal m for p with normal n. The weight is 0
+// across edges of normals and off the plane, and falls smoothly to these.
 float rsm_alike(vec3 p, vec3 n, vec3 q, vec3 m)
 {
     vec3 d = q - p;

@@ -1,11 +1,11 @@
-// rsm_smooth.frag as a compute shader. A group has 16 x 16 pixels, `step` apart, and brings them and those
-// around them into shared memory, so that a pixel is fetched 1.27 times, not nine times. The groups of one
-// part of the picture are step x step layers.
+// Does the work of rsm_smooth.frag as a compute shader. A group has 16 x 16 pixels, `step` apart, and brings
+// them and those around them into shared memory, so that a pixel is fetched 1.27 times, not nine times. The
+// groups of one part of the picture are step x step layers.
 // uses: rsm_smooth
 layout(local_size_x = 16, local_size_y = 16) in;
 const int SIDE = 18;
-shared vec4 rsm_places[SIDE * SIDE],
-    rsm_lights[SIDE * SIDE]; // place, 1 if something is seen; light, alpha
+shared vec4 rsm_places[SIDE * SIDE];        // place, and 1 if something is seen
+shared vec4 rsm_lights[SIDE * SIDE];        // light, and alpha
 shared vec3 rsm_normals[SIDE * SIDE];
 
 // Returns where the neighbour `off` steps away lies in shared memory.

@@ -1,12 +1,12 @@
-// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of
+// rsm_smooth - has one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of
 // normals and planes. A pixel with few neighbours like it becomes no brighter than its brightest neighbour.
 // uses: rsm_screen
 
-// The program's: finds the neighbour `off` steps away from pixel `at`. false: nothing is seen there, or it is
-// beyond the picture.
+// The program has this function, which finds the neighbour `off` steps away from pixel `at`. It returns false
+// if nothing is seen there, or if the neighbour is beyond the picture.
 bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light);
 
-// Returns the filtered light of a pixel. sum: its light; its alpha stays.
+// Returns the filtered light of a pixel. sum is the pixel's light, whose alpha stays.
 vec4 rsm_smooth(ivec2 at, rsm_receiver r, vec4 sum)
 {
     vec3 light = sum.xyz * 4.0, most = vec3(0.0);

@@ -117,7 +117,7 @@ GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *b
 
 typedef struct glbk_sfield_field {      /* a field in the table; read only */
     const sfield_field *field;
-    uint32_t start;                     /* its first texel: what sfield_locate() and sfield_fetch() take */
+    uint32_t start;                     /* its first texel, for sfield_locate() and sfield_fetch() */
     int      source;                    /* not 0: a source, else an occlusion field */
     float    center[3];                 /* in the field's own space */
     float    radius;

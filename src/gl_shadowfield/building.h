@@ -2,16 +2,19 @@
 
 enum {
     GLBK__SFIELD_TILES = 256,       /* the most tiles of an atlas, as the uniform block has them */
-    GLBK__SFIELD_BATCH = 128        /* the most eyes */
+    GLBK__SFIELD_BATCH = 128,       /* the most eyes */
+    GLBK__SFIELD_VERTEX_ARRAY_BINDING = 0x85B5,     /* a constant of GL, like the next one */
+    GLBK__SFIELD_ARRAY_BUFFER_BINDING = 0x8894
 };
 
-/* Returns the numbers of an eye and channel: coefficients, or texels of a cube. */
+/* Returns how many numbers an eye has in a channel: coefficients, or texels of a cube. */
 static size_t glbk__sfield_values(const glbk_sfield_builder *b)
 {
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
-/* Returns the corners of all triangles; the next two return the vertex of a corner and a vertex's place. */
+/* Returns how many corners all triangles have. The next two functions return the vertex of a corner and a
+   vertex's place. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -113,8 +116,8 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     glbk_result result = glbk__enter(ctx);
 
     if (result != GLBK_OK) return result;
-    ctx->gl.GetIntegerv(0x85B5 /* VERTEX_ARRAY_BINDING */, &array);
-    ctx->gl.GetIntegerv(0x8894 /* ARRAY_BUFFER_BINDING */, &buffer);
+    ctx->gl.GetIntegerv(GLBK__SFIELD_VERTEX_ARRAY_BINDING, &array);
+    ctx->gl.GetIntegerv(GLBK__SFIELD_ARRAY_BUFFER_BINDING, &buffer);
     ctx->gl.GenVertexArrays(1, &b->vertex_array);
     ctx->gl.BindVertexArray(b->vertex_array);
     ctx->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, b->vertices.name);
@@ -130,7 +133,7 @@ static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_buil
     return glbk__leave(ctx);
 }
 
-/* Checks of a mesh what sfield_build checks. */
+/* Checks a mesh as sfield_build does. */
 static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *function,
                                            const sfield_mesh *m)
 {
@@ -192,7 +195,7 @@ static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, ui
     return face * side * side + morton;
 }
 
-/* Uploads what the basis integrates to over each texel (sfield_cube_basis): groups of four coefficients, each
+/* Uploads the integrals of the basis over each texel (sfield_cube_basis): groups of four coefficients, each
    with all texels in rows as the cubes have them. */
 static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, glbk_sfield_builder *b)
 {

@@ -1,4 +1,4 @@
-/* ---- sfield: entities and sky, what a frame changes ---- */
+/* ---- sfield: entities and sky, which frames change ---- */
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
@@ -29,7 +29,7 @@ static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, co
                                               glbk__sfield_by_pointer);
 }
 
-/* Checks an entity. */
+/* Checks entity `index` of a list. */
 static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_scene *s, const sfield_entity *e, size_t index)
 {
@@ -66,7 +66,8 @@ static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, floa
     out[3] = scale * f->radius;
 }
 
-/* Writes the texels of an entity (docs/gpu-layouts.md); rotation is the first texel of its rotation. */
+/* Writes the texels of an entity, which docs/gpu-layouts.md lists. rotation is the first texel of its
+   rotation. */
 static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_entity *e, uint32_t rotation,
                                       uint32_t *words)
 {
@@ -117,7 +118,7 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
-/* Returns the block that says what the tables hold. */
+/* Returns the values of the block that tells shaders what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
@@ -130,7 +131,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     return contents;
 }
 
-/* Uploads that block. */
+/* Uploads this block. */
 static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);

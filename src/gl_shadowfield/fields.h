@@ -48,14 +48,14 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* The header of a file of sfield_write, and where things are in it. */
+/* The header of a file of sfield_write, and where the file's parts begin. */
 typedef struct glbk__sfield_view {
     const uint8_t *bytes;
     uint32_t kind;
     uint32_t bands;
     uint32_t shells;
     uint32_t side;
-    uint32_t spacing;               /* sfield_spacing */
+    uint32_t spacing;               /* an sfield_spacing */
     uint32_t frames;
     uint32_t loop;
     uint32_t channels;
@@ -66,8 +66,8 @@ typedef struct glbk__sfield_view {
     size_t   first;                 /* where samples begin, bytes */
 } glbk__sfield_view;
 
-/* Returns the texels of a rotation: rows of the blocks from the second band on, each filled up to four
-   numbers. */
+/* Returns how many texels a rotation has: rows of the blocks from the second band on, each filled up to a
+   multiple of four numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
 {
     uint32_t l, n = 0;
@@ -75,13 +75,13 @@ static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
     return n;
 }
 
-/* Returns the texels of an entity and its rotation. */
+/* Returns how many texels an entity and its rotation have. */
 static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
 }
 
-/* Texels on their way into a table. */
+/* A stage holds texels on their way into a table. */
 typedef struct glbk__sfield_stage {
     glbk_context *ctx;
     const glbk_texture *table;
@@ -92,7 +92,7 @@ typedef struct glbk__sfield_stage {
     glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
-/* Returns the little-endian number at p; the next one is a float. */
+/* Returns the little-endian number at p. The next function returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -106,8 +106,8 @@ static float glbk__sfield_float(const uint8_t *p)
     return x;
 }
 
-/* Returns the texels of a field: its head, its shells, scales and biases for each channel of a shell and
-   frame, samples. */
+/* Returns how many texels a field has: for its head, its shells, scales and biases for each channel of a
+   shell and frame, and samples. */
 static uint64_t glbk__sfield_texels_of(const sfield_info *info)
 {
     const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1,
@@ -163,7 +163,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* Returns what sfield_measure of lib/sfield_field.glsl does. */
+/* Returns the measure of a distance, as sfield_measure of lib/sfield_field.glsl does. */
 static float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
@@ -171,7 +171,7 @@ static float glbk__sfield_measure(float d2, int source, int uniform)
     return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
 }
 
-/* Writes a field. */
+/* Writes the texels of a field. */
 static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
 {
     const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
@@ -227,14 +227,14 @@ static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms,
     for (i = 0; i < count; i++) {
         float c;
         memcpy(&c, terms + count + i, 4);
-        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i would count it
+        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* since a_i b_j + a_j b_i counts it
                                                                            twice */
         if (i % 2 == 0) texel = glbk__sfield_texel(s);
         texel[i % 2 * 2] = terms[i];
         memcpy(texel + i % 2 * 2 + 1, &c, 4);
     }
-    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* terms of factor 0, to a multiple of
-                                                                           4 texels */
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* fills up with terms of factor 0 to
+                                                                           a multiple of 4 texels */
 }
 
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
@@ -248,7 +248,7 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
-/* Checks what glbk_sfield_scene_create is given. */
+/* Checks the desc of glbk_sfield_scene_create. */
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {

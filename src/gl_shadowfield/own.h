@@ -1,6 +1,6 @@
 /* ---- sfield: own visibility ---- */
 
-/* Makes the texture of own visibility, in which nothing is recorded. */
+/* Makes the texture of own visibility, in which nothing is recorded yet. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -16,7 +16,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.width = r->width;
     texture.height = r->height;
     texture.layers = (r->bands * r->bands + 7) / 8;
-    if (texture.layers < 2) texture.layers = 2;         /* drawing writes two */
+    if (texture.layers < 2) texture.layers = 2;         /* since drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
     for (y = 0; y < r->height && result == GLBK_OK; y++) {
         const glbk_box box = { 0, 0, y, 0, r->width, 1, 1 };
@@ -26,8 +26,8 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     return result;
 }
 
-/* Returns a coefficient in signed 16 bits, with 32767 for 1.5: the norm of what is at most a cosine is
-   1.45. */
+/* Returns a coefficient in signed 16 bits, with 32767 for 1.5, since functions that are at most a cosine have
+   norms up to 1.45. */
 static uint32_t glbk__sfield_short(float x)
 {
     x = x * (1 / 1.5f);
@@ -93,7 +93,7 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
             for (k = 0; k < 8 && 8 * layer + k < n && self[i]; k++)
                 words[4 * i + k / 2] |= glbk__sfield_short(self[i][8 * layer + k]) << k % 2 * 16;
             if (!layer && self[i] && !(words[4 * i] & 0xffffu))
-                words[4 * i] |= 1; /* 0 would say: not recorded */
+                words[4 * i] |= 1;      /* since 0 says that none was recorded */
         }
         box.layer = layer;
         result = glbk_texture_update(ctx, &r->self, &box, words);
@@ -161,7 +161,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     pass.depth = GLBK_DEPTH_EQUAL;
     if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->record);
     if (result == GLBK_OK)
-        glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0); /* may be another than before */
+        glbk__attach(ctx, GLBK_GL_DEPTH_ATTACHMENT, &g->depth, 0, 0);   /* since the buffer may be another */
     for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
     memcpy(r->world_to_clip, g->world_to_clip, sizeof r->world_to_clip);
     return result;

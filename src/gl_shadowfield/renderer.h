@@ -1,6 +1,6 @@
 /* ---- sfield: the renderer ---- */
 
-enum { GLBK__SFIELD_TERMS = 200 };      /* room for the 163 of 4 bands */
+enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 
 /* Makes the textures of light and gloss, and their target. */
 static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
@@ -32,7 +32,7 @@ static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
     glbk__append_text(sink, "]");
 }
 
-/* Appends "(a[i]*b[j]+a[j]*b[i])", or its half where both are the same. */
+/* Appends "(a[i]*b[j]+a[j]*b[i])", or "(a[i]*b[i])" if i and j are the same. */
 static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
 {
     glbk__sfield_index(sink, "(a", i);
@@ -84,8 +84,8 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     return sink.used + 1;
 }
 
-/* Compiles the pass's program with the product written out, which stands behind sfield_field and before what
-   calls it. */
+/* Compiles the pass's program with the product written out, which stands behind sfield_field and before the
+   functions that call it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
                                         int compute, glbk_program *out)
 {
@@ -117,7 +117,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     return result;
 }
 
-/* Checks what glbk_sfield_renderer_create is given. */
+/* Checks the desc of glbk_sfield_renderer_create. */
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {

@@ -1,4 +1,4 @@
-/* ---- sfield: building: what is seen from sample points ---- */
+/* ---- sfield: building: views from sample points ---- */
 
 /* Returns the samples a side of a face for an eye, which lie as close as those of sfield_build. */
 static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *eye)
@@ -11,7 +11,7 @@ static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *ey
 }
 
 /* Returns 1 if a sphere, whose centre is given in radii from the eye, may reach into the pyramid of a face.
-   In doubt it does: a face that is drawn in vain costs time only. */
+   In doubt the result is 1, since a face that is drawn in vain costs time only. */
 static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
 {
     uint32_t axis = face / 2, k;
@@ -174,7 +174,7 @@ static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_build
     return result;
 }
 
-/* Checks what glbk_sfield_builder_see is given. */
+/* Checks the arguments of glbk_sfield_builder_see. */
 static glbk_result glbk__sfield_check_views(const glbk_context *ctx, const char *function,
                                             const glbk_sfield_builder *b, const sfield_views *v)
 {

@@ -2,8 +2,8 @@
 // shadowfield.h.
 //
 // Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, with number l^2 + l + m and Y1
-// = 0.4886 (y, z, x). Fields and tripling coefficients lie in one table, rotations in the table of what moves
-// or, without SFIELD_MOVING, in the same one (docs/gpu-layouts.md); they are named by their first texel.
+// = 0.4886 (y, z, x). Fields and tripling coefficients lie in one table, rotations in that of SFIELD_MOVING
+// or, without this define, in the same one (docs/gpu-layouts.md). Their first texels name them.
 #ifndef SFIELD_TEXEL
 #error "SFIELD_TEXEL(i): texel i of the table as uvec4"
 #endif
@@ -22,16 +22,16 @@
 #define SFIELD_PI 3.14159265
 #define SFIELD_Y00 0.282094792
 
-// The eight samples round a point: those of the inner shell are first, + 1, + side, + side + 1, and those of
-// the outer shell come 6 side^2 later.
+// The eight samples round a point are first, first + 1, + side, + side + 1 on the inner shell, and 6 side^2
+// more on the outer shell.
 struct sfield_place {
     uint first;             // number of the first sample
-    uint shell;             // the inner one
+    uint shell;             // number of the inner shell
     vec4 corner;            // weights of the four samples on a shell
-    vec2 weight;            // of the inner and of the outer shell; it falls beyond the last one
+    vec2 weight;            // of the inner and of the outer shell, which falls beyond the last shell
 };
 
-// Returns 4/pi atan u for |u| <= 1, off by 6e-6: nodes of the grid of positions lie at equal angles.
+// Returns 4/pi atan u for |u| <= 1, off by 6e-6, since nodes of the grid of positions lie at equal angles.
 float sfield_warp(float u)
 {
     float z = u * u;
@@ -39,8 +39,8 @@ float sfield_warp(float u)
     return u + u * (1.0 - z) * (0.273219633 + z * (-0.150161507 + z * p));
 }
 
-// Returns the measure of a distance, squared, in which weights between shells are linear. Bits of how: 1 a
-// source, 2 uniform shells.
+// Returns the measure of a distance, squared, in which weights between shells are linear. Bit 1 of how says
+// that the field is a source, bit 2 that shells are uniform.
 float sfield_measure(float d2, uint how)
 {
     float inverse = 1.0 / d2, u = min(inverse, 1.0);
@@ -61,7 +61,7 @@ sfield_place sfield_locate(uint field, vec3 p)
     vec2 grid = (vec2(sfield_warp(s * inverse), sfield_warp(t * inverse)) + 1.0) * (0.5 * float(head.w - 1u));
     uvec2 at = uvec2(min(grid, vec2(float(head.w) - 1.5)));
     vec2 f = grid - vec2(at);
-    uint low = 0u, high = head.z - 1u;                  // the last shell but one at most
+    uint low = 0u, high = head.z - 1u;                  // at most the last shell but one
     while (high - low > 1u) {
         uint middle = (low + high) >> 1;
         if (uintBitsToFloat(SFIELD_TEXEL(field + 3u + middle).x) <= d2) low = middle;
@@ -85,7 +85,7 @@ vec4 sfield_bytes(uint word)
     return vec4(float(word & 255u), float((word >> 8) & 255u), float((word >> 16) & 255u), float(word >> 24));
 }
 
-// Adds weight x the four samples from `first` on to v; `group` has their scales.
+// Adds weight x the four samples from `first` on to v. `group` is the number of their scales.
 void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight,
                 inout float v[SFIELD_COEFS])
 {
@@ -109,8 +109,8 @@ void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, f
     }
 }
 
-// Returns one channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as
-// below, loops over large bodies end at numbers that compilers do not know: else they would unroll them and
+// Returns one channel of a field, times weight: the hidden share, or radiance at a time in seconds. Here as
+// below, loops with large bodies end at numbers that compilers do not know, lest they unroll the loops and
 // take seconds.
 void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight,
                   out float v[SFIELD_COEFS])
@@ -130,7 +130,7 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
         after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
         t = t - float(before) < 1.0 ? t - float(before) : 0.0;
     }
-    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {           // inner, outer shell; frame before, after
+    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {   // two shells of the frame before, then of that after
         uint frame = (i < 2u ? before : after) * head.z, outer = i & 1u;
         float w = weight * (i < 2u ? 1.0 - t : t) * (outer == 0u ? at.weight.x : at.weight.y);
         if (w != 0.0)
@@ -141,8 +141,8 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
 
 // ---- algebra ----
 
-// Turns a function of direction by a rotation of the table, or back. The rotation has rows of 4
-// ceil((2l+1)/4) numbers, from band 1 on.
+// Turns a function of direction by a rotation of the table, or back. The rotation has the rows of each band,
+// from band 1 on, each filled up to a multiple of four numbers.
 void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
 {
     uint row = rotation;
@@ -150,23 +150,22 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
         float sum[2 * SFIELD_BANDS];
         int n = 2 * l + 1, first = l * l;
         for (int x = 0; x < n; x++) sum[x] = 0.0;
-        for (int y = 0; y < n; y++)
-            for (int x = 0; x < n; x += 4, row++) {
-                vec4 m = uintBitsToFloat(SFIELD_ROTATION(row));
-                for (int i = 0; i < 4; i++)
-                    if (x + i < n) {
-                        if (back) sum[x + i] += m[i] * v[first + y];
-                        else sum[y] += m[i] * v[first + x + i];
-                    }
+        for (int y = 0; y < n; y++) {
+            vec4 m = vec4(0.0);
+            for (int x = 0; x < n; x++) {
+                if (x % 4 == 0) m = uintBitsToFloat(SFIELD_ROTATION(row++));
+                if (back) sum[x] += m[x % 4] * v[first + y];
+                else sum[y] += m[x % 4] * v[first + x];
             }
+        }
         for (int x = 0; x < n; x++) v[first + x] = sum[x];
     }
 }
 
 // Returns the product a b, projected on the basis, by terms.y pairs of tripling coefficients from texel
-// terms.x on; each coefficient is i | j << 8 | k << 16, and c. They are taken in fours, since software
+// terms.x on. Each coefficient is i | j << 8 | k << 16, and c. The pairs are taken in fours, since software
 // drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this
-// function with its numbers in it (glbk_sfield_write_product).
+// function with its numbers in the text (glbk_sfield_write_product).
 #ifndef SFIELD_UNROLLED
 void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])
 {
@@ -209,7 +208,7 @@ void sfield_basis(vec3 d, out float y[SFIELD_COEFS])
     }
 }
 
-// Returns max(0, cosine) about a unit normal: T of a point that nothing of its own object hides.
+// Returns max(0, cosine) about a unit normal: T of a point that its own object does not shadow.
 void sfield_cosine(vec3 n, out float t[SFIELD_COEFS])
 {
     const float a[8] =

@@ -1,20 +1,20 @@
-// sfield_list - finds the entities that a work group needs, for compute shaders, before sfield_shade: what
-// hides anything of its points and all that shines, nearest first, with their texels and rotations in shared
-// memory.
+// sfield_list - finds the entities that a work group needs, for compute shaders, before sfield_shade: all
+// that hide anything of its points and all that shine, nearest first, with their texels and rotations in
+// shared memory.
 // uses: sfield_access
 #ifndef SFIELD_GROUP
 #define SFIELD_GROUP 64u            // invocations of a work group, a power of two
 #endif
 #define SFIELD_ENTITY 7u
-#define SFIELD_LISTED 128u          // entities; where more are needed, all are gone through, in the table
+#define SFIELD_LISTED 128u          // entities of the list; if more are needed, all are gone through
 #define SFIELD_STAGED 768u          // texels of rotations, 28 of 4 bands or 3 of 8; the table has the others
-#define SFIELD_TURNED 0x80000000u   // a rotation that is in shared memory
+#define SFIELD_TURNED 0x80000000u   // says that a rotation is in shared memory
 
 shared uvec4 sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + SFIELD_STAGED];
 shared uint sfield_numbers[SFIELD_LISTED], sfield_turns[SFIELD_LISTED], sfield_listed, sfield_turned;
 shared vec2 sfield_spans[SFIELD_LISTED];
 
-// Returns whether there are more entities than the list holds: then all are gone through.
+// Returns whether more entities are needed than the list holds, so that all are gone through.
 bool sfield_all() { return sfield_listed > SFIELD_LISTED; }
 
 // Returns the name of entity i of the list, or of all: its number in the table << 8, and its place in the
@@ -50,7 +50,7 @@ void sfield_wait()
     barrier();
 }
 
-// Boxes round the points of a work group and round their normals.
+// These are boxes round the points of a work group and round their normals.
 struct sfield_box {
     vec3 low;
     vec3 high;
@@ -58,7 +58,7 @@ struct sfield_box {
     vec3 normal_high;
 };
 
-// Returns these boxes, of the points that count.
+// Returns the boxes round the points that are seen.
 sfield_box sfield_bound(vec3 position, vec3 normal, bool seen)
 {
     uint me = gl_LocalInvocationIndex;

@@ -4,8 +4,8 @@
 #define SFIELD_SELF 0
 #endif
 
-// Writes own visibility x cosine of a pixel, in the world: what was recorded, two numbers a word in 1/32767
-// of 1.5, else the cosine. The first coefficient is 0 where nothing was recorded.
+// Writes own visibility x cosine of a pixel, in the world: recorded numbers, two a word in 1/32767 of 1.5, or
+// else the cosine. The first coefficient is 0 where nothing was recorded.
 void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
 {
     sfield_cosine(p.normal, t);
@@ -18,14 +18,14 @@ void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
             if (8 * layer + k < SFIELD_COEFS) t[8 * layer + k] = float(bits) * (1.5 / 32767.0);
         }
     }
-    if (p.entity - 1u < glbk_sfield_contents.entity_count) {        // not of entity 0, which is none
+    if (p.entity - 1u < glbk_sfield_contents.entity_count) {        // entity 0, which is none, does not turn
         uint rotation = SFIELD_MOVING(sfield_at(p.entity - 1u) + 5u).z;
         if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
     }
 #endif
 }
 
-// Returns light, gloss and what is open, as the textures of the renderer hold them.
+// Returns light, gloss and the open share, as the textures of the renderer hold them.
 sfield_sums sfield_shade_point(ivec2 at, glbk_point p)
 {
     float t[SFIELD_COEFS], g[SFIELD_COEFS];

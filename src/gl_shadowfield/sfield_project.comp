@@ -1,4 +1,4 @@
-// Does what sfield_project.frag does, as a compute shader: a work group is an eye and a channel. Each
+// Does the work of sfield_project.frag as a compute shader: a work group is an eye and a channel. Each
 // invocation projects its share of the texels on all harmonics, in registers; then the shares are added.
 // uses: table sfield_bindings
 // sets: SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8
@@ -9,7 +9,7 @@
 layout(local_size_x = 64) in;
 shared vec4 sfield_shares[64 * SFIELD_GROUPS];
 
-// Returns what four functions of the basis integrate to over a texel.
+// Returns the integrals of four functions of the basis over a texel.
 vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }
 
 void main()

@@ -1,12 +1,12 @@
-// Projects a cube on four functions of the basis: its texels times what these integrate to over each. A
-// column is a group of four, with all groups of one channel before those of the next; a row is an eye. Twin:
-// sfield_sh_project.
+// Projects a cube on four functions of the basis: sums its texels times the integrals of these over each. A
+// column is a group of four, with all groups of one channel before those of the next; a row is an eye. The
+// twin is sfield_sh_project.
 // uses: table sfield_bindings
 // with: screen.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(location = 0) out uvec4 coefs;
 
-// Returns what four functions of the basis integrate to over a texel.
+// Returns the integrals of four functions of the basis over a texel.
 vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }
 
 void main()

@@ -1,5 +1,4 @@
-// Writes what is seen: 1 where anything hides, or the radiance of the nearest triangle, which it emits on one
-// side.
+// Writes 1 where anything hides, or the radiance of the nearest triangle, which emits on one side.
 // uses: sfield_bindings
 // with: sfield_see.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1

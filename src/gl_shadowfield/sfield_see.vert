@@ -10,7 +10,7 @@ flat out vec3 sfield_radiance;
 out float sfield_depth;
 #endif
 
-// Returns p along s, t and the axis of a face, as sfield_cube_texel has them.
+// Returns p along s, t and the axis of a face, which are those of sfield_cube_texel.
 vec3 sfield_to_face(uint face, vec3 p)
 {
     if (face == 0u) return vec3(-p.z, -p.y, p.x);

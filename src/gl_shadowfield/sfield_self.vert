@@ -1,5 +1,5 @@
-// Draws own visibility x cosine of what was drawn into the G-buffer, at the same places: four attributes have
-// four coefficients each.
+// Draws own visibility x cosine of objects that were drawn into the G-buffer, at the same places. Four
+// attributes have four coefficients each.
 // uses: sfield_bindings
 #ifndef SFIELD_POSITION
 #define SFIELD_POSITION 0
@@ -18,7 +18,7 @@ out vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;
 
 void main()
 {
-    vec3 place = (glbk_sfield_object.world * vec4(position, 1.0)).xyz;     // as gbuffer_draw.vert has it
+    vec3 place = (glbk_sfield_object.world * vec4(position, 1.0)).xyz; // computed as in gbuffer_draw.vert
     sfield_self0 = self0;
     sfield_self1 = self1;
     sfield_self2 = self2;

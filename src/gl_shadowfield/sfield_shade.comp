@@ -1,4 +1,4 @@
-// Does what sfield_shade.frag does, as a compute shader: a work group finds the entities near its 8 x 8
+// Does the work of sfield_shade.frag as a compute shader: a work group finds the entities near its 8 x 8
 // pixels together.
 // uses: sfield_list sfield_point
 // sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1

@@ -10,22 +10,22 @@
 #define SFIELD_ENTITY 7u
 #endif
 #define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)
-#define SFIELD_BATCH 8              // entities found at a time
+#define SFIELD_BATCH 8              // entities that are found at a time
 #define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
 
 struct sfield_sums {
     vec3 light;                     // irradiance, W/m^2; times albedo / pi it is radiance
-    vec3 gloss;                     // of Phong's lobe, times the specular colour it is radiance
-    float open;                     // the first coefficient of what stays visible
+    vec3 gloss;                     // of Phong's lobe; times the specular colour it is radiance
+    float open;                     // the first coefficient of the part that stays visible
 };
 
 // Returns the first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0
 // being none.
 uint sfield_at(uint i) { return glbk_sfield_contents.entity_texel + i * SFIELD_ENTITY; }
 
-// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which
-// rises with its number in the table and leads to its texels; NEAR and FAR bound its distances from the
-// points, squared.
+// All entities of the table are gone through, or those that sfield_list found. Number i has a name, which
+// rises with the entity's number in the table and leads to its texels; NEAR and FAR bound its squared
+// distances from the points.
 #ifndef SFIELD_NAME
 #define SFIELD_COUNT glbk_sfield_contents.entity_count
 #define SFIELD_NAME(i) i
@@ -36,7 +36,7 @@ uint sfield_at(uint i) { return glbk_sfield_contents.entity_texel + i * SFIELD_E
 #endif
 #define SFIELD_HIDES 0x80000000u
 
-// Returns v, a vector in the world, in the space of an entity's fields.
+// Returns v, a vector of the world, in the space of an entity's fields.
 vec3 sfield_turn(uint entity, vec3 v)
 {
     return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v),
@@ -46,8 +46,8 @@ vec3 sfield_turn(uint entity, vec3 v)
 
 // Finds the next SFIELD_BATCH lights and occluders in distance after (d2, id); SFIELD_NONE ends them. The id
 // of a light is its entity's name, that of an occluder SFIELD_HIDES more, so that of the same distance lights
-// come first. An entity does not hide itself from its own light, since it follows then, and it neither hides
-// nor lights its own points. Entities before `first` have been gone through.
+// come first. An entity does not hide its own light, since it follows the light, and neither hides nor lights
+// its own points. Entities before `first` have been gone through.
 void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
                  out uint name[SFIELD_BATCH])
 {
@@ -81,14 +81,14 @@ void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, o
     }
 }
 
-// Inscribed spheres of the occluders that were met, as cones: axis, cosine of the half angle.
+// These are the inscribed spheres of occluders that were met, as cones: axis, cosine of the half angle.
 struct sfield_blockers {
     vec4 cone[SFIELD_BLOCKERS];
     int count;
 };
 
-// Returns whether a bounding sphere, in direction v and with a half angle of that sine, is inside one of
-// them.
+// Returns whether a bounding sphere, in direction v and with a half angle of that sine, is inside one of the
+// cones.
 bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
 {
     float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
@@ -107,8 +107,8 @@ vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
     return sfield_turn(entity, position - sphere.xyz) / sphere.w;
 }
 
-// Writes alpha of an occluder, in the world, and returns whether anything of it counts. It fades over the
-// last quarter of its reach, and hides nothing below the horizon or behind an inscribed sphere.
+// Writes alpha of an occluder, in the world, and returns whether any of it counts. The occluder fades over
+// the last quarter of its reach, and hides nothing below the horizon or behind an inscribed sphere.
 bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met,
                       out float o[SFIELD_COEFS])
 {
@@ -132,13 +132,15 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
     return true;
 }
 
-// Returns rgb with a sum in channel c and those after it: a source of one channel has three equal ones.
+// Returns rgb with a sum in channel c and those after it, so that a source of one channel has three equal
+// ones.
 vec3 sfield_channel(vec3 rgb, uint c, float sum)
 {
     return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
 }
 
-// Adds t . radiance of a light, and g . radiance to the gloss; both are turned into the light's space.
+// Adds t . radiance of a light to the light, and g . radiance to the gloss; t and g are turned into the
+// light's space.
 void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS],
                   inout sfield_sums sums)
 {
@@ -153,7 +155,7 @@ void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFI
         sfield_rotate(what.z, true, g);
 #endif
     }
-    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels
+    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // of 3 channels
         sfield_fetch(what.y, place, c, time, 1.0, v);
         light = sfield_channel(light, c, sfield_dot(v, t));
 #if SFIELD_GLOSS
@@ -173,7 +175,7 @@ vec3 sfield_sky(float t[SFIELD_COEFS])
     return rgb;
 }
 
-// Takes what an occluder hides from t.
+// Takes the part that an occluder hides from t.
 void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 {
     float r[SFIELD_COEFS];
@@ -182,9 +184,9 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 }
 
 // Returns the light at a point of the world with a unit normal. own is the entity that the point lies on,
-// counted from 1, which neither hides it, since t does, nor lights it; 0 is none. t is own visibility x
-// cosine, in the world: that of sfield_cosine, or what was recorded, turned. g is t x Phong's lobe, used
-// where SFIELD_GLOSS is 1.
+// counted from 1, which neither hides the point, since t does, nor lights it; 0 is none. t is own visibility
+// x cosine, in the world: that of sfield_cosine, or recorded and turned. g is t x Phong's lobe, and is used
+// if SFIELD_GLOSS is 1.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);

@@ -1,6 +1,6 @@
-// Does what sfield_sum.frag does, as a compute shader: a work group counts the samples of a row of texels of
-// a tile. Each invocation adds up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2),
-// then texels are made of columns.
+// Does the work of sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of
+// a tile. Each invocation adds up columns, neighbours side by side (two columns of alpha, by gathers of 2 x
+// 2), then texels are made of columns.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(local_size_x = 32) in;

@@ -1,4 +1,4 @@
-// Counts samples into texels: four neighbours' alpha, or a texel's radiance.
+// Counts samples into texels: the alpha of four neighbours, or the radiance of a texel.
 // uses: sfield_bindings
 // with: sfield_sum.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
