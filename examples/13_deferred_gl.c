@@ -1,7 +1,8 @@
 /* 13_deferred_gl.c - a deferred renderer that is there already, lit by two techniques. It has vertex arrays, shaders,
    framebuffers and textures of its own; glbk_gbuffer_import reads its depth, normals, colours and object numbers where
    they are. A lamp shines by coherent shadow maps (gl_csm.h), a sky by shadow maps of 64 lights (gl_envshadow.h), and
-   their pictures go over what the renderer has drawn before: a background, and glowing beads with their depths.
+   their pictures go over what the renderer has drawn before: a background, and glowing beads with their depths. A
+   program of the renderer's, which it links itself, calls a function of the library: glbk_write_glsl, glbk_set_slots.
 
    cc -O2 13_deferred_gl.c -lglfw -lm -o deferred_gl && ./deferred_gl     a click says what is there, Escape ends it
    ./deferred_gl picture.ppm                        one picture, no visible window; without a display: xvfb-run -a */
@@ -157,7 +158,7 @@ static const char tone_fragment[] =
 
 /* ---- what there is ---- */
 
-enum { GBUFFER, GLOW, BACKGROUND, TONE, PROGRAMS };
+enum { GBUFFER, GLOW, BACKGROUND, TONE, OWN_PROGRAMS, MIST = OWN_PROGRAMS, PROGRAMS };
 enum { ALBEDO, NORMALS, OBJECTS, DEPTH, LIT, LIT_DEPTH, SHOWN, TEXTURES };
 
 typedef struct app {
@@ -179,7 +180,6 @@ typedef struct app {
     envsh_maps         *sky_layout;
     glbk_envsh_maps     sky_maps;
     glbk_envsh_renderer envsh;
-    glbk_program        mist;
 } app;
 
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
@@ -348,8 +348,10 @@ static glbk_result draw_pictures(app *a)
     return result == GLBK_OK ? glbk_csm_resolve(&a->gl, &a->csm, &a->gbuffer, &pass, &picture) : result;
 }
 
-/* A shader of the user's that reads the G-buffer: mist that grows thin towards what stands in it. */
+/* A shader of the renderer's that reads the G-buffer: mist that grows thin towards what stands in it. glbk_write_glsl
+   puts the version and the library's functions before the text, which is compiled and linked as the others are. */
 static const char mist_vertex[] =
+    "#version 330 core\n"
     "layout(location = 0) in vec3 position;\n"
     "uniform mat4 to_clip;\n"
     "out vec3 place;\n"
@@ -372,9 +374,10 @@ static glbk_result draw_mist(app *a)
     pass.viewport[3] = HEIGHT;
     pass.depth = GLBK_DEPTH_LESS;
     pass.blend = GLBK_BLEND_OVER;
-    result = glbk_begin(&a->gl, &pass, &a->mist);
+    result = glbk_begin(&a->gl, &pass, NULL);
     if (result == GLBK_OK) result = glbk_gbuffer_bind(&a->gl, &a->gbuffer, NULL);
-    a->gl.gl.UniformMatrix4fv(a->gl.gl.GetUniformLocation(a->mist.name, "to_clip"), 1, 0, a->to_clip);
+    a->gl.gl.UseProgram(a->programs[MIST]);
+    a->gl.gl.UniformMatrix4fv(uniform(a, MIST, "to_clip"), 1, 0, a->to_clip);
     draw(a, MIST_AT, 6);
     return result;
 }
@@ -506,7 +509,7 @@ static void make_vertex_array(app *a)
 
 static int make_renderer(app *a)
 {
-    static const char *const texts[PROGRAMS][2] = {
+    static const char *const texts[OWN_PROGRAMS][2] = {
         { gbuffer_vertex, gbuffer_fragment }, { gbuffer_vertex, glow_fragment },
         { screen_vertex, background_fragment }, { screen_vertex, tone_fragment }
     };
@@ -526,7 +529,7 @@ static int make_renderer(app *a)
     gl->Viewport(0, 0, WIDTH, HEIGHT);
     gl->DepthFunc(NUMBER_LESS);
     gl->Enable(NUMBER_DEPTH_TEST);
-    for (int i = 0; i < PROGRAMS; i++) {
+    for (int i = 0; i < OWN_PROGRAMS; i++) {
         a->programs[i] = link_program(gl, texts[i][0], texts[i][1]);
         if (!a->programs[i]) return fail("OpenGL", "a shader of the renderer does not link");
     }
@@ -594,16 +597,27 @@ static glbk_result make_sky(app *a)
     return result == GLBK_OK ? glbk_envsh_renderer_create(&a->gl, WIDTH, HEIGHT, &a->envsh) : result;
 }
 
+/* The slots are set once. They are those of one part; each further part that the shader used would get an offset. */
+static glbk_result make_mist(app *a)
+{
+    static char text[16384];
+    glbk_shader shader = { 0 };
+    size_t bytes;
+    shader.uses = "gbuffer";
+    shader.text = mist_fragment;
+    shader.parts[0] = glbk_gbuffer_part();
+    bytes = glbk_write_glsl(GLBK_GLSL_330, !a->gl.float_targets, &shader, text, sizeof text);
+    if (!bytes || bytes > sizeof text) return fail("the mist's shader", "its text does not fit"), GLBK_ERR_NAME;
+    a->programs[MIST] = link_program(&a->gl.gl, mist_vertex, text);
+    if (!a->programs[MIST]) return fail("OpenGL", "the mist's shader does not link"), GLBK_ERR_LINK;
+    return glbk_set_slots(&a->gl, glbk_gbuffer_part(), NULL, a->programs[MIST]);
+}
+
 static glbk_result make_light(app *a)
 {
     const glbk_gbuffer_desc desc = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
-    glbk_source source = { 0 };
     glbk_result result = glbk_gbuffer_create(&a->gl, &desc, &a->gbuffer);
-    source.vertex = mist_vertex;
-    source.fragment = mist_fragment;
-    source.uses = "gbuffer";
-    source.parts[0] = glbk_gbuffer_part();
-    if (result == GLBK_OK) result = glbk_program_compile(&a->gl, &source, &a->mist);
+    if (result == GLBK_OK) result = make_mist(a);
     if (result == GLBK_OK) result = make_lamp(a);
     return result == GLBK_OK ? make_sky(a) : result;
 }
@@ -617,7 +631,6 @@ static void free_light(app *a)
     glbk_csm_renderer_free(&a->gl, &a->csm);
     glbk_csm_lights_free(&a->gl, &a->csm_lights);
     glbk_csm_maps_free(&a->gl, &a->csm_maps);
-    glbk_program_free(&a->gl, &a->mist);
     glbk_gbuffer_free(&a->gl, &a->gbuffer);
     glbk_free(&a->gl);
 }
