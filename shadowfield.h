@@ -140,7 +140,6 @@
      SFIELD_FILE                  with the implementation: this file's name, if it is not "shadowfield.h". The
                                   file includes itself for AVX2 and AVX-512; where it cannot, it does without
                                   them
-     SFIELD_ASSERT(x)             with the implementation: in place of assert
 
    In the repository, make join shadowfield.h WITHOUT="build" writes this header without the precomputation,
    for programs that only open files and shade; WITHOUT="all" leaves out all optional parts, wavelets and
@@ -151,6 +150,8 @@
    All memory comes from the system's allocator, called from the thread that called us. Every function that
    can fail returns a sfield_result. If the result is not SFIELD_OK, outputs are untouched and nothing leaks,
    and the system's log is told which argument, field or element has which value, and what the value must be.
+   Fields, algebras and scenes keep allocator, log and user of the system that they were made with: these must
+   live as long. A call that is given NULL in place of such an object, or none, has no log.
    There are no globals: any number of threads may read fields and algebras at once. A scene belongs to one
    call at a time, which spreads its work by your parallel_for. Built fields have the same bytes on every
    compiler, processor, byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
@@ -187,7 +188,7 @@ extern "C" {
 
 /* ==== src/shadowfield/api.h ==== */
 
-/* ---- results ---- */
+/* ---- page one: soft shadows of objects that move ---- */
 
 #define SFIELD_RESULTS(X)                                                                                   \
     X(SFIELD_OK, "ok")                                                                                      \
@@ -209,11 +210,6 @@ typedef enum sfield_result {
 #undef SFIELD__ENUM
     SFIELD_RESULT_COUNT
 } sfield_result;
-
-SFIELD_DEF const char *sfield_result_text(sfield_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
-
-/* ---- page one: soft shadows of objects that move ---- */
 
 typedef struct sfield_field sfield_field;   /* what is seen of an object or light, from points all round */
 typedef struct sfield_scene sfield_scene;   /* where objects and lights are now, and the environment */
@@ -253,16 +249,6 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const struct
             scene, or that is a shard; SFIELD_PRODUCT_SPARSE: a rotated entity that hides or shines),
             SFIELD_ERR_LIMIT (count), SFIELD_ERR_ALLOC. The scene then keeps the list that it had */
 
-SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
-/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
-   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
-             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
-             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
-             Each texel is one radiance over its exact solid angle
-   rotation  a matrix from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
-
 SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_points *sets, size_t set_count,
                                       struct sfield_scene_stats *stats);
 /* Computes the direct light that reaches every point of all sets, entities taken from near to far (figure 5
@@ -275,11 +261,24 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
             self-visibility on a rotated entity), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16]);
+/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
+   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
+             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
+             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
+             Each texel is one radiance over its exact solid angle
+   rotation  a matrix from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */
 
 SFIELD_DEF void sfield_free(sfield_field *field);
 /* Takes back a field and its memory. No scene may use the field any more. Accepts NULL. */
+
+SFIELD_DEF const char *sfield_result_text(sfield_result result);
+/* Returns a constant string for any value, "unknown result" beyond the list. */
 
 /* ---- structs of page one ---- */
 
@@ -537,7 +536,11 @@ typedef enum sfield_kind {          /* what a field holds */
 typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
-    uint32_t       bands, cube_side, shell_count, position_side, frame_count;
+    uint32_t       bands;
+    uint32_t       cube_side;
+    uint32_t       shell_count;
+    uint32_t       position_side;
+    uint32_t       frame_count;
     sfield_spacing spacing;
     int            logarithm;
     size_t         sample_count;    /* cubes that were recorded; of self-visibility: points */
@@ -585,7 +588,7 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
 /* Writes a field as a file into your memory, little-endian: docs/shadowfield-format.md describes the bytes.
    Errors  SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MEMORY (memory_bytes is below sfield_bytes) */
 
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfield_system *system,
                                      sfield_field **out);
 /* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
    number in the file is checked. system may be NULL.
@@ -717,7 +720,8 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
    sources, weights   as sfield_sparse writes them, for count points
    rgb      3 floats for each of the chosen_count points that were shaded
    out      3 floats for each of count points; not rgb
-   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a source is not below chosen_count) */
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a source is not below
+            chosen_count). There is no log */
 
 /* ==== src/shadowfield/api_harmonics.h ==== */
 
@@ -766,12 +770,13 @@ SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]
 /* ---- cubes ---- */
 
 SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float direction[3]);
-/* Writes the unit direction of a texel's centre and returns the texel's solid angle in sr; 0 for bad
-   arguments. side   a power of two, 2..64
-   texel  below 6 side^2; face side^2 + morton(x, y) */
+/* Writes the unit direction of a texel's centre and returns the texel's solid angle in sr. Returns 0 and
+   writes nothing if an argument is out of range.
+   side    a power of two, 2..64
+   texel   below 6 side^2: number face side^2 + morton(x, y) */
 
 SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
-/* Returns the texel that a direction of any length falls into; 0 for bad arguments. */
+/* Returns the texel that a direction of any length falls into; 0 if an argument is out of range. */
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels,
                                            uint32_t channels, float *coefs);
@@ -779,7 +784,7 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
    side      a power of two, 2..64
    texels    6 side^2 texels of `channels` (1..3) floats each
    coefs     bands^2 for each channel, one channel after the other
-   Errors    SFIELD_ERR_ARGUMENT */
+   Errors    SFIELD_ERR_ARGUMENT. There is no log */
 
 /* ==== src/shadowfield/api_harmonics_tools.h ==== */
 
@@ -806,11 +811,12 @@ SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float
 /* Writes out[i], the integral of a_i b_i over the sphere, which is the dot product of their coefficients.
    a, b     vectors of bands^2 coefficients (bands 1..8), in planes
    out      count floats
-   Errors   SFIELD_ERR_ARGUMENT */
+   Errors   SFIELD_ERR_ARGUMENT. There is no log */
 
 SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in,
                                           float *out, size_t stride);
-/* Turns count vectors, in planes. out may be in. Errors SFIELD_ERR_ARGUMENT. */
+/* Turns count vectors, in planes. out may be in.
+   Errors   SFIELD_ERR_ARGUMENT. There is no log */
 
 SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
                                              const sfield_system *system, double *out);
@@ -827,11 +833,13 @@ SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions,
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
 /* Computes the logarithm of one vector by the eigenvalues of its product matrix, which are clipped below at
    0.02. A product of visibilities is the exponential of the sum of their logarithms, in any order (Ren et
-   al., SIGGRAPH 2006). Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. */
+   al., SIGGRAPH 2006).
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
 
 SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in,
                                        float *out, size_t stride);
-/* Computes the exponentials of vectors in planes, by scaling and squaring. Errors SFIELD_ERR_ARGUMENT. */
+/* Computes the exponentials of vectors in planes, by scaling and squaring.
+   Errors   SFIELD_ERR_ARGUMENT */
 
 SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
 /* Returns the least strength, 0..1, with which a function stays >= lowest in each of 2,592 directions.
@@ -841,7 +849,7 @@ SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float 
 SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
 /* Writes the exact integrals of the bands^2 basis functions over one texel. The sum over all texels of value
    x these integrals are a function's coefficients: a table for projection elsewhere, as on a GPU.
-   Errors  SFIELD_ERR_ARGUMENT */
+   Errors  SFIELD_ERR_ARGUMENT. There is no log */
 
 /* ==== src/shadowfield/api_wavelets.h ==== */
 
@@ -856,13 +864,13 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
    that solid angles play no part.
    side           a power of two, 2..64
    texels, coefs  6 side^2 floats each, not the same array
-   Errors         SFIELD_ERR_ARGUMENT */
+   Errors         SFIELD_ERR_ARGUMENT. There is no log */
 
 SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, const float *b, float *out);
 /* Multiplies two functions that are given by their coefficients (Ng, Ramamoorthi and Hanrahan, SIGGRAPH
    2004).
    a, b, out  6 side^2 coefficients each; out is another array
-   Errors     SFIELD_ERR_ARGUMENT
+   Errors     SFIELD_ERR_ARGUMENT. There is no log
    Cost       grows with the coefficients that are not 0, not with the texels: a square without any is not
               walked into */
 
@@ -882,11 +890,6 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef SFIELD_ASSERT
-#include <assert.h>
-#define SFIELD_ASSERT(condition) assert(condition)
-#endif
-
 /* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
    it. */
 #ifndef SFIELD_FILE
@@ -896,6 +899,7 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 
 #ifdef SFIELD_NO_SIMD
 #define SFIELD__NO_SIMD
+#define SFIELD__COMPILER_VECTORS
 #endif
 
 /* ==== src/shared/fp_begin.h ==== */
@@ -1528,6 +1532,16 @@ static inline int sfield__cancelled(const sfield__part *p, size_t i, size_t coun
     return p->progress && i % every == 0 && sfield__part_tell(p, (float)((double)i / (double)count)) != 0;
 }
 
+/* ==== src/shared/prefetch.h ==== */
+
+/* unit prefetch: asks for a cache line before it is read */
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define SFIELD__PREFETCH(p) __builtin_prefetch(p)
+#else
+#define SFIELD__PREFETCH(p) ((void)(p))
+#endif
+
 /* ==== src/shared/message.h ==== */
 
 /* unit message: one line for the caller's log that says why a call failed */
@@ -1727,13 +1741,25 @@ static sfield__logger sfield__logger_of(const sfield_system *system, const char 
     return log;
 }
 
+/* Returns the log that an object keeps, for a function that is called with the object. */
+static sfield__logger sfield__logger_for(const sfield__logger *kept, const char *function)
+{
+    sfield__logger log = *kept;
+    log.function = function;
+    return log;
+}
+
 /* Returns the result with which a call fails, once its line is written. */
 static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result,
-                                               const char *field,
-                                  const char *text)
+                                               const char *field, const char *text)
 {
     sfield__log_text(log, field, text);
     return result;
+}
+
+static SFIELD__COLD sfield_result sfield__fail_null(const sfield__logger *log, const char *argument)
+{
+    return sfield__fail(log, SFIELD_ERR_ARGUMENT, argument, "is NULL");
 }
 
 static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *log)
@@ -1742,10 +1768,9 @@ static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *l
                         "has one of its functions without the other");
 }
 
-/* "FUNCTION: ARRAY[INDEX] TEXT" */
+/* Writes the line "FUNCTION: ARRAY[INDEX] TEXT" and returns the result. */
 static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result,
-                                                  const char *array,
-                                     uint64_t index, const char *text)
+                                                  const char *array, uint64_t index, const char *text)
 {
     sfield__message m;
     if (!log->log) return result;
@@ -1758,7 +1783,7 @@ static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfi
     return result;
 }
 
-/* Is a setting in its range? A line says so where it is not. */
+/* Returns whether a setting is in its range, as `good` says. If the setting is not, a line says so. */
 static int sfield__check_value(const sfield__logger *log, int good, const char *field, double value,
                         const char *wanted)
 {
@@ -1791,13 +1816,19 @@ static sfield_result sfield__check_units(const sfield__logger *log, const char *
     return SFIELD_OK;
 }
 
+/* Do planes have room for the vectors of a call? If not, a line says so. */
+static int sfield__check_stride(const sfield__logger *log, size_t stride, size_t count)
+{
+    return sfield__check_value(log, stride >= count, "stride", (double)stride, "at least count");
+}
+
 /* Returns row i of an array of three floats; a stride of 0 is 12. */
 static const float *sfield__row(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Are there positions and normals, and are their strides good? A line says what is not. */
+/* Are there positions and normals, and are their strides good? If not, a line says what is wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {
@@ -1835,13 +1866,6 @@ static float sfield__unit(float x)
 /* ==== src/shadowfield/vectors.h ==== */
 
 /* ---- vectors: sixteen floats at a time ---- */
-
-#if SFIELD__X86 && (defined(__x86_64__) || defined(_M_X64))
-#define SFIELD__SIMD 1
-#include <immintrin.h>
-#else
-#define SFIELD__SIMD 0
-#endif
 
 #if defined(__GNUC__) || defined(__clang__)
 #define SFIELD__INLINE static inline __attribute__((always_inline))
@@ -2021,6 +2045,7 @@ typedef struct sfield__entry { uint32_t pair; float c; } sfield__entry;
 
 struct sfield_algebra {
     sfield__allocator allocator;
+    sfield__logger log;             /* of the system that the tables were made with */
     uint32_t       bands, coefs;    /* n, n^2 */
     int            simd;            /* 0 none, 1 AVX2, 2 AVX-512 */
     uint32_t       pair_count;      /* of i >= j >= 1 with any tripling coefficient */
@@ -2146,6 +2171,7 @@ SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_syst
     if (!t) return SFIELD_ERR_ALLOC;
     memset(t, 0, sizeof *t);
     t->allocator = a;
+    t->log = log;
     t->bands = bands;
     t->coefs = bands * bands;
     t->simd = sfield__simd();
@@ -2192,8 +2218,12 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *t, size_t count
                                            const float *b, float *out, size_t stride)
 {
     float tile[2][SFIELD_MAX_COEFS * SFIELD__LANES] = { { 0 } };
+    sfield__logger log;
     size_t i;
-    if (!t || !a || !b || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_product");
+    if (!a || !b || !out) return sfield__fail_null(&log, !a ? "a" : !b ? "b" : "out");
+    if (!sfield__check_stride(&log, stride, count)) return SFIELD_ERR_ARGUMENT;
     for (i = 0; i + SFIELD__LANES <= count; i += SFIELD__LANES)
         sfield__product16(t, a + i, b + i, out + i, stride, 0);
     if (i == count) return SFIELD_OK;
@@ -2289,8 +2319,12 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float
     const double *basis;
     float scale, *block;
     uint32_t g, l, i, j;
-    if (!t || !matrix || !out) return SFIELD_ERR_ARGUMENT;
-    if (!sfield__m4_is_rigid_uniform(matrix, &scale)) return SFIELD_ERR_INPUT;
+    sfield__logger log;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_rotation");
+    if (!matrix || !out) return sfield__fail_null(&log, matrix ? "out" : "matrix");
+    if (!sfield__m4_is_rigid_uniform(matrix, &scale))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "matrix", "is no rotation with one scale > 0");
     memset(sum, 0, sizeof sum);
     for (g = 0; g < t->node_count; g++) {
         const double *d = t->node + 4 * (size_t)g;
@@ -2402,8 +2436,11 @@ static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, 
 
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *visibility, float *out)
 {
+    sfield__logger log;
     double *work;
-    if (!t || !visibility || !out) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_log");
+    if (!visibility || !out) return sfield__fail_null(&log, visibility ? "out" : "visibility");
     work = (double *)sfield__alloc_array(&t->allocator, 2 * (size_t)t->coefs * t->coefs, sizeof *work);
     if (!work) return SFIELD_ERR_ALLOC;
     sfield__sh_log(t, visibility, out, work);
@@ -2438,8 +2475,12 @@ SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, co
                                        size_t stride)
 {
     float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    sfield__logger log;
     size_t i, n;
-    if (!t || !in || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_exp");
+    if (!in || !out) return sfield__fail_null(&log, in ? "out" : "in");
+    if (!sfield__check_stride(&log, stride, count)) return SFIELD_ERR_ARGUMENT;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? count - i : (size_t)SFIELD__LANES;
         sfield__load_tile(t->coefs, n, in + i, stride, tile);
@@ -2617,33 +2658,12 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
 
 /* ---- wavelets: Haar transforms of cubes, and products of coefficients ---- */
 
-#if SFIELD__SIMD
-/* Sum and wavelets of a square by two butterflies, in the order in which they are stored, two of its squares
-   at a time; from the last one on, so that a sum, which falls on the wavelet before, is written over. */
-SFIELD__TARGET_AVX2 static const float *sfield__haar_level_avx2(uint32_t squares, const float *c, float *up,
-                                                                float *out)
-{
-    const __m256 odd = _mm256_castsi256_ps(_mm256_set1_epi64x(INT64_MIN)), half = _mm256_set1_ps(0.5f);
-    const __m256 high = _mm256_permutevar8x32_ps(odd, _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
-    uint32_t i;
-    for (i = squares; i > 0; i -= 2) {
-        __m256 x = _mm256_loadu_ps(c + 4 * i - 8);
-        __m128 last;
-        x = _mm256_add_ps(_mm256_permute_ps(x, 0xb1), _mm256_xor_ps(x, odd));
-        x = _mm256_mul_ps(half, _mm256_add_ps(_mm256_permute_ps(x, 0x4e), _mm256_xor_ps(x, high)));
-        last = _mm256_extractf128_ps(x, 1);
-        _mm_storeu_ps(out + squares + 3 * i - 4, last);
-        _mm_storeu_ps(out + squares + 3 * i - 7, _mm256_castps256_ps128(x));
-        _mm_store_ss(up + i - 1, last);
-        _mm_store_ss(up + i - 2, _mm256_castps256_ps128(x));
-    }
-    return up;
-}
-#endif
+/* Does what sfield__haar_level does for a multiple of four squares. */
+static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd);
 
 /* Writes a level's wavelets to out, and its squares' scaling coefficients to up. Morton order makes both a
    walk through memory. */
-static const float *sfield__haar_level(uint32_t squares, const float *c, float *up, float *out)
+static void sfield__haar_level(uint32_t squares, const float *c, float *up, float *out)
 {
     uint32_t i;
     for (i = 0; i < squares; i++) {
@@ -2654,20 +2674,18 @@ static const float *sfield__haar_level(uint32_t squares, const float *c, float *
         w[2] = 0.5f * (b - e);
         up[i] = 0.5f * (a + d);
     }
-    return up;
 }
 
+/* Transforms one face. Every instruction set gives the same bits. */
 static void sfield__haar_face(uint32_t side, const float *texels, float *out, int simd)
 {
     float scaling[1365], *up = scaling;
     uint32_t squares;
-    (void)simd;
-    for (squares = side * side / 4; squares; up += squares, squares /= 4)
-#if SFIELD__SIMD
-        if (simd && squares > 1) texels = sfield__haar_level_avx2(squares, texels, up, out);
-        else
-#endif
-            texels = sfield__haar_level(squares, texels, up, out);
+    for (squares = side * side / 4; squares; up += squares, squares /= 4) {
+        if (squares > 1) sfield__haar_squares16(squares, texels, up, out, simd);
+        else sfield__haar_level(squares, texels, up, out);
+        texels = up;
+    }
     out[0] = texels[0];
 }
 
@@ -2842,6 +2860,7 @@ typedef struct sfield__header {     /* 32-bit fields only */
 
 struct sfield_field {
     sfield__allocator allocator;
+    sfield__logger    log;          /* of the system that the field was made with */
     sfield__header    h;
     uint32_t         *words;        /* the block */
     const float      *radii, *scale, *bias;
@@ -2940,26 +2959,28 @@ static void sfield__bind_shells(sfield_field *f)
 }
 
 /* Allocates the block that a header describes. The header itself is written at the end of a build. */
-static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfield__header *h,
-                                         sfield_field **out)
+static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfield__logger *log,
+                                         const sfield__header *h, sfield_field **out)
 {
     const int angles = h->basis == SFIELD_BASIS_HAAR && h->kind == SFIELD__KIND_OCCLUSION;
     uint64_t bytes = sfield__block_bytes(h);
     sfield_field *f;
-    if (bytes > 0xffffffffu || bytes > SIZE_MAX) return SFIELD_ERR_LIMIT;
+    if (bytes > 0xffffffffu || bytes > SIZE_MAX - 8) return SFIELD_ERR_LIMIT;
     f = (sfield_field *)sfield__alloc(a, sizeof *f +
                                              (angles ? h->cube_side * h->cube_side * sizeof *f->angle : 0));
     if (!f) return SFIELD_ERR_ALLOC;
     memset(f, 0, sizeof *f);
     f->angle = angles ? (float *)(void *)(f + 1) : NULL;
     f->allocator = *a;
+    f->log = *log;
     f->h = *h;
     f->h.bytes = (uint32_t)bytes;
-    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes);
+    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far behind samples */
     if (!f->words) {
         sfield__free(a, f);
         return SFIELD_ERR_ALLOC;
     }
+    memset(f->words + bytes / 4, 0, 8);
     sfield__bind_block(f);
     *out = f;
     return SFIELD_OK;
@@ -3150,8 +3171,13 @@ SFIELD_DEF size_t sfield_bytes(const sfield_field *field) { return field ? field
 
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_bytes)
 {
-    if (!field || !memory) return SFIELD_ERR_ARGUMENT;
-    if (memory_bytes < field->h.bytes) return SFIELD_ERR_MEMORY;
+    sfield__logger log;
+    if (!field) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&field->log, "sfield_write");
+    if (!memory) return sfield__fail_null(&log, "memory");
+    if (!sfield__check_value(&log, memory_bytes >= field->h.bytes, "memory_bytes", (double)memory_bytes,
+                             "at least what sfield_bytes returns"))
+        return SFIELD_ERR_MEMORY;
     sfield__write_words((uint8_t *)memory, field->words, field->word_count);
     if (field->h.basis == SFIELD_BASIS_SH)
         memcpy((uint8_t *)memory + 4 * field->word_count, field->sample,
@@ -3234,11 +3260,11 @@ static sfield_result sfield__take_file(sfield_field *f, const uint8_t *bytes, co
     return sfield__find_tone(f, sfield__part_of(part, 0.7f, 1)) ? SFIELD_OK : SFIELD_ERR_CANCELLED;
 }
 
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfield_system *system,
                                      sfield_field **out)
 {
     const sfield__logger log = sfield__logger_of(system, "sfield_open");
-    const uint8_t *bytes = (const uint8_t *)data;
+    const uint8_t *from = (const uint8_t *)data;
     uint32_t words[SFIELD__HEADER], i, crc = 0;
     sfield__allocator a;
     sfield__part part, rest;
@@ -3247,30 +3273,30 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const 
     sfield_result result;
     if (!data || !out) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, data ? "out" : "data", "is NULL");
     if (!sfield__services_of(system, &a, &part)) return sfield__fail_allocator(&log);
-    if (data_bytes < sizeof h || sfield__get_u32(bytes) != SFIELD__MAGIC)
+    if (bytes < sizeof h || sfield__get_u32(from) != SFIELD__MAGIC)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data", "is not a file of shadowfield.h");
-    if (sfield__get_u32(bytes + 4) != SFIELD__FORMAT) {
-        sfield__log_value(&log, "the format of data", (double)sfield__get_u32(bytes + 4), "1");
+    if (sfield__get_u32(from + 4) != SFIELD__FORMAT) {
+        sfield__log_value(&log, "the format of data", (double)sfield__get_u32(from + 4), "1");
         return SFIELD_ERR_VERSION;
     }
-    for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(bytes + 4 * i);
+    for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(from + 4 * i);
     memcpy(&h, words, sizeof h);
 #ifdef SFIELD_WITHOUT_WAVELETS
     if (h.basis == SFIELD_BASIS_HAAR)
         return sfield__fail(&log, SFIELD_ERR_MISMATCH, "data",
                             "holds wavelets, which this header was joined without");
 #endif
-    if (h.bytes != data_bytes || !sfield__header_good(&h) || sfield__block_bytes(&h) != data_bytes)
+    if (h.bytes != bytes || !sfield__header_good(&h) || sfield__block_bytes(&h) != bytes)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data",
                             "has a damaged header, or another size than it says");
-    if (!sfield__add_to_crc(&crc, bytes + 16, data_bytes - 16, sfield__part_of(&part, 0, 0.7f)))
+    if (!sfield__add_to_crc(&crc, from + 16, bytes - 16, sfield__part_of(&part, 0, 0.7f)))
         return SFIELD_ERR_CANCELLED;
     if (crc != h.crc)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data", "does not have the checksum that it says");
-    result = sfield__alloc_field(&a, &h, &f);
+    result = sfield__alloc_field(&a, &log, &h, &f);
     if (result != SFIELD_OK) return sfield__fail(&log, result, "data", "needs more memory than there is");
     rest = sfield__part_of(&part, 0.7f, 1);
-    result = sfield__take_file(f, bytes, &rest);
+    result = sfield__take_file(f, from, &rest);
     if (result == SFIELD_OK) {
         *out = f;
         return SFIELD_OK;
@@ -3340,9 +3366,8 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     sfield_field *f;
     sfield_result result;
     size_t i;
-    if (!shards || !count || !out)
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, shards && count ? "out" : "shards",
-                            "is NULL or has no elements");
+    if (!shards || !out) return sfield__fail_null(&log, shards ? "out" : "shards");
+    if (!sfield__check_value(&log, count > 0, "count", 0, "> 0")) return SFIELD_ERR_ARGUMENT;
     if (!sfield__services_of(system, &a, &part)) return sfield__fail_allocator(&log);
     for (i = 0; i < count; i++) {
         const sfield_field *shard = shards[i];
@@ -3360,7 +3385,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
         return sfield__fail(&log, SFIELD_ERR_LIMIT, "shards", "have more wavelets than a field");
     h.entries = (uint32_t)entries;
     h.shard_end = 0;
-    result = sfield__alloc_field(&a, &h, &f);
+    result = sfield__alloc_field(&a, &log, &h, &f);
     if (result != SFIELD_OK) return sfield__fail(&log, result, "shards", "need more memory than there is");
     rest = sfield__part_of(&part, 0.1f, 1);
     if (!sfield__join_shards(f, shards, count, sfield__part_of(&part, 0, 0.1f)) ||
@@ -3454,138 +3479,27 @@ static sfield__between sfield__between_of_frame(const sfield_field *f, const sfi
 
 /* ---- queries: the eight samples about a point, interpolated ---- */
 
-/* Writes out[k], the sum over eight samples, for k < n, a multiple of 8. */
-static void sfield__mix_samples_plain(const sfield_field *f, const sfield__between *at, uint32_t n,
-                                      float *out)
-{
-    const float *b = at->corner, w0 = at->inner, w1 = at->outer;
-    const size_t stride = f->h.stride, row = f->h.position_side * stride,
-                 shell = 6 * f->h.position_side * row;
-    const uint8_t *q = f->sample + at->base * stride;
-    const float *s0 = f->scale + at->group * stride, *b0 = f->bias + at->group * stride;
-    uint32_t k, l;
-    for (k = 0; k < n; k += 8, q += 8)
-        for (l = 0; l < 8; l++) {
-            float a = (float)q[l] * b[0] + (float)q[stride + l] * b[1] + (float)q[row + l] * b[2] +
-                      (float)q[row + stride + l] * b[3];
-            float c = (float)q[shell + l] * b[0] + (float)q[shell + stride + l] * b[1] +
-                      (float)q[shell + row + l] * b[2] + (float)q[shell + row + stride + l] * b[3];
-            out[k + l] =
-                w0 * (a * s0[k + l] + b0[k + l]) + w1 * (c * s0[stride + k + l] + b0[stride + k + l]);
-        }
-}
-
-#if SFIELD__SIMD
-SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__bytes8(const uint8_t *q)
-{
-    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)q)));
-}
-
-SFIELD__TARGET_AVX2 static void sfield__mix_samples_avx2(const sfield_field *f, const sfield__between *at,
-                                                         uint32_t n, float *out)
-{
-    const float *b = at->corner, w0 = at->inner, w1 = at->outer;
-    const size_t stride = f->h.stride, row = f->h.position_side * stride,
-                 shell = 6 * f->h.position_side * row;
-    const uint8_t *q = f->sample + at->base * stride;
-    const float *s0 = f->scale + at->group * stride, *b0 = f->bias + at->group * stride;
-    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]),
-                 x3 = _mm256_set1_ps(b[3]);
-    uint32_t k;
-    for (k = 0; k < n; k += 8, q += 8) {
-        __m256 a = _mm256_mul_ps(sfield__bytes8(q), x0), c = _mm256_mul_ps(sfield__bytes8(q + shell), x0);
-        a = _mm256_fmadd_ps(sfield__bytes8(q + stride), x1, a);
-        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + stride), x1, c);
-        a = _mm256_fmadd_ps(sfield__bytes8(q + row), x2, a);
-        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + row), x2, c);
-        a = _mm256_fmadd_ps(sfield__bytes8(q + row + stride), x3, a);
-        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + row + stride), x3, c);
-        a = _mm256_fmadd_ps(a, _mm256_loadu_ps(s0 + k), _mm256_loadu_ps(b0 + k));
-        c = _mm256_fmadd_ps(c, _mm256_loadu_ps(s0 + stride + k), _mm256_loadu_ps(b0 + stride + k));
-        a = _mm256_mul_ps(a, _mm256_set1_ps(w0));
-        _mm256_storeu_ps(out + k, _mm256_fmadd_ps(c, _mm256_set1_ps(w1), a));
-    }
-}
-
-SFIELD__TARGET_AVX2 static void sfield__transpose8_avx2(const float *in, size_t in_stride, float *out,
-                                                   size_t out_stride)
-{
-    __m256 r[8], t[8];
-    size_t i;
-    for (i = 0; i < 8; i++) r[i] = _mm256_loadu_ps(in + i * in_stride);
-    for (i = 0; i < 4; i++) {
-        t[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
-        t[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
-    }
-    for (i = 0; i < 2; i++) {
-        r[4 * i] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0x44);
-        r[4 * i + 1] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0xee);
-        r[4 * i + 2] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0x44);
-        r[4 * i + 3] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0xee);
-    }
-    for (i = 0; i < 4; i++) {
-        _mm256_storeu_ps(out + out_stride * i, _mm256_permute2f128_ps(r[i], r[4 + i], 0x20));
-        _mm256_storeu_ps(out + out_stride * (i + 4), _mm256_permute2f128_ps(r[i], r[4 + i], 0x31));
-    }
-}
-#endif
-
+/* Writes out[k], the sum over eight samples, for k < n, a multiple of 8. Kernels work on sixteen values at
+   a time: up to eight floats behind out[n - 1] are written, too. */
 static void sfield__mix_samples(const sfield_field *f, const sfield__between *at, uint32_t n, float *out,
-                                int simd)
-{
-#if SFIELD__SIMD
-    if (simd) {
-        sfield__mix_samples_avx2(f, at, n, out);
-        return;
-    }
-#endif
-    (void)simd;
-    sfield__mix_samples_plain(f, at, n, out);
-}
+                                int simd);
 
-/* Transposes 16 vectors of n floats, a multiple of 8, to n planes of 16. */
-static void sfield__transpose16(const float *in, uint32_t n, float *out, int simd)
-{
-    uint32_t k, l;
-#if SFIELD__SIMD
-    if (simd) {
-        for (k = 0; k < n; k += 8)
-            for (l = 0; l < SFIELD__LANES; l += 8)
-                sfield__transpose8_avx2(in + k + l * n, n, out + k * SFIELD__LANES + l, SFIELD__LANES);
-        return;
-    }
-#endif
-    (void)simd;
-    for (k = 0; k < n; k++)
-        for (l = 0; l < SFIELD__LANES; l++) out[k * SFIELD__LANES + l] = in[l * n + k];
-}
+/* Transposes n columns, a multiple of 8, of 16 rows that are `stride` floats apart, to n planes of 16. */
+static void sfield__rows_to_planes(const float *rows, size_t stride, uint32_t n, float *planes, int simd);
 
-/* Neighbours mostly lie between the same eight samples. Those are made floats once, and go on all lanes, by
-   weights of 0 where they do not belong: each value gets the roundings that its lane by itself gets of
-   mix. */
+/* Neighbours mostly lie between the same eight samples. The bytes of those are made floats once, and all
+   lanes use them, with weights of 0 where they do not belong. Each lane gets the same bits as by
+   sfield__mix_samples. */
 typedef struct sfield__eight {
     uint32_t     n;                             /* coefficients, a multiple of 8 */
     const float *s0, *b0, *s1, *b1;             /* scale and bias of both shells */
-    float        q[8 * SFIELD_MAX_COEFS];       /* of eight samples, corners of the inner shell first */
+    float        q[8 * SFIELD_MAX_COEFS + 8];   /* of eight samples, corners of the inner shell first */
 } sfield__eight;
 
-#if SFIELD__SIMD
-SFIELD__TARGET_AVX2 static void sfield__eight_bytes_avx2(const uint8_t *sample, size_t stride, size_t row,
-                                                         size_t shell, uint32_t n, float *q)
-{
-    uint32_t k;
-    for (k = 0; k < n; k += 8, sample += 8, q += 8) {
-        _mm256_storeu_ps(q, sfield__bytes8(sample));
-        _mm256_storeu_ps(q + n, sfield__bytes8(sample + stride));
-        _mm256_storeu_ps(q + 2 * n, sfield__bytes8(sample + row));
-        _mm256_storeu_ps(q + 3 * n, sfield__bytes8(sample + row + stride));
-        _mm256_storeu_ps(q + 4 * n, sfield__bytes8(sample + shell));
-        _mm256_storeu_ps(q + 5 * n, sfield__bytes8(sample + shell + stride));
-        _mm256_storeu_ps(q + 6 * n, sfield__bytes8(sample + shell + row));
-        _mm256_storeu_ps(q + 7 * n, sfield__bytes8(sample + shell + row + stride));
-    }
-}
-#endif
+/* Writes n bytes of each of the eight samples about a place as floats, sample after sample. */
+static void sfield__widen_samples(const sfield_field *f, const uint8_t *first, uint32_t n, float *out,
+                                  int simd);
+
 /* Groups lanes by the eight samples that they lie between. Returns how many groups there are, or 0 if lane by
    lane costs less. */
 static uint32_t sfield__group_lanes(const sfield__place *at, uint32_t lanes, uint32_t *group, int simd)
@@ -3604,25 +3518,13 @@ static uint32_t sfield__group_lanes(const sfield__place *at, uint32_t lanes, uin
 static void sfield__load_eight(const sfield_field *f, size_t base, size_t group, uint32_t from, uint32_t n,
                                sfield__eight *c, int simd)
 {
-    const size_t stride = f->h.stride, row = f->h.position_side * stride,
-                 shell = 6 * f->h.position_side * row;
-    const uint8_t *q = f->sample + base * stride + from;
-    uint32_t i, k;
+    const size_t stride = f->h.stride;
     c->n = n;
     c->s0 = f->scale + group * stride + from;
     c->b0 = f->bias + group * stride + from;
     c->s1 = c->s0 + stride;
     c->b1 = c->b0 + stride;
-#if SFIELD__SIMD
-    if (simd) {
-        sfield__eight_bytes_avx2(q, stride, row, shell, n, c->q);
-        return;
-    }
-#endif
-    (void)simd;
-    for (i = 0; i < 8; i++)
-        for (k = 0; k < n; k++)
-            c->q[i * n + k] = (float)q[(i & 1) * stride + (i >> 1 & 1) * row + (i >> 2) * shell + k];
+    sfield__widen_samples(f, f->sample + base * stride + from, n, c->q, simd);
 }
 
 /* ==== src/shadowfield/wavelets_query.h ==== */
@@ -3726,7 +3628,7 @@ static void sfield__fetch_lane(const sfield_field *f, const sfield__place *at, i
                           float *out, int simd)
 {
     uint32_t before, after, k;
-    float t = sfield__frames_at(f, time, &before, &after), next[3 * SFIELD_MAX_COEFS];
+    float t = sfield__frames_at(f, time, &before, &after), next[3 * SFIELD_MAX_COEFS + 8];
     sfield__between b = sfield__find_between(at, l, 1 - t);
     b = sfield__between_of_frame(f, &b, before);
     sfield__mix_samples(f, &b, n, out, simd);
@@ -3739,7 +3641,7 @@ static void sfield__fetch_lane(const sfield_field *f, const sfield__place *at, i
 
 static void sfield__query_sh(const sfield_field *f, const sfield__place *at, int l, float time, float *out)
 {
-    float v[3 * SFIELD_MAX_COEFS];
+    float v[3 * SFIELD_MAX_COEFS + 8];
     uint32_t k, c, n = f->h.bands * f->h.bands;
     sfield__fetch_lane(f, at, l, time, f->h.stride, v, 0);
     for (c = 0; c < f->h.channels; c++)
@@ -3769,6 +3671,24 @@ static uint32_t sfield__gather_positions(const sfield_field *f, const float *pos
     return good;
 }
 
+/* Checks what queries are given, for the function of this name. occlusion: not 0 if only visibility will
+   do. */
+static sfield_result sfield__check_query(const sfield_field *f, const char *function, const float *positions,
+                                         const float *out, int occlusion)
+{
+    const sfield__logger log = sfield__logger_for(&f->log, function);
+    if (!positions || !out) return sfield__fail_null(&log, positions ? "out" : "positions");
+    if (f->h.kind == SFIELD__KIND_SELF)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a self-visibility");
+    if (occlusion && f->h.kind != SFIELD__KIND_OCCLUSION)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a source, not an occlusion field");
+    if (occlusion && f->h.logarithm)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "holds logarithms");
+    if (f->h.shard_end)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a shard: sfield_merge first");
+    return SFIELD_OK;
+}
+
 SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const float *positions, float time,
                                       float *out)
 {
@@ -3776,9 +3696,10 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
     sfield__place at;
     size_t i, size;
     uint32_t l, good, haar, n;
-    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind == SFIELD__KIND_SELF) return SFIELD_ERR_MISMATCH;
-    if (f->h.shard_end) return SFIELD_ERR_MISMATCH;
+    sfield_result result;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    result = sfield__check_query(f, "sfield_query", positions, out, 0);
+    if (result != SFIELD_OK) return result;
     haar = f->h.basis == SFIELD_BASIS_HAAR;
     size = (size_t)f->h.channels * (haar ? 6 * f->h.cube_side * f->h.cube_side : f->h.bands * f->h.bands);
     for (i = 0; i < count; i += SFIELD__LANES) {
@@ -3804,13 +3725,14 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, const float *positions,
                                         float *out)
 {
-    float p[3 * SFIELD__LANES], first[8];
+    float p[3 * SFIELD__LANES], first[16];
     sfield__place at;
     uint32_t l, n, good;
     size_t i;
-    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind != SFIELD__KIND_OCCLUSION || f->h.logarithm) return SFIELD_ERR_MISMATCH;
-    if (f->h.shard_end) return SFIELD_ERR_MISMATCH;
+    sfield_result result;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    result = sfield__check_query(f, "sfield_ambient", positions, out, 1);
+    if (result != SFIELD_OK) return result;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
         good = sfield__gather_positions(f, positions + 3 * i, n, p);
@@ -3834,9 +3756,17 @@ SFIELD_DEF sfield_result sfield_self(const sfield_field *f, size_t first, size_t
 {
     uint32_t k, n;
     size_t i;
-    if (!f || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind != SFIELD__KIND_SELF) return SFIELD_ERR_MISMATCH;
-    if (first > f->h.samples || count > f->h.samples - first) return SFIELD_ERR_ARGUMENT;
+    sfield__logger log;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&f->log, "sfield_self");
+    if (!out) return sfield__fail_null(&log, "out");
+    if (f->h.kind != SFIELD__KIND_SELF)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is not a self-visibility");
+    if (!sfield__check_value(&log, first <= f->h.samples, "first", (double)first,
+                             "at most the field's points") ||
+        !sfield__check_value(&log, count <= f->h.samples - first, "count", (double)count,
+                             "at most the field's points from `first` on"))
+        return SFIELD_ERR_ARGUMENT;
     n = f->h.basis == SFIELD_BASIS_SH ? f->h.bands * f->h.bands : 6 * f->h.cube_side * f->h.cube_side;
     for (i = 0; i < count; i++) {
         float *o = out + i * n;
@@ -3925,9 +3855,9 @@ typedef struct sfield__build {
    that a build holds is freed at its end. */
 static void *sfield__hold_memory(sfield__build *b, size_t count, size_t size)
 {
-    void *memory = sfield__alloc_array(&b->allocator, count ? count : 1, size);
+    const int room = b->held_count < sizeof b->held / sizeof b->held[0];
+    void *memory = room ? sfield__alloc_array(&b->allocator, count ? count : 1, size) : NULL;
     if (!memory) return NULL;
-    SFIELD_ASSERT(b->held_count < sizeof b->held / sizeof b->held[0]);
     b->held[b->held_count++] = memory;
     b->bytes += (count ? count : 1) * size;
     b->peak = b->bytes > b->peak ? b->bytes : b->peak;
@@ -4085,7 +4015,6 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     h->samples = self ? 1 : h->frames * h->shells * 6 * h->position_side * h->position_side;
     h->shard_begin = d->shard_begin;
     h->shard_end = d->shard_end;
-    SFIELD_ASSERT(sfield__header_good(h));
     keep = d->keep != 0 ? d->keep : 0.01f;
     b->most = (uint32_t)(keep * (float)b->cells);
     b->most = b->most < 1 ? 1 : b->most;
@@ -4488,45 +4417,45 @@ static void sfield__view_from(const sfield__build *b, sfield__view *v, const flo
 /* Fields are interpolated: a position inside the mesh, which sees nothing, would darken receivers between it
    and the next one outside. It takes the view from the surface instead, that of a receiver there. */
 
-enum { SFIELD__WAYS = 27, SFIELD__CROSSINGS = 32 };
+enum { SFIELD__INSIDE_RAYS = 27, SFIELD__CROSSINGS = 32 };
 static const float sfield__outside = 1e-3f;     /* over the surface, in r; gaps below twice that are none */
 
-typedef struct sfield__way {        /* a ray from the eye */
+typedef struct sfield__inside_ray {        /* a ray from the eye */
     float d[3];
     uint32_t face;                  /* of the cube about the eye that it goes through */
     float at[SFIELD__CROSSINGS];    /* where it meets the mesh, rising; < 0: goes in at that distance, > 0:
                                        comes out */
     int   count;                    /* of them; those beyond the last are left out */
     int   winding;                  /* times that it comes out, less times that it goes in */
-} sfield__way;
+} sfield__inside_ray;
 
 /* Aims the rays: outwards, and to faces, edges and corners of a cube. All are turned a little, so that none
    runs along the edges of a mesh. */
-static void sfield__aim_ways(const float *eye, sfield__way *way)
+static void sfield__aim_rays(const float *eye, sfield__inside_ray *ray)
 {
     int i;
-    for (i = 0; i < SFIELD__WAYS; i++) {
+    for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
         sfield__v3 d = sfield__v3_make((float)(i % 3 - 1), (float)(i / 3 % 3 - 1), (float)(i / 9 - 1));
-        if (i == SFIELD__WAYS / 2) d = sfield__v3_load(eye);
+        if (i == SFIELD__INSIDE_RAYS / 2) d = sfield__v3_load(eye);
         d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
-        sfield__v3_store(way[i].d, sfield__v3_normalize(d));
-        way[i].face = sfield__face_of(way[i].d);
-        way[i].count = way[i].winding = 0;
+        sfield__v3_store(ray[i].d, sfield__v3_normalize(d));
+        ray[i].face = sfield__face_of(ray[i].d);
+        ray[i].count = ray[i].winding = 0;
     }
 }
 
-static void sfield__add_crossing(sfield__way *way, float t, int out)
+static void sfield__add_crossing(sfield__inside_ray *ray, float t, int out)
 {
-    int i = way->count < SFIELD__CROSSINGS ? way->count++ : SFIELD__CROSSINGS;
-    way->winding += out ? 1 : -1;
-    for (; i > 0 && fabsf(way->at[i - 1]) > t; i--)
-        if (i < SFIELD__CROSSINGS) way->at[i] = way->at[i - 1];
-    if (i < SFIELD__CROSSINGS) way->at[i] = out ? t : -t;
+    int i = ray->count < SFIELD__CROSSINGS ? ray->count++ : SFIELD__CROSSINGS;
+    ray->winding += out ? 1 : -1;
+    for (; i > 0 && fabsf(ray->at[i - 1]) > t; i--)
+        if (i < SFIELD__CROSSINGS) ray->at[i] = ray->at[i - 1];
+    if (i < SFIELD__CROSSINGS) ray->at[i] = out ? t : -t;
 }
 
 /* Finds where all rays meet the mesh, by the cone test of sfield__edges_of. Corners are relative to the
    eye. */
-static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__way *way)
+static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__inside_ray *ray)
 {
     size_t t;
     int i, k;
@@ -4541,25 +4470,25 @@ static void sfield__find_crossings(const sfield__build *b, const sfield__view *v
         if (!(det > 0 || det < 0)) continue;
         for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
         all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
-        for (i = 0; i < SFIELD__WAYS; i++) {
-            sfield__v3 d = sfield__v3_load(way[i].d);
-            if (one_face && face != way[i].face) continue;
+        for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
+            sfield__v3 d = sfield__v3_load(ray[i].d);
+            if (one_face && face != ray[i].face) continue;
             if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0))
                 continue;
-            sfield__add_crossing(&way[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
+            sfield__add_crossing(&ray[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
         }
     }
 }
 
 /* Returns the distance at which a ray that starts inside is out of everything; 0 if there is none. */
-static float sfield__find_way_out(const sfield__way *way)
+static float sfield__find_way_out(const sfield__inside_ray *ray)
 {
-    int i, inside = way->winding;
-    for (i = 0; i < way->count && inside > 0; i++) {
-        inside += way->at[i] < 0 ? 1 : -1;
+    int i, inside = ray->winding;
+    for (i = 0; i < ray->count && inside > 0; i++) {
+        inside += ray->at[i] < 0 ? 1 : -1;
         if (inside <= 0 && i + 1 < SFIELD__CROSSINGS &&
-            (i + 1 == way->count || fabsf(way->at[i + 1]) > way->at[i] + 2 * sfield__outside))
-            return way->at[i];
+            (i + 1 == ray->count || fabsf(ray->at[i + 1]) > ray->at[i] + 2 * sfield__outside))
+            return ray->at[i];
     }
     return 0;
 }
@@ -4577,21 +4506,21 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
    being counter-clockwise from outside: not behind a single sheet, not in a room, not in a cup. */
 static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
-    sfield__way way[SFIELD__WAYS];
+    sfield__inside_ray ray[SFIELD__INSIDE_RAYS];
     float nearest = 0;
     int i, k, inside = 0, best = 0;
     if (hidden < 0.99f) return 0;
-    sfield__aim_ways(eye, way);
-    sfield__find_crossings(b, v, way);
-    for (i = 0; i < SFIELD__WAYS; i++) {
-        float t = sfield__find_way_out(&way[i]);
-        inside += way[i].winding > 0;
+    sfield__aim_rays(eye, ray);
+    sfield__find_crossings(b, v, ray);
+    for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
+        float t = sfield__find_way_out(&ray[i]);
+        inside += ray[i].winding > 0;
         if (!(t > 0 && t < 1000) || (nearest > 0 && t >= nearest)) continue;
         nearest = t;
         best = i;
     }
-    if (2 * inside <= SFIELD__WAYS || !(nearest > 0)) return 0;
-    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * way[best].d[k];
+    if (2 * inside <= SFIELD__INSIDE_RAYS || !(nearest > 0)) return 0;
+    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * ray[best].d[k];
     return 1;
 }
 
@@ -4919,7 +4848,7 @@ static sfield_result sfield__finish_wavelets(sfield__build *b)
     b->h.entries = b->all_used;
     /* after a shard */
     for (i = b->first + b->count; i < b->h.samples; i++) b->offsets[i + 1] = b->all_used;
-    result = sfield__alloc_field(&b->allocator, &b->h, &b->out);
+    result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result != SFIELD_OK) return result;
     memcpy(b->out->words + SFIELD__HEADER + b->h.shells, b->offsets, 4 * ((size_t)b->h.samples + 1));
     memcpy(b->out->words + SFIELD__HEADER + b->h.shells + b->h.samples + 1, b->scales,
@@ -5183,7 +5112,7 @@ static sfield_result sfield__hold_batch(sfield__build *b, size_t batch)
 #endif
     b->value = (float *)sfield__hold_memory(b, held, b->h.stride * sizeof *b->value);
     if (!b->value) return SFIELD_ERR_ALLOC;
-    result = sfield__alloc_field(&b->allocator, &b->h, &b->out);
+    result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result == SFIELD_OK && b->h.shard_end) memset(b->out->words, 0, b->out->h.bytes);
     return result;
 }
@@ -5574,6 +5503,13 @@ typedef struct sfield__bundle {
 #define sfield__between_eight SFIELD__NAME_IN_SET(sfield__between_eight, SFIELD__SET)
 #define sfield__eight_to_planes SFIELD__NAME_IN_SET(sfield__eight_to_planes, SFIELD__SET)
 #define sfield__eight_times SFIELD__NAME_IN_SET(sfield__eight_times, SFIELD__SET)
+#define sfield__mix_row SFIELD__NAME_IN_SET(sfield__mix_row, SFIELD__SET)
+#define sfield__singles_times SFIELD__NAME_IN_SET(sfield__singles_times, SFIELD__SET)
+#define sfield__mix SFIELD__NAME_IN_SET(sfield__mix, SFIELD__SET)
+#define sfield__widen SFIELD__NAME_IN_SET(sfield__widen, SFIELD__SET)
+#define sfield__transpose SFIELD__NAME_IN_SET(sfield__transpose, SFIELD__SET)
+#define sfield__add_parts SFIELD__NAME_IN_SET(sfield__add_parts, SFIELD__SET)
+#define sfield__planes_times SFIELD__NAME_IN_SET(sfield__planes_times, SFIELD__SET)
 #define sfield__warp_angle SFIELD__NAME_IN_SET(sfield__warp_angle, SFIELD__SET)
 #define sfield__node_before SFIELD__NAME_IN_SET(sfield__node_before, SFIELD__SET)
 #define sfield__lanes_measure SFIELD__NAME_IN_SET(sfield__lanes_measure, SFIELD__SET)
@@ -5598,6 +5534,13 @@ typedef struct sfield__bundle {
 #define sfield__face_light SFIELD__NAME_IN_SET(sfield__face_light, SFIELD__SET)
 #define sfield__face_finish SFIELD__NAME_IN_SET(sfield__face_finish, SFIELD__SET)
 #define sfield__face_shade SFIELD__NAME_IN_SET(sfield__face_shade, SFIELD__SET)
+#define sfield__haar_squares SFIELD__NAME_IN_SET(sfield__haar_squares, SFIELD__SET)
+#define sfield__fill_cosines SFIELD__NAME_IN_SET(sfield__fill_cosines, SFIELD__SET)
+#define sfield__dot_sky SFIELD__NAME_IN_SET(sfield__dot_sky, SFIELD__SET)
+#define sfield__dim_texels SFIELD__NAME_IN_SET(sfield__dim_texels, SFIELD__SET)
+#define sfield__shade_fours SFIELD__NAME_IN_SET(sfield__shade_fours, SFIELD__SET)
+#define sfield__shade_square SFIELD__NAME_IN_SET(sfield__shade_square, SFIELD__SET)
+#define sfield__darken SFIELD__NAME_IN_SET(sfield__darken, SFIELD__SET)
 
 #define SFIELD__SET plain
 #define SFIELD__WIDTH SFIELD__SIMD_WIDTH
@@ -6303,11 +6246,191 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__ints_equal(sfield__lan
 
 #endif
 
+/* ==== src/shared/simd_order.h ==== */
+
+/* unit simd_order, needs simd_begin: sixteen lanes in another order, bytes as lanes, 8 x 8 floats
+   transposed */
+
+#define sfield__lanes_of_bytes SFIELD__NAME_IN_SET(sfield__lanes_of_bytes, SFIELD__SET)
+#define sfield__lanes_load_halves SFIELD__NAME_IN_SET(sfield__lanes_load_halves, SFIELD__SET)
+#define sfield__lanes_load_fours SFIELD__NAME_IN_SET(sfield__lanes_load_fours, SFIELD__SET)
+#define sfield__lanes_swap_ones SFIELD__NAME_IN_SET(sfield__lanes_swap_ones, SFIELD__SET)
+#define sfield__lanes_swap_twos SFIELD__NAME_IN_SET(sfield__lanes_swap_twos, SFIELD__SET)
+#define sfield__transpose4 SFIELD__NAME_IN_SET(sfield__transpose4, SFIELD__SET)
+#define sfield__transpose8 SFIELD__NAME_IN_SET(sfield__transpose8, SFIELD__SET)
+
+/* Returns sixteen bytes as floats, 0..255. */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_of_bytes(const uint8_t *from)
+{
+    sfield__lanes a;
+#if SFIELD__WIDTH == 16
+    const __mmask16 all = (__mmask16)0xffff;    /* gcc 12's conversions without a mask warn of themselves */
+    const __m128i k = _mm_loadu_si128((const __m128i *)(const void *)from);
+    SFIELD__EACH(a.v[piece] = _mm512_maskz_cvtepi32_ps(all, _mm512_maskz_cvtepu8_epi32(all, k)))
+#elif SFIELD__WIDTH == 8
+    SFIELD__EACH(
+        const __m128i k = _mm_loadl_epi64((const __m128i *)(const void *)(from + piece * SFIELD__WIDTH));
+        a.v[piece] = _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(k)))
+#elif SFIELD__SIMD_X86
+    const __m128i zero = _mm_setzero_si128(), k = _mm_loadu_si128((const __m128i *)(const void *)from);
+    const __m128i low = _mm_unpacklo_epi8(k, zero), high = _mm_unpackhi_epi8(k, zero);
+    a.v[0] = _mm_cvtepi32_ps(_mm_unpacklo_epi16(low, zero));
+    a.v[1] = _mm_cvtepi32_ps(_mm_unpackhi_epi16(low, zero));
+    a.v[2] = _mm_cvtepi32_ps(_mm_unpacklo_epi16(high, zero));
+    a.v[3] = _mm_cvtepi32_ps(_mm_unpackhi_epi16(high, zero));
+#elif SFIELD__SIMD_VECTORS
+    SFIELD__EACH(
+        const uint8_t *k = from + piece * SFIELD__WIDTH;
+        const sfield__piece four = { (float)k[0], (float)k[1], (float)k[2], (float)k[3] };
+        a.v[piece] = four)
+#else
+    SFIELD__EACH(a.v[piece] = (float)from[piece])
+#endif
+    return a;
+}
+
+/* Returns eight floats from each of two places, those of `first` in lanes 0..7. */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_load_halves(const float *first, const float *second)
+{
+    sfield__lanes a;
+#if SFIELD__WIDTH == 16
+    const __m512 low = _mm512_castps256_ps512(_mm256_loadu_ps(first));
+    SFIELD__EACH(a.v[piece] = _mm512_maskz_insertf32x8((__mmask16)0xffff, low, _mm256_loadu_ps(second), 1))
+#else
+    SFIELD__EACH(
+        const float *from = piece * SFIELD__WIDTH < 8 ? first + piece * SFIELD__WIDTH : second + piece * SFIELD__WIDTH - 8;
+        memcpy(&a.v[piece], from, sizeof a.v[piece]))
+#endif
+    return a;
+}
+
+/* Returns four floats, `stride` apart, each in four lanes: the first in lanes 0..3. */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_load_fours(const float *from, size_t stride)
+{
+    sfield__lanes a;
+#if SFIELD__WIDTH > 4
+    const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_set1_ps(from[0])),
+                                            _mm_set1_ps(from[stride]), 1);
+    const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_set1_ps(from[2 * stride])),
+                                             _mm_set1_ps(from[3 * stride]), 1);
+#endif
+#if SFIELD__WIDTH == 16
+    a.v[0] = _mm512_maskz_insertf32x8((__mmask16)0xffff, _mm512_castps256_ps512(low), high, 1);
+#elif SFIELD__WIDTH == 8
+    a.v[0] = low;
+    a.v[1] = high;
+#elif SFIELD__SIMD_X86
+    SFIELD__EACH(a.v[piece] = _mm_set1_ps(from[piece * stride]))
+#elif SFIELD__SIMD_VECTORS
+    SFIELD__EACH(
+        const float x = from[piece * stride];
+        const sfield__piece four = { x, x, x, x };
+        a.v[piece] = four)
+#else
+    SFIELD__EACH(a.v[piece] = from[(size_t)piece / 4 * stride])
+#endif
+    return a;
+}
+
+/* Returns lanes 1 0 3 2, 5 4 7 6, ... */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_swap_ones(sfield__lanes a)
+{
+    sfield__lanes b;
+#if SFIELD__WIDTH == 16
+    SFIELD__EACH(b.v[piece] = _mm512_maskz_permute_ps((__mmask16)0xffff, a.v[piece], 0xb1))
+#elif SFIELD__WIDTH == 8
+    SFIELD__EACH(b.v[piece] = _mm256_permute_ps(a.v[piece], 0xb1))
+#elif SFIELD__SIMD_X86
+    SFIELD__EACH(b.v[piece] = _mm_shuffle_ps(a.v[piece], a.v[piece], 0xb1))
+#elif SFIELD__SIMD_VECTORS
+    SFIELD__EACH(
+        const sfield__piece four = { a.v[piece][1], a.v[piece][0], a.v[piece][3], a.v[piece][2] };
+        b.v[piece] = four)
+#else
+    SFIELD__EACH(b.v[piece] = a.v[piece ^ 1])
+#endif
+    return b;
+}
+
+/* Returns lanes 2 3 0 1, 6 7 4 5, ... */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_swap_twos(sfield__lanes a)
+{
+    sfield__lanes b;
+#if SFIELD__WIDTH == 16
+    SFIELD__EACH(b.v[piece] = _mm512_maskz_permute_ps((__mmask16)0xffff, a.v[piece], 0x4e))
+#elif SFIELD__WIDTH == 8
+    SFIELD__EACH(b.v[piece] = _mm256_permute_ps(a.v[piece], 0x4e))
+#elif SFIELD__SIMD_X86
+    SFIELD__EACH(b.v[piece] = _mm_shuffle_ps(a.v[piece], a.v[piece], 0x4e))
+#elif SFIELD__SIMD_VECTORS
+    SFIELD__EACH(
+        const sfield__piece four = { a.v[piece][2], a.v[piece][3], a.v[piece][0], a.v[piece][1] };
+        b.v[piece] = four)
+#else
+    SFIELD__EACH(b.v[piece] = a.v[piece ^ 2])
+#endif
+    return b;
+}
+
+#if SFIELD__WIDTH <= 4
+/* Writes the columns of 4 x 4 floats as rows. */
+static inline SFIELD__IN_KERNEL void sfield__transpose4(const float *in, size_t in_stride, float *out, size_t out_stride)
+{
+#if SFIELD__SIMD_X86
+    const __m128 a = _mm_loadu_ps(in), b = _mm_loadu_ps(in + in_stride);
+    const __m128 c = _mm_loadu_ps(in + 2 * in_stride), d = _mm_loadu_ps(in + 3 * in_stride);
+    const __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
+    const __m128 ba = _mm_unpackhi_ps(a, b), dc = _mm_unpackhi_ps(c, d);
+    _mm_storeu_ps(out, _mm_movelh_ps(ab, cd));
+    _mm_storeu_ps(out + out_stride, _mm_movehl_ps(cd, ab));
+    _mm_storeu_ps(out + 2 * out_stride, _mm_movelh_ps(ba, dc));
+    _mm_storeu_ps(out + 3 * out_stride, _mm_movehl_ps(dc, ba));
+#else
+    size_t i;
+    for (i = 0; i < 4; i++, out += out_stride) {
+        out[0] = in[i];
+        out[1] = in[in_stride + i];
+        out[2] = in[2 * in_stride + i];
+        out[3] = in[3 * in_stride + i];
+    }
+#endif
+}
+#endif
+
+/* Writes the columns of 8 x 8 floats as rows. */
+static inline SFIELD__IN_KERNEL void sfield__transpose8(const float *in, size_t in_stride, float *out, size_t out_stride)
+{
+    size_t i;
+#if SFIELD__WIDTH > 4
+    __m256 r[8], t[8];
+    for (i = 0; i < 8; i++) r[i] = _mm256_loadu_ps(in + i * in_stride);
+    for (i = 0; i < 4; i++) {
+        t[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+        t[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+    }
+    for (i = 0; i < 2; i++) {
+        r[4 * i] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0x44);
+        r[4 * i + 1] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0xee);
+        r[4 * i + 2] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0x44);
+        r[4 * i + 3] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0xee);
+    }
+    for (i = 0; i < 4; i++) {
+        _mm256_storeu_ps(out + out_stride * i, _mm256_permute2f128_ps(r[i], r[4 + i], 0x20));
+        _mm256_storeu_ps(out + out_stride * (i + 4), _mm256_permute2f128_ps(r[i], r[4 + i], 0x31));
+    }
+#else
+    for (i = 0; i < 4; i++) {
+        const size_t x = 4 * (i & 1), y = 4 * (i >> 1);
+        sfield__transpose4(in + y * in_stride + x, in_stride, out + x * out_stride + y, out_stride);
+    }
+#endif
+}
+
 /* ==== src/shadowfield/kernels_products.h ==== */
 
 /* ---- kernels: products of sixteen pairs of vectors ---- */
 
-/* a_i b_j + a_j b_i, or a_i b_i. */
+/* Returns a_i b_j + a_j b_i, or a_i b_i if i is j. */
 static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const float *b, size_t stride,
                                                                  uint32_t i, uint32_t j)
 {
@@ -6317,7 +6440,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const 
     return i == j ? one : sfield__lanes_muladd(sfield__lanes_load(bi), sfield__lanes_load(aj), one);
 }
 
-/* What pairs with index 0 give, which need no table since C_0jj = Y_00. r: an output each. */
+/* Writes to r, a place for each output, the terms that have an index 0. These need no table, since the
+   tripling coefficients C_0jj are Y_00 for every j. */
 static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const float *b, size_t stride,
                                                            uint32_t coefs, sfield__lanes *r)
 {
@@ -6334,6 +6458,7 @@ static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const
     r[0] = sfield__lanes_mul(sum, y00);
 }
 
+/* Writes the products r, or with occlude a - r, which is a times a visibility of 1 - b. */
 static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs,
                                                          int occlude, const sfield__lanes *r, float *out)
 {
@@ -6610,6 +6735,28 @@ SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, cons
 
 /* ---- kernels: between eight samples ---- */
 
+/* See sfield__widen_samples. What is written behind a sample's last value is overwritten by the next
+   sample. */
+SFIELD__KERNEL static void sfield__widen(const sfield_field *f, const uint8_t *first, uint32_t n, float *out)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride,
+                 shell = 6 * f->h.position_side * row;
+    uint32_t i, k;
+    for (i = 0; i < 8; i++, out += n) {
+        const uint8_t *q = first + (i & 1) * stride + (i >> 1 & 1) * row + (i >> 2) * shell;
+        for (k = 0; k < n; k += 16) sfield__lanes_store(out + k, sfield__lanes_of_bytes(q + k));
+    }
+}
+
+/* See sfield__rows_to_planes. */
+SFIELD__KERNEL static void sfield__transpose(const float *rows, size_t stride, uint32_t n, float *planes)
+{
+    uint32_t k, l;
+    for (k = 0; k < n; k += 8)
+        for (l = 0; l < 16; l += 8)
+            sfield__transpose8(rows + l * stride + k, stride, planes + 16 * k + l, 16);
+}
+
 /* What sixteen points between the same eight samples take of each. */
 typedef struct sfield__corner_weights {
     sfield__lanes x0, x1, x2, x3;   /* of the corners of a shell */
@@ -6630,6 +6777,46 @@ static inline SFIELD__IN_KERNEL sfield__corner_weights sfield__corner_weights_of
     w.w0 = sfield__lanes_mul(sfield__lanes_load(at->w0), own);
     w.w1 = sfield__lanes_mul(sfield__lanes_load(at->w1), own);
     return w;
+}
+
+/* Interpolates n coefficients, from one on, of one point, sixteen of them at a time. base and group: the
+   sample and the scales of the inner shell's first corner. The weights are the same in all lanes. */
+static inline SFIELD__IN_KERNEL void sfield__mix_row(const sfield_field *f, size_t base, size_t group,
+                                                     uint32_t from, uint32_t n,
+                                                     const sfield__corner_weights *w, float *out)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride,
+                 shell = 6 * f->h.position_side * row;
+    const uint8_t *q = f->sample + base * stride + from;
+    const float *s0 = f->scale + group * stride + from, *b0 = f->bias + group * stride + from;
+    uint32_t k;
+    for (k = 0; k < n; k += 16, q += 16) {
+        sfield__lanes a = sfield__lanes_mul(sfield__lanes_of_bytes(q), w->x0);
+        sfield__lanes c = sfield__lanes_mul(sfield__lanes_of_bytes(q + shell), w->x0);
+        a = sfield__lanes_muladd(sfield__lanes_of_bytes(q + stride), w->x1, a);
+        c = sfield__lanes_muladd(sfield__lanes_of_bytes(q + shell + stride), w->x1, c);
+        a = sfield__lanes_muladd(sfield__lanes_of_bytes(q + row), w->x2, a);
+        c = sfield__lanes_muladd(sfield__lanes_of_bytes(q + shell + row), w->x2, c);
+        a = sfield__lanes_muladd(sfield__lanes_of_bytes(q + row + stride), w->x3, a);
+        c = sfield__lanes_muladd(sfield__lanes_of_bytes(q + shell + row + stride), w->x3, c);
+        a = sfield__lanes_muladd(a, sfield__lanes_load(s0 + k), sfield__lanes_load(b0 + k));
+        c = sfield__lanes_muladd(c, sfield__lanes_load(s0 + stride + k), sfield__lanes_load(b0 + stride + k));
+        sfield__lanes_store(out + k, sfield__lanes_muladd(c, w->w1, sfield__lanes_mul(a, w->w0)));
+    }
+}
+
+/* See sfield__mix_samples. */
+SFIELD__KERNEL static void sfield__mix(const sfield_field *f, const sfield__between *at, uint32_t n,
+                                       float *out)
+{
+    sfield__corner_weights w;
+    w.x0 = sfield__lanes_all(at->corner[0]);
+    w.x1 = sfield__lanes_all(at->corner[1]);
+    w.x2 = sfield__lanes_all(at->corner[2]);
+    w.x3 = sfield__lanes_all(at->corner[3]);
+    w.w0 = sfield__lanes_all(at->inner);
+    w.w1 = sfield__lanes_all(at->outer);
+    sfield__mix_row(f, at->base, at->group, 0, n, &w, out);
 }
 
 /* A coefficient of one shell: q its four samples, n apart. */
@@ -6683,22 +6870,72 @@ SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const
     }
 }
 
-/* sum: to which every lane's dot product with t, n planes, is added. */
+/* Adds up eight sums of every lane: the second four to the first four, then halves again. */
+static inline SFIELD__IN_KERNEL void sfield__add_parts(sfield__lanes *part, float *sum)
+{
+    const sfield__lanes one = sfield__lanes_all(1);
+    uint32_t k, i;
+    for (k = 4; k > 0; k /= 2)
+        for (i = 0; i < k; i++) part[i] = sfield__lanes_muladd(part[i], one, part[i + k]);
+    sfield__lanes_store(sum, sfield__lanes_muladd(part[0], one, sfield__lanes_load(sum)));
+}
+
+/* Adds every lane's dot product with t, n planes, to sum. */
 SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfield__place *at,
                                                const float *factor, const float *t, float *sum)
 {
     const sfield__corner_weights w = sfield__corner_weights_of(at, factor);
     const sfield__shells s = sfield__shells_of(c);
-    const sfield__lanes one = sfield__lanes_all(1);
     sfield__lanes part[8];
-    uint32_t k, i;
+    uint32_t k;
     for (k = 0; k < s.n; k++) {
         const sfield__lanes a = sfield__between_eight(&w, &s, k), x = sfield__lanes_load(t + 16 * k);
         part[k & 7] = k < 8 ? sfield__lanes_mul(a, x) : sfield__lanes_muladd(a, x, part[k & 7]);
     }
-    for (k = 4; k > 0; k /= 2)
-        for (i = 0; i < k; i++) part[i] = sfield__lanes_muladd(part[i], one, part[i + k]);
-    sfield__lanes_store(sum, sfield__lanes_muladd(part[0], one, sfield__lanes_load(sum)));
+    sfield__add_parts(part, sum);
+}
+
+/* Does the same for coefficients that are in planes already; the sums have the same bits. */
+SFIELD__KERNEL static void sfield__planes_times(const float *planes, const float *t, uint32_t n, float *sum)
+{
+    sfield__lanes part[8];
+    uint32_t k;
+    for (k = 0; k < n; k++) {
+        const sfield__lanes a = sfield__lanes_load(planes + 16 * k), x = sfield__lanes_load(t + 16 * k);
+        part[k & 7] = k < 8 ? sfield__lanes_mul(a, x) : sfield__lanes_muladd(a, x, part[k & 7]);
+    }
+    sfield__add_parts(part, sum);
+}
+
+/* See sfield__dot_single. */
+SFIELD__KERNEL static void sfield__singles_times(const sfield_field *f, const sfield__place *at,
+                                                 uint32_t frame, const float *factor, uint32_t from,
+                                                 uint32_t n, const float *t, float *room, float *sum)
+{
+    const sfield__corner_weights all = sfield__corner_weights_of(at, factor);
+    const size_t sample = frame * 6 * (size_t)f->h.position_side * f->h.position_side * f->h.shells;
+    const size_t group = (size_t)frame * f->h.shells;
+    float *planes = room + 16 * n, each[6][16];
+    uint32_t l;
+    sfield__lanes_store(each[0], all.x0);
+    sfield__lanes_store(each[1], all.x1);
+    sfield__lanes_store(each[2], all.x2);
+    sfield__lanes_store(each[3], all.x3);
+    sfield__lanes_store(each[4], all.w0);
+    sfield__lanes_store(each[5], all.w1);
+    for (l = 0; l < 16; l++) {
+        sfield__corner_weights w;
+        w.x0 = sfield__lanes_all(each[0][l]);
+        w.x1 = sfield__lanes_all(each[1][l]);
+        w.x2 = sfield__lanes_all(each[2][l]);
+        w.x3 = sfield__lanes_all(each[3][l]);
+        w.w0 = sfield__lanes_all(each[4][l]);
+        w.w1 = sfield__lanes_all(each[5][l]);
+        sfield__mix_row(f, sample + (size_t)at->base[l], group + (size_t)at->shell[l], from, n, &w,
+                        room + l * n);
+    }
+    sfield__transpose(room, n, n, planes);
+    sfield__planes_times(planes, t, n, sum);
 }
 
 /* ==== src/shadowfield/kernels_tiles.h ==== */
@@ -6895,7 +7132,8 @@ static inline SFIELD__IN_KERNEL int sfield__any_lane(sfield__lanes a)
     return sfield__mask_any(sfield__lanes_differ(a, sfield__lanes_all(0)));
 }
 
-/* T = max(0, cos) x solid angle. 0: it is 0 everywhere. */
+/* Fills the texels of a face with T = max(0, cos) x solid angle, and notes the blocks in which T is not 0.
+   Returns 0 if there is no such block. */
 SFIELD__KERNEL static int sfield__face_start(sfield__bundle *b, const float *texel, uint32_t n)
 {
     const sfield__lanes x = sfield__lanes_load(b->n), y = sfield__lanes_load(b->n + 16);
@@ -6928,7 +7166,8 @@ SFIELD__KERNEL static int sfield__face_start(sfield__bundle *b, const float *tex
     return (int)any;
 }
 
-/* The part of a list in this face, into planes that are cleared square by square when they are first used. */
+/* Adds the part of a list that lies in this face to planes of wavelets. A square of the planes is cleared
+   when it is first used. Returns how many squares are used now. */
 SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__listing *list, uint32_t last,
                                                      uint32_t count, float factor)
 {
@@ -6958,6 +7197,7 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
     return count;
 }
 
+/* Multiplies the n texels of square i by 1 - mean, but for blocks in which T is 0. */
 SFIELD__KERNEL static void sfield__face_dim(const sfield__bundle *b, uint32_t i, uint32_t n,
                                             const sfield__lanes *mean)
 {
@@ -6974,7 +7214,8 @@ SFIELD__KERNEL static void sfield__face_dim(const sfield__bundle *b, uint32_t i,
     }
 }
 
-/* As sfield__shade_square, of a square that is marked. */
+/* Does for sixteen points what sfield__shade_square does for one: multiplies the texels of a marked square
+   by 1 - the function below the square. */
 SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t leaves,
                                                const sfield__lanes *mean, uint32_t squares, uint32_t i,
                                                float scale)
@@ -7004,7 +7245,7 @@ SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t
     }
 }
 
-/* T times the visibility of an occluder. 0: it has nothing in this face. */
+/* Multiplies T by the visibility of an occluder. Returns 0 if the occluder hides nothing in this face. */
 SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *strand, const sfield_field *f,
                                             uint32_t last, uint32_t leaves)
 {
@@ -7025,7 +7266,7 @@ SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *s
     return 1;
 }
 
-/* Squares of a level: wavelets to out, scaling coefficients to up. */
+/* Transforms the squares of a level: wavelets go to out, scaling coefficients to up. */
 SFIELD__KERNEL static void sfield__face_level(const float *c, uint32_t squares, float *up, float *out)
 {
     const sfield__lanes half = sfield__lanes_all(0.5f);
@@ -7041,7 +7282,8 @@ SFIELD__KERNEL static void sfield__face_level(const float *c, uint32_t squares, 
     }
 }
 
-/* Wavelets of the face, up to 64 texels at a time in what is nearest to the processor. */
+/* Finds the wavelets of the face. Blocks of up to 64 texels are transformed one by one, since a block fits
+   into the nearest cache. */
 SFIELD__KERNEL static void sfield__face_transform(sfield__bundle *b, uint32_t n)
 {
     const uint32_t block = n < SFIELD__BLOCK ? n : (uint32_t)SFIELD__BLOCK;
@@ -7065,6 +7307,8 @@ SFIELD__KERNEL static void sfield__face_transform(sfield__bundle *b, uint32_t n)
     memcpy(b->w, sums, 16 * sizeof *sums);
 }
 
+/* Adds what a light gives in this face: the products of its wavelets with those of T, which are found
+   first if T has changed. */
 SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand *strand,
                                               const sfield_field *f, uint32_t last, uint32_t n, int *fresh)
 {
@@ -7093,7 +7337,7 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
     }
 }
 
-/* What is left of the sky, and of a white one. */
+/* Adds what T leaves of the sky, and of a sky that is white. */
 SFIELD__KERNEL static void sfield__face_finish(sfield__bundle *b, const float *sky, uint32_t n)
 {
     const size_t cells = b->s->cells;
@@ -7121,6 +7365,8 @@ SFIELD__KERNEL static void sfield__face_finish(sfield__bundle *b, const float *s
     sfield__lanes_store(b->open, sfield__lanes_add(sum, sfield__lanes_load(b->open)));
 }
 
+/* Shades one face for all points of a bundle: T is started, then goes through the entities from near to
+   far. */
 SFIELD__KERNEL static void sfield__face_shade(sfield__bundle *b, const sfield_field *self, uint32_t face)
 {
     const sfield_scene *s = b->s;
@@ -7139,6 +7385,125 @@ SFIELD__KERNEL static void sfield__face_shade(sfield__bundle *b, const sfield_fi
         else if (sfield__face_hide(b, strand, f, last, n / 4)) fresh = 0;
     }
     sfield__face_finish(b, s->sky_now + face * n, n);
+}
+
+/* ==== src/shadowfield/kernels_texels.h ==== */
+
+/* ---- kernels: wavelets of one point, sixteen texels at a time ---- */
+
+/* See sfield__haar_squares16. A square is four lanes, and two steps of sums and differences of neighbours
+   make of its texels the scaling coefficient and the three wavelets, in the order in which they are
+   stored. Squares are taken from the last to the first: the scaling coefficient falls on the wavelet
+   before, which is written next. */
+SFIELD__KERNEL static void sfield__haar_squares(uint32_t squares, const float *c, float *up, float *out)
+{
+    const sfield__lanes one = sfield__lanes_all(1), minus = sfield__lanes_all(-1);
+    const sfield__lanes odd = sfield__lanes_select(sfield__mask_of_bits(0xaaaau), minus, one);
+    const sfield__lanes high = sfield__lanes_select(sfield__mask_of_bits(0xccccu), minus, one);
+    const sfield__lanes half = sfield__lanes_all(0.5f);
+    float four[16];
+    uint32_t i, k;
+    for (i = squares; i > 0; i -= 4) {
+        sfield__lanes x = sfield__lanes_load(c + 4 * (size_t)i - 16);
+        x = sfield__lanes_muladd(x, odd, sfield__lanes_swap_ones(x));
+        x = sfield__lanes_mul(half, sfield__lanes_muladd(x, high, sfield__lanes_swap_twos(x)));
+        sfield__lanes_store(four, x);
+        for (k = 4; k > 0; k--) {
+            float *to = out + squares + 3 * (size_t)(i + k - 5) - 1;
+            memcpy(to, four + 4 * k - 4, 4 * sizeof *four);
+            up[i + k - 5] = four[4 * k - 4];
+        }
+    }
+}
+
+/* See sfield__fill_cosines16. */
+SFIELD__KERNEL static void sfield__fill_cosines(const float *texel, uint32_t cells, const float *n, float *t)
+{
+    const sfield__lanes a = sfield__lanes_all(n[0]), b = sfield__lanes_all(n[1]), c = sfield__lanes_all(n[2]);
+    const float *end = texel + cells;
+    for (; texel < end; texel += 16, t += 16) {
+        sfield__lanes d = sfield__lanes_mul(a, sfield__lanes_load(texel));
+        d = sfield__lanes_add(d, sfield__lanes_mul(b, sfield__lanes_load(texel + cells)));
+        d = sfield__lanes_add(d, sfield__lanes_mul(c, sfield__lanes_load(texel + 2 * (size_t)cells)));
+        d = sfield__lanes_max(d, sfield__lanes_all(0));
+        sfield__lanes_store(t, sfield__lanes_mul(d, sfield__lanes_load(texel + 3 * (size_t)cells)));
+    }
+}
+
+/* See sfield__dot_sky16. Two channels share the lanes. */
+SFIELD__KERNEL static void sfield__dot_sky(const float *sky, const float *t, uint32_t cells, float *sum)
+{
+    const float *end = t + cells;
+    sfield__lanes a = sfield__lanes_all(0), b = a;
+    for (; t < end; t += 8, sky += 8) {
+        const float *blue = sky + 2 * (size_t)cells;
+        const sfield__lanes x = sfield__lanes_load_halves(t, t);
+        a = sfield__lanes_muladd(x, sfield__lanes_load_halves(sky, sky + cells), a);
+        b = sfield__lanes_muladd(x, sfield__lanes_load_halves(blue, blue), b);
+    }
+    sfield__lanes_store(sum, a);
+    sfield__lanes_store(sum + 16, b);
+}
+
+/* Multiplies n texels, a multiple of 16, by 1 - mean. */
+SFIELD__KERNEL static void sfield__dim_texels(float *t, uint32_t n, float mean)
+{
+    const sfield__lanes keep = sfield__lanes_all(1 - mean);
+    const float *end = t + n;
+    for (; t < end; t += 16) sfield__lanes_store(t, sfield__lanes_mul(sfield__lanes_load(t), keep));
+}
+
+/* Multiplies the sixteen texels of four squares of the finest level by 1 - the function there. w: the
+   wavelets of the squares, 0 where they have none; mean: the means of the squares. */
+static inline SFIELD__IN_KERNEL void sfield__shade_fours(const float *w, const float *mean, float scale,
+                                                         float *t)
+{
+    const sfield__lanes one = sfield__lanes_all(1), minus = sfield__lanes_all(-1);
+    const sfield__lanes by = sfield__lanes_all(scale);
+    const sfield__lanes x = sfield__lanes_select(sfield__mask_of_bits(0xaaaau), minus, one);
+    const sfield__lanes y = sfield__lanes_select(sfield__mask_of_bits(0xccccu), minus, one);
+    const sfield__lanes z = sfield__lanes_mul(x, y);
+    sfield__lanes m = sfield__lanes_load_fours(mean, 1);
+    m = sfield__lanes_muladd(x, sfield__lanes_mul(by, sfield__lanes_load_fours(w, 3)), m);
+    m = sfield__lanes_muladd(y, sfield__lanes_mul(by, sfield__lanes_load_fours(w + 1, 3)), m);
+    m = sfield__lanes_muladd(z, sfield__lanes_mul(by, sfield__lanes_load_fours(w + 2, 3)), m);
+    sfield__lanes_store(t, sfield__lanes_mul(sfield__lanes_load(t), sfield__lanes_sub(one, m)));
+}
+
+/* Multiplies the texels of square i of a level by 1 - the function below the square, which is marked.
+   leaves: the squares of the finest level; scale: 1 / side of the texels of a face, times the level's
+   squares along a side. */
+SFIELD__KERNEL static void sfield__shade_square(const float *coefs, const uint8_t *marks, uint32_t leaves,
+                                                float mean, uint32_t squares, uint32_t i, float scale,
+                                                float *t)
+{
+    const float *w = coefs + squares + 3 * (size_t)i;
+    const uint8_t *below = marks + (4 * squares - 1) / 3 + 4 * i;
+    const uint32_t n = leaves / squares;
+    const float x = scale * w[0], y = scale * w[1], z = scale * w[2];
+    float m[4];
+    uint32_t k;
+    m[0] = mean + x + y + z;
+    m[1] = mean - x + y - z;
+    m[2] = mean + x - y - z;
+    m[3] = mean - x - y + z;
+    if (n == 4) {
+        sfield__shade_fours(coefs + 4 * squares + 12 * (size_t)i, m, 2 * scale, t + 16 * (size_t)i);
+        return;
+    }
+    for (k = 0; k < 4; k++) {
+        const uint32_t quarter = 4 * i + k;
+        if (below[k]) sfield__shade_square(coefs, marks, leaves, m[k], 4 * squares, quarter, 2 * scale, t);
+        else if (m[k] != 0) sfield__dim_texels(t + (size_t)quarter * n, n, m[k]);
+    }
+}
+
+/* See sfield__darken16. */
+SFIELD__KERNEL static void sfield__darken(const float *coefs, const uint8_t *marks, uint32_t side, float *t)
+{
+    const float scale = 1 / (float)side, mean = coefs[0] / (float)side;
+    if (marks[0]) sfield__shade_square(coefs, marks, side * side / 4, mean, 1, 0, scale, t);
+    else if (mean != 0) sfield__dim_texels(t, side * side, mean);
 }
 
 /* ==== src/shadowfield/kernels_end.h ==== */
@@ -7197,31 +7562,14 @@ static void sfield__rotate16(const sfield_rotation *r, const float *in, float *o
     (r->bands == 4 ? sfield__rotate4_plain : sfield__rotate_plain)(r, in, out, stride, inverse);
 }
 
-static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
-                              float *out, int simd)
-{
+/* Calls a kernel of the best instruction set there is. */
 #if SFIELD__SIMD_SETS
-    if (simd) {
-        (simd == 2 ? sfield__eight_to_planes_avx512 : sfield__eight_to_planes_avx2)(c, at, factor, more, out);
-        return;
-    }
+#define SFIELD__CALL_BEST(kernel, simd, arguments)                                                         \
+    ((simd) == 2 ? kernel##_avx512 arguments                                                               \
+                 : (simd) == 1 ? kernel##_avx2 arguments : kernel##_plain arguments)
+#else
+#define SFIELD__CALL_BEST(kernel, simd, arguments) ((void)(simd), kernel##_plain arguments)
 #endif
-    (void)simd;
-    sfield__eight_to_planes_plain(c, at, factor, more, out);
-}
-
-static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
-                              const float *t, float *sum, int simd)
-{
-#if SFIELD__SIMD_SETS
-    if (simd) {
-        (simd == 2 ? sfield__eight_times_avx512 : sfield__eight_times_avx2)(c, at, factor, t, sum);
-        return;
-    }
-#endif
-    (void)simd;
-    sfield__eight_times_plain(c, at, factor, t, sum);
-}
 
 /* Calls a kernel that has no text of its own for AVX-512. */
 #if SFIELD__SIMD_SETS
@@ -7229,6 +7577,47 @@ static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, c
 #else
 #define SFIELD__CALL(kernel, simd, arguments) ((void)(simd), kernel##_plain arguments)
 #endif
+
+static void sfield__mix_samples(const sfield_field *f, const sfield__between *at, uint32_t n, float *out,
+                                int simd)
+{
+    SFIELD__CALL_BEST(sfield__mix, simd, (f, at, n, out));
+}
+
+static void sfield__widen_samples(const sfield_field *f, const uint8_t *first, uint32_t n, float *out,
+                                  int simd)
+{
+    SFIELD__CALL_BEST(sfield__widen, simd, (f, first, n, out));
+}
+
+static void sfield__rows_to_planes(const float *rows, size_t stride, uint32_t n, float *planes, int simd)
+{
+    SFIELD__CALL_BEST(sfield__transpose, simd, (rows, stride, n, planes));
+}
+
+/* Interpolates between eight samples, for the lanes by their factors, into planes; adds to them if there
+   are more. */
+static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
+                              float *out, int simd)
+{
+    SFIELD__CALL_BEST(sfield__eight_to_planes, simd, (c, at, factor, more, out));
+}
+
+/* Adds to sum each lane's dot product of t, in planes, with what lies between eight samples. */
+static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
+                              const float *t, float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__eight_times, simd, (c, at, factor, t, sum));
+}
+
+/* Does the same for lanes that each lie between samples of their own, in a frame of a source: n
+   coefficients, a multiple of 8, from one on. room: 32 n floats. */
+static void sfield__dot_single(const sfield_field *f, const sfield__place *at, uint32_t frame,
+                               const float *factor, uint32_t from, uint32_t n, const float *t, float *room,
+                               float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__singles_times, simd, (f, at, frame, factor, from, n, t, room, sum));
+}
 
 static void sfield__locate16(const sfield_field *f, const float *p, sfield__place *out, int simd)
 {
@@ -7269,14 +7658,36 @@ static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes,
 
 static void sfield__recall16(const int16_t *value, const float *scale, uint32_t n, float *t, int simd)
 {
-#if SFIELD__SIMD_SETS
-    if (simd == 2) {
-        sfield__recall_avx512(value, scale, n, t);
-        return;
-    }
-#endif
-    SFIELD__CALL(sfield__recall, simd, (value, scale, n, t));
+    SFIELD__CALL_BEST(sfield__recall, simd, (value, scale, n, t));
 }
+
+#ifndef SFIELD_WITHOUT_WAVELETS
+static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd)
+{
+    SFIELD__CALL_BEST(sfield__haar_squares, simd, (squares, c, up, out));
+}
+
+/* Writes max(0, cos) x solid angle of each texel. texel: four planes of cells, directions and solid
+   angles. */
+static void sfield__fill_cosines16(const float *texel, uint32_t cells, const float *n, float *t, int simd)
+{
+    SFIELD__CALL_BEST(sfield__fill_cosines, simd, (texel, cells, n, t));
+}
+
+/* Writes the dot products of T with the three channels of a sky: for each channel eight sums, of every eighth
+   texel. The last eight of 32 floats mean nothing. */
+static void sfield__dot_sky16(const float *sky, const float *t, uint32_t cells, float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__dot_sky, simd, (sky, t, cells, sum));
+}
+
+/* Multiplies the texels of a face by 1 - the function that its coefficients are. marks: the squares that have
+   wavelets, or squares with wavelets below them. */
+static void sfield__darken16(const float *coefs, const uint8_t *marks, uint32_t side, float *t, int simd)
+{
+    SFIELD__CALL_BEST(sfield__darken, simd, (coefs, marks, side, t));
+}
+#endif
 
 /* ==== src/shadowfield/wavelets_scene.h ==== */
 
@@ -8008,7 +8419,7 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
 /* Which of some points are wanted, as bits. */
-static uint32_t sfield__wanted(const sfield_points *set, size_t first, uint32_t count)
+static uint32_t sfield__find_wanted(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
     for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
@@ -8123,7 +8534,7 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
     SFIELD__CARVE(start, float, 2 * c);
     /* coefficients of a row: a multiple of 8 */
-    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES));
+    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES) + 8);
     SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
     SFIELD__CARVE(turned, float, c);
     SFIELD__CARVE(d2, float, n * SFIELD__LANES);
@@ -8481,7 +8892,7 @@ static void sfield__fetch_lanes(const sfield_field *f, const sfield__place *at, 
         b = sfield__find_between(at, (int)l, factor[l]);
         sfield__mix_samples(f, &b, n, rows, simd);
     }
-    sfield__transpose16(rows - SFIELD__LANES * n, n, planes, simd);
+    sfield__rows_to_planes(rows - SFIELD__LANES * n, n, n, planes, simd);
 }
 
 /* Fetches alpha (or log visibility) of occluder i for all lanes, in planes, in the world. */
@@ -8528,95 +8939,47 @@ static void sfield__apply_occluder(sfield__tile *t, uint32_t i, uint32_t mask, f
 
 /* ---- shading: what lights add ---- */
 
-#if SFIELD__SIMD
-/* Interpolates a source's channels of n coefficients as sfield__mix_samples would, and adds their dot
-   products with t to rgb. */
-SFIELD__TARGET_AVX2 static void sfield__mix_dot_avx2(const sfield_field *f, const sfield__between *at,
-                                                     const float *t, uint32_t n, float *rgb)
-{
-    const float *b = at->corner, w0 = at->inner, w1 = at->outer;
-    const uint32_t begin = f->tone < 3 ? f->tone : 0, end = f->tone < 3 ? f->tone + 1 : 3;
-    const size_t stride = f->h.stride, row = f->h.position_side * stride,
-                 shell = 6 * f->h.position_side * row;
-    const uint8_t *q = f->sample + at->base * stride + begin * n;
-    const float *s0 = f->scale + at->group * stride + begin * n;
-    const float *b0 = f->bias + at->group * stride + begin * n;
-    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]),
-                 x3 = _mm256_set1_ps(b[3]);
-    uint32_t k, c;
-    for (c = begin; c < end; c++) {
-        __m256 sum = _mm256_setzero_ps(), a, e;
-        __m128 four;
-        for (k = 0; k < n; k += 8, q += 8, s0 += 8, b0 += 8) {
-            a = _mm256_mul_ps(sfield__bytes8(q), x0), e = _mm256_mul_ps(sfield__bytes8(q + shell), x0);
-            a = _mm256_fmadd_ps(sfield__bytes8(q + stride), x1, a);
-            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + stride), x1, e);
-            a = _mm256_fmadd_ps(sfield__bytes8(q + row), x2, a);
-            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + row), x2, e);
-            a = _mm256_fmadd_ps(sfield__bytes8(q + row + stride), x3, a);
-            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + row + stride), x3, e);
-            a = _mm256_fmadd_ps(a, _mm256_loadu_ps(s0), _mm256_loadu_ps(b0));
-            e = _mm256_fmadd_ps(e, _mm256_loadu_ps(s0 + stride), _mm256_loadu_ps(b0 + stride));
-            a = _mm256_fmadd_ps(e, _mm256_set1_ps(w1), _mm256_mul_ps(a, _mm256_set1_ps(w0)));
-            sum = _mm256_fmadd_ps(a, _mm256_loadu_ps(t + k), sum);
-        }
-        four = _mm_add_ps(_mm256_castps256_ps128(sum), _mm256_extractf128_ps(sum, 1));
-        four = _mm_add_ps(four, _mm_movehl_ps(four, four));
-        rgb[c] += _mm_cvtss_f32(_mm_add_ss(four, _mm_movehdup_ps(four)));
-    }
-}
-#endif
-
-/* Adds a source's dot products with T, of one channel where the others are multiples of it. */
-static void sfield__add_source(const sfield__item *it, const float *sum, float *rgb)
+/* Adds a source's dot products with T: of one channel, where the others are multiples of it. */
+static void sfield__add_source(const sfield__item *it, const float (*sum)[SFIELD__LANES], float *rgb)
 {
     const sfield_field *f = it->e.source;
-    uint32_t c;
+    uint32_t c, l;
     for (c = 0; c < 3; c++)
-        rgb[c * SFIELD__LANES] += it->e.tint[c] * (f->tone < 3 ? f->ratio[c] * sum[f->tone] : sum[c]);
+        for (l = 0; l < SFIELD__LANES; l++) {
+            const float own = f->tone < 3 ? f->ratio[c] * sum[f->tone][l] : sum[c][l];
+            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * own;
+        }
 }
 
-#if SFIELD__SIMD
-/* Computes the dot products of a place in a source with T, lane by lane: T is transposed once, and the
-   coefficients are never stored. */
-static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
-                               const float *chain, float *rgb)
+/* Computes the dot products of a source's coefficients with T. Each lane is interpolated by itself. */
+static void sfield__shine_single(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
+                                 const float *chain, float (*sum)[SFIELD__LANES])
 {
     const sfield_field *f = it->e.source;
-    const uint32_t n = t->s->coefs;
-    uint32_t l, k, before, after;
-    float time = sfield__frames_at(f, it->e.time, &before, &after);
-    for (k = 0; k < n; k += 8)
-        for (l = 0; l < SFIELD__LANES; l += 8)
-            sfield__transpose8_avx2(chain + k * SFIELD__LANES + l, SFIELD__LANES, t->rows + l * n + k, n);
-    for (l = 0; l < t->lanes; l++) {
-        float sum[3] = { 0, 0, 0 };
-        sfield__between b = sfield__find_between(at, (int)l, 1 - time);
-        b = sfield__between_of_frame(f, &b, before);
-        sfield__mix_dot_avx2(f, &b, t->rows + l * n, n, sum);
-        if (time > 0) {
-            b = sfield__find_between(at, (int)l, time);
-            b = sfield__between_of_frame(f, &b, after);
-            sfield__mix_dot_avx2(f, &b, t->rows + l * n, n, sum);
-        }
-        sfield__add_source(it, sum, rgb + l);
+    const uint32_t n = t->s->coefs, begin = f->tone < 3 ? f->tone : 0, end = f->tone < 3 ? f->tone + 1 : 3;
+    uint32_t frame[2], c, k, l;
+    const float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
+    for (k = 0; k < (time > 0 ? 2u : 1u); k++) {
+        float share[SFIELD__LANES];
+        for (l = 0; l < SFIELD__LANES; l++) share[l] = k ? time : 1 - time;
+        for (c = begin; c < end; c++)
+            sfield__dot_single(f, at, frame[k], share, c * n, n, chain, t->rows, sum[c], t->s->simd);
     }
 }
-#endif
 
-/* Does the same for the wanted lanes if they share samples, without transposing T. Returns 0, with nothing
-   done, if they do not. */
+/* Does the same for lanes that share their samples, group by group, which costs less. Returns 0, with nothing
+   done, if they do not share enough. */
 static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
-                                const float *chain, float *rgb)
+                                const float *chain, float (*sum)[SFIELD__LANES])
 {
     const sfield_field *f = it->e.source;
-    const uint32_t n = t->s->coefs, shells = f->h.shells, every = f->tone < 3;
+    const uint32_t n = t->s->coefs, shells = f->h.shells;
+    const uint32_t begin = f->tone < 3 ? f->tone : 0, end = f->tone < 3 ? f->tone + 1 : 3;
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
-    uint32_t group[SFIELD__LANES], frame[2], i;
-    uint32_t k, c, l;
-    uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
-    float sum[3][SFIELD__LANES] = { { 0 } }, weight[2][SFIELD__LANES], own[SFIELD__LANES];
-    float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
+    uint32_t group[SFIELD__LANES], frame[2], i, k, c, l;
+    const uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
+    float weight[2][SFIELD__LANES], own[SFIELD__LANES];
+    const float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
     for (l = 0; l < SFIELD__LANES; l++) {
         weight[0][l] = 1 - time;
         weight[1][l] = time;
@@ -8625,7 +8988,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
         for (l = 0; !(group[i] >> l & 1);) l++;
         for (k = 0; k < (time > 0 ? 2u : 1u); k++) {
             sfield__select16(weight[k], SFIELD__LANES, group[i], own, t->s->simd);
-            for (c = every ? f->tone : 0; c < (every ? f->tone + 1 : 3); c++) {
+            for (c = begin; c < end; c++) {
                 sfield__eight e;
                 sfield__load_eight(f, frame[k] * samples + (size_t)at->base[l],
                                    frame[k] * shells + (size_t)at->shell[l], c * n, n, &e, t->s->simd);
@@ -8633,10 +8996,26 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
             }
         }
     }
-    for (c = 0; c < 3 && count; c++)
-        for (l = 0; l < SFIELD__LANES; l++)
-            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * (every ? f->ratio[c] * sum[f->tone][l] : sum[c][l]);
     return count != 0;
+}
+
+/* Does the same for any number of bands: those whose coefficients do not fill eights are added up in a
+   row. */
+static void sfield__shine_rows(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
+                               const float *chain, float (*sum)[SFIELD__LANES])
+{
+    const sfield_field *f = it->e.source;
+    const sfield_scene *s = t->s;
+    float *rows = t->rows;
+    uint32_t l, c, k;
+    for (l = 0; l < SFIELD__LANES; l++)
+        sfield__fetch_lane(f, at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+    for (l = 0; l < SFIELD__LANES; l++)
+        for (c = 0; c < 3; c++) {
+            const float *row = rows + l * f->h.stride + c * s->planes;
+            if (f->tone < 3 && c != f->tone) continue;
+            for (k = 0; k < s->coefs; k++) sum[c][l] += row[k] * chain[k * SFIELD__LANES + l];
+        }
 }
 
 /* Adds T . source of light j to rgb, three channels. */
@@ -8644,34 +9023,17 @@ static void sfield__shine_light(const sfield__tile *t, uint32_t j, const float *
 {
     const sfield_scene *s = t->s;
     const sfield__item *it = &s->item[s->light[j]];
-    const sfield_field *f = it->e.source;
-    float local[48], *rows = t->rows;
+    float local[48], sum[3][SFIELD__LANES] = { { 0 } };
     sfield__place at;
-    uint32_t l, c, k;
     sfield__move_to_local(it, 1, t->p, local, s->simd);
-    sfield__locate16(f, local, &at, s->simd);
+    sfield__locate16(it->e.source, local, &at, s->simd);
     if (!it->identity) {
         sfield__rotate16(&s->rotation[s->light[j]], chain, t->turned, SFIELD__LANES, 1, s->simd);
         chain = t->turned;
     }
-    if (s->coefs % 8 == 0 && sfield__shine_shared(t, it, &at, chain, rgb)) return;
-#if SFIELD__SIMD
-    if (s->simd && s->coefs % 8 == 0) {
-        sfield__shine_avx2(t, it, &at, chain, rgb);
-        return;
-    }
-#endif
-    for (l = 0; l < SFIELD__LANES; l++)
-        sfield__fetch_lane(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
-    for (l = 0; l < SFIELD__LANES; l++) {
-        float sum[3] = { 0, 0, 0 };
-        for (c = 0; c < 3; c++) {
-            const float *row = rows + l * f->h.stride + c * s->planes;
-            if (f->tone < 3 && c != f->tone) continue;
-            for (k = 0; k < s->coefs; k++) sum[c] += row[k] * chain[k * SFIELD__LANES + l];
-        }
-        sfield__add_source(it, sum, rgb + l);
-    }
+    if (s->coefs % 8 != 0) sfield__shine_rows(t, it, &at, chain, sum);
+    else if (!sfield__shine_shared(t, it, &at, chain, sum)) sfield__shine_single(t, it, &at, chain, sum);
+    sfield__add_source(it, (const float (*)[SFIELD__LANES])sum, rgb);
 }
 
 static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
@@ -8835,20 +9197,61 @@ static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
 
+#ifndef SFIELD_WITHOUT_CACHE
+/* Asks for the memory of what a cache keeps for the tile, which arrives while occluders are looked
+   through. */
+static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
+{
+    const char *kept = (const char *)(cache->value + t->first * cache->lights * t->s->coefs);
+    const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * t->s->coefs;
+    size_t i;
+    for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
+}
+
+/* Keeps T of the lights whose T was computed, and takes T of all lights from the cache: new ones too, so
+   that they are rounded like those that were kept. */
+static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
+{
+    const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
+    uint32_t j;
+    for (j = 0; j < slots && j < cache->lights; j++) {
+        const size_t slot = t->first / SFIELD__LANES * cache->lights + j;
+        if (sfield__is_own(t, j)) continue;
+        if (t->needed[j]) {
+            sfield__keep_tile(cache, slot, t->t + j * size);
+            cache->hash[slot] = t->hash[j];
+        }
+        sfield__recall_tile(cache, slot, t->t + j * size, t->s->simd);
+    }
+}
+#endif
+
+/* Finds the lights whose T has to be computed, since no cache keeps it or it is out of date. Returns how many
+   there are. */
+static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, uint32_t slots)
+{
+    uint32_t j, needed = 0;
+    for (j = 0; j < slots; j++) {
+        const size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
+        t->needed[j] = 0;
+        if (sfield__is_own(t, j)) continue;
+        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
+        needed += t->needed[j];
+        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
+    }
+    return needed;
+}
+
+/* Shades sixteen points and writes their results. */
 static void sfield__shade_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
-    uint32_t j, needed = 0, wanted = 0;
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) {
-        wanted = sfield__wanted(t->set, t->first, t->lanes);
-        if (sfield__repeat_tile(t, wanted)) return;
-    }
-#else
-    (void)wanted;
+    const uint32_t wanted = cache ? sfield__find_wanted(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, wanted)) return;
 #endif
     sfield__load_lanes(t);
     if (!t->visible) {
@@ -8856,27 +9259,14 @@ static void sfield__shade_tile(sfield__tile *t)
         sfield__write_outputs(t);
         return;
     }
-#if SFIELD__SIMD
-    if (cache) {                                /* on its way while occluders are looked through */
-        const char *kept = (const char *)(cache->value + t->first * cache->lights * s->coefs);
-        const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * s->coefs;
-        size_t i;
-        for (i = 0; i < bytes && i < 8192; i += 64) _mm_prefetch(kept + i, _MM_HINT_T0);
-    }
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) sfield__fetch_kept(t, cache);
 #endif
     t->stats.points += sfield__count_lanes(t->visible);
     t->stats.lights += (uint64_t)sfield__count_lanes(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
-    for (j = 0; j < slots; j++) {
-        size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
-        t->needed[j] = 0;
-        if (sfield__is_own(t, j)) continue;
-        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
-        needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
-    }
-    if (needed) {
+    if (sfield__find_needed(t, cache, slots)) {
         sfield__fade_candidates(t);
 #ifndef SFIELD_WITHOUT_LOGARITHMS
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_logarithms(t);
@@ -8885,16 +9275,7 @@ static void sfield__shade_tile(sfield__tile *t)
         sfield__chain_products(t, cache);
     }
 #ifndef SFIELD_WITHOUT_CACHE
-    /* fresh ones too, so that both are equal */
-    for (j = 0; cache && j < slots && j < cache->lights; j++) {
-        size_t slot = t->first / SFIELD__LANES * cache->lights + j;
-        if (sfield__is_own(t, j)) continue;
-        if (t->needed[j]) {
-            sfield__keep_tile(cache, slot, t->t + j * size);
-            cache->hash[slot] = t->hash[j];
-        }
-        sfield__recall_tile(cache, slot, t->t + j * size, s->simd);
-    }
+    if (cache) sfield__exchange_kept(t, cache, slots);
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE
@@ -9024,71 +9405,14 @@ static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t ra
     return (floats * sizeof(float) + (rays + 1) * sizeof(sfield__ray) + 6 * SFIELD__MARKS + 63) / 64 * 64;
 }
 
-/* Multiplies the texels of a square by 1 - the function below it. */
-static void sfield__shade_square(const float *coefs, const uint8_t *marks, uint32_t leaves, float mean,
-                                 uint32_t squares, uint32_t i, float scale, float *t)
-{
-    uint32_t k, n = 4 * leaves / squares;
-    const float *w = coefs + squares + 3 * i;
-    if (!marks[sfield__mark_base(squares) + i]) {
-        float keep = 1 - mean;
-        for (k = 0; mean != 0 && k < n; k++) t[n * i + k] *= keep;
-        return;
-    }
-    for (k = 0; k < 4; k++) {
-        float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
-        float m = mean + x * w[0] + y * w[1] + z * w[2];
-        if (squares == leaves) t[4 * i + k] *= 1 - m;
-        else sfield__shade_square(coefs, marks, leaves, m, 4 * squares, 4 * i + k, 2 * scale, t);
-    }
-}
-
-#if SFIELD__SIMD
-/* Does the same for a square that is marked, four quarters at a time. */
-SFIELD__TARGET_AVX2 static void sfield__shade_square_avx2(const float *coefs, const uint8_t *marks,
-                                                          uint32_t leaves, float mean, uint32_t squares,
-                                                          uint32_t i, float scale, float *t)
-{
-    const __m128 sx = _mm_setr_ps(0, -0.0f, 0, -0.0f), sy = _mm_setr_ps(0, 0, -0.0f, -0.0f),
-                 one = _mm_set1_ps(1);
-    const float *w = coefs + squares + 3 * i;
-    const uint8_t *below = marks + sfield__mark_base(4 * squares) + 4 * i;
-    uint32_t k, j, n = leaves / squares;
-    __m128 m = _mm_add_ps(_mm_set1_ps(mean), _mm_xor_ps(_mm_set1_ps(scale * w[0]), sx));
-    float means[4];
-    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[1]), sy));
-    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[2]), _mm_xor_ps(sx, sy)));
-    if (n == 1) {
-        _mm_storeu_ps(t + 4 * i, _mm_mul_ps(_mm_loadu_ps(t + 4 * i), _mm_sub_ps(one, m)));
-        return;
-    }
-    _mm_storeu_ps(means, m);
-    for (k = 0; k < 4; k++) {
-        float *quarter = t + (4 * i + k) * (size_t)n;
-        if (below[k])
-            sfield__shade_square_avx2(coefs, marks, leaves, means[k], 4 * squares, 4 * i + k, 2 * scale, t);
-        else if (means[k] != 0)
-            for (j = 0; j < n; j += 4)
-                _mm_storeu_ps(quarter + j, _mm_mul_ps(_mm_loadu_ps(quarter + j), _mm_set1_ps(1 - means[k])));
-    }
-}
-#endif
-
+/* Multiplies the texels of each face by 1 - the function in p->coefs. */
 static void sfield__shade_faces(const sfield__point *p)
 {
     const uint32_t side = p->s->side, n = side * side;
     uint32_t face;
-    for (face = 0; face < 6; face++) {
-        const float *coefs = p->coefs + face * n, mean = coefs[0] / (float)side;
-        const uint8_t *marks = p->marks + face * SFIELD__MARKS;
-#if SFIELD__SIMD
-        if (p->s->simd && marks[0]) {
-            sfield__shade_square_avx2(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
-            continue;
-        }
-#endif
-        sfield__shade_square(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
-    }
+    for (face = 0; face < 6; face++)
+        sfield__darken16(p->coefs + face * n, p->marks + face * SFIELD__MARKS, side, p->t + face * n,
+                         p->s->simd);
 }
 
 /* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked:
@@ -9224,60 +9548,11 @@ static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
     return 0;
 }
 
-#if SFIELD__SIMD
-SFIELD__TARGET_AVX2 static void sfield__fill_cosines_avx2(const float *texel, uint32_t cells, const float *n,
-                                                     float *t)
-{
-    const __m256 a = _mm256_set1_ps(n[0]), b = _mm256_set1_ps(n[1]), c = _mm256_set1_ps(n[2]);
-    uint32_t i;
-    for (i = 0; i < cells; i += 8, texel += 8) {
-        __m256 d = _mm256_mul_ps(a, _mm256_loadu_ps(texel));
-        d = _mm256_add_ps(d, _mm256_mul_ps(b, _mm256_loadu_ps(texel + cells)));
-        d = _mm256_add_ps(d, _mm256_mul_ps(c, _mm256_loadu_ps(texel + 2 * (size_t)cells)));
-        d = _mm256_max_ps(d, _mm256_setzero_ps());
-        _mm256_storeu_ps(t + i, _mm256_mul_ps(d, _mm256_loadu_ps(texel + 3 * (size_t)cells)));
-    }
-}
-
-/* Adds dot products over every eighth texel, of three planes, to sum[k]. */
-SFIELD__TARGET_AVX2 static void sfield__add_dots_avx2(const float *sky, const float *t, uint32_t cells,
-                                                  float *sum)
-{
-    __m256 a = _mm256_setzero_ps(), b = a, c = a;
-    uint32_t i;
-    for (i = 0; i < cells; i += 8, sky += 8) {
-        __m256 x = _mm256_loadu_ps(t + i);
-        a = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky), a);
-        b = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + cells), b);
-        c = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + 2 * (size_t)cells), c);
-    }
-    _mm256_storeu_ps(sum, a);
-    _mm256_storeu_ps(sum + 8, b);
-    _mm256_storeu_ps(sum + 16, c);
-}
-#endif
-
-static void sfield__fill_cosines(const sfield_scene *s, const float *n, float *t)
-{
-    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
-    uint32_t i;
-#if SFIELD__SIMD
-    if (s->simd) {
-        sfield__fill_cosines_avx2(s->texel, s->cells, n, t);
-        return;
-    }
-#endif
-    for (i = 0; i < s->cells; i++) {
-        float c = n[0] * x[i] + n[1] * y[i] + n[2] * z[i];
-        t[i] = (c > 0 ? c : 0.0f) * w[i];
-    }
-}
-
 /* Computes T = max(0, cos) x solid angle x visibility of the own object, on texels. */
 static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
 {
     const sfield_scene *s = p->s;
-    sfield__fill_cosines(s, n, p->t);
+    sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
     if (p->set->self) {
         sfield__lists own;
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -9401,21 +9676,15 @@ static void sfield__add_sky(sfield__point *p)
     const sfield_scene *s = p->s;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
     const float *sky = s->sky_now + (sparse ? 3u : 0u) * s->cells, *t = sparse ? p->haar : p->t;
-    float sum[24] = { 0 };
-    uint32_t c, i, k;
-#if SFIELD__SIMD
-    if (s->simd) sfield__add_dots_avx2(sky, t, s->cells, sum);
-    else
-#endif
-        for (c = 0; c < 3; c++)
-            for (i = 0; i < s->cells; i += 8)
-                for (k = 0; k < 8; k++) sum[8 * c + k] += sky[c * s->cells + i + k] * t[i + k];
+    float sum[32];
+    uint32_t c, k;
+    sfield__dot_sky16(sky, t, s->cells, sum, s->simd);
     for (c = 0; c < 3; c++)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Whether a cache keeps T for a light. */
-static int sfield__keeps(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
+/* Does a cache keep T for a light? */
+static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
    not added here, but later from what was kept; only those whose T is out of date are kept anew. */
@@ -9447,7 +9716,7 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        kept = sfield__keeps(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
             (void)sfield_haar_forward(s->side, p->t, p->haar);
@@ -9486,7 +9755,7 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
         }
         if (i == count && !sky && !p->set->ambient) continue;
         hash[slot] = before | 1;
-        if (sfield__keeps(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+        if (sfield__keeps_light(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
             p->stats.reused += i < count || sky;
         else
             until = i + 1;
@@ -9511,7 +9780,7 @@ static void sfield__light_point(sfield__point *p, size_t index, const float *x, 
 {
     const sfield_scene *s = p->s;
     sfield_cache *cache = p->set->cache;
-    const int kept = sfield__keeps(cache, s->light_count);
+    const int kept = sfield__keeps_light(cache, s->light_count);
     const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
     uint32_t j;
     if (until)
@@ -9533,7 +9802,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* for its way of loading */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, wanted = sfield__wanted(set, index, 1);
+    uint32_t k, wanted = sfield__find_wanted(set, index, 1);
     if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
         const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
         p->stats.points += points;
@@ -9689,14 +9958,7 @@ static void sfield__run_bundle(sfield__bundle *b, const sfield_points *set, cons
     memset(b->rgb, 0, sizeof b->rgb);
     memset(b->open, 0, sizeof b->open);
     b->ambient = set->ambient != NULL;
-    for (face = 0; face < 6; face++) {
-#if SFIELD__SIMD_SETS
-        if (s->simd == 2) sfield__face_shade_avx512(b, set->self, face);
-        else if (s->simd == 1) sfield__face_shade_avx2(b, set->self, face);
-        else
-#endif
-            sfield__face_shade_plain(b, set->self, face);
-    }
+    for (face = 0; face < 6; face++) SFIELD__CALL_BEST(sfield__face_shade, s->simd, (b, set->self, face));
     for (l = 0; l < SFIELD__LANES; l++) {
         const size_t at = tile->first + l;
         if (!(lanes >> l & 1)) continue;
@@ -9913,17 +10175,23 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
     if (result != SFIELD_OK) return result;
     if (p->gloss && !s->algebra)
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
-    if (p->self && (!sfield__field_fits(s, p->self, SFIELD__KIND_SELF) || p->self->h.samples != p->count))
+    if (p->self && !sfield__field_fits(s, p->self, SFIELD__KIND_SELF))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
-                            "is not of this basis, these bands and this count");
+                            "is not a self-visibility of the scene's basis and bands");
+    if (p->self && !sfield__check_value(log, p->self->h.samples == p->count, "points->self's count",
+                                        p->self->h.samples, "points->count"))
+        return SFIELD_ERR_MISMATCH;
 #ifndef SFIELD_WITHOUT_WAVELETS
     if (s->desc.product == SFIELD_PRODUCT_SPARSE && sfield__find_unmapped(s, p))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
                             "is on a rotated entity, which SFIELD_PRODUCT_SPARSE does not do");
 #endif
-    if (p->cache &&
-        (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
-        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache", "is not of this basis and this count");
+    if (p->cache && (p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache",
+                            "is not of the scene's basis and bands");
+    if (p->cache && !sfield__check_value(log, p->cache->points == p->count, "points->cache's count",
+                                         (double)p->cache->points, "points->count"))
+        return SFIELD_ERR_MISMATCH;
     result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
     if (result == SFIELD_OK && p->to_eye && p->gloss && p->exponents)
         result = sfield__check_units(log, "points->to_eye", p->to_eye, p->to_eye_stride, p->count);
@@ -10023,7 +10291,7 @@ static int sfield__compare_cells(const void *a, const void *b)
     return p->point < q->point ? -1 : p->point > q->point;
 }
 
-/* First of the cells, sorted, that is not before a place; its representative is chosen[first]. */
+/* Finds a cell by its place and side among sorted cells. Returns NULL if no point lies there. */
 static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t count,
                                              const sfield__cell *wanted)
 {

@@ -1,4 +1,4 @@
-/* ---- results ---- */
+/* ---- page one: soft shadows of objects that move ---- */
 
 #define SFIELD_RESULTS(X)                                                                                   \
     X(SFIELD_OK, "ok")                                                                                      \
@@ -20,11 +20,6 @@ typedef enum sfield_result {
 #undef SFIELD__ENUM
     SFIELD_RESULT_COUNT
 } sfield_result;
-
-SFIELD_DEF const char *sfield_result_text(sfield_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
-
-/* ---- page one: soft shadows of objects that move ---- */
 
 typedef struct sfield_field sfield_field;   /* what is seen of an object or light, from points all round */
 typedef struct sfield_scene sfield_scene;   /* where objects and lights are now, and the environment */
@@ -64,16 +59,6 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const struct
             scene, or that is a shard; SFIELD_PRODUCT_SPARSE: a rotated entity that hides or shines),
             SFIELD_ERR_LIMIT (count), SFIELD_ERR_ALLOC. The scene then keeps the list that it had */
 
-SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
-/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
-   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
-             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
-             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
-             Each texel is one radiance over its exact solid angle
-   rotation  a matrix from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
-
 SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_points *sets, size_t set_count,
                                       struct sfield_scene_stats *stats);
 /* Computes the direct light that reaches every point of all sets, entities taken from near to far (figure 5
@@ -86,11 +71,24 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
             self-visibility on a rotated entity), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16]);
+/* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
+   rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
+             latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
+             NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
+             Each texel is one radiance over its exact solid angle
+   rotation  a matrix from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */
 
 SFIELD_DEF void sfield_free(sfield_field *field);
 /* Takes back a field and its memory. No scene may use the field any more. Accepts NULL. */
+
+SFIELD_DEF const char *sfield_result_text(sfield_result result);
+/* Returns a constant string for any value, "unknown result" beyond the list. */
 
 /* ---- structs of page one ---- */
 

@@ -177,7 +177,11 @@ typedef enum sfield_kind {          /* what a field holds */
 typedef struct sfield_info {        /* most fields are those of sfield_desc, with defaults in place of 0 */
     sfield_kind    kind;
     sfield_basis   basis;
-    uint32_t       bands, cube_side, shell_count, position_side, frame_count;
+    uint32_t       bands;
+    uint32_t       cube_side;
+    uint32_t       shell_count;
+    uint32_t       position_side;
+    uint32_t       frame_count;
     sfield_spacing spacing;
     int            logarithm;
     size_t         sample_count;    /* cubes that were recorded; of self-visibility: points */
@@ -225,7 +229,7 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
 /* Writes a field as a file into your memory, little-endian: docs/shadowfield-format.md describes the bytes.
    Errors  SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MEMORY (memory_bytes is below sfield_bytes) */
 
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfield_system *system,
                                      sfield_field **out);
 /* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
    number in the file is checked. system may be NULL.

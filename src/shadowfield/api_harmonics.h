@@ -43,12 +43,13 @@ SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]
 /* ---- cubes ---- */
 
 SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float direction[3]);
-/* Writes the unit direction of a texel's centre and returns the texel's solid angle in sr; 0 for bad
-   arguments. side   a power of two, 2..64
-   texel  below 6 side^2; face side^2 + morton(x, y) */
+/* Writes the unit direction of a texel's centre and returns the texel's solid angle in sr. Returns 0 and
+   writes nothing if an argument is out of range.
+   side    a power of two, 2..64
+   texel   below 6 side^2: number face side^2 + morton(x, y) */
 
 SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
-/* Returns the texel that a direction of any length falls into; 0 for bad arguments. */
+/* Returns the texel that a direction of any length falls into; 0 if an argument is out of range. */
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels,
                                            uint32_t channels, float *coefs);
@@ -56,4 +57,4 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
    side      a power of two, 2..64
    texels    6 side^2 texels of `channels` (1..3) floats each
    coefs     bands^2 for each channel, one channel after the other
-   Errors    SFIELD_ERR_ARGUMENT */
+   Errors    SFIELD_ERR_ARGUMENT. There is no log */

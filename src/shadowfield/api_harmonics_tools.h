@@ -21,11 +21,12 @@ SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float
 /* Writes out[i], the integral of a_i b_i over the sphere, which is the dot product of their coefficients.
    a, b     vectors of bands^2 coefficients (bands 1..8), in planes
    out      count floats
-   Errors   SFIELD_ERR_ARGUMENT */
+   Errors   SFIELD_ERR_ARGUMENT. There is no log */
 
 SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in,
                                           float *out, size_t stride);
-/* Turns count vectors, in planes. out may be in. Errors SFIELD_ERR_ARGUMENT. */
+/* Turns count vectors, in planes. out may be in.
+   Errors   SFIELD_ERR_ARGUMENT. There is no log */
 
 SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
                                              const sfield_system *system, double *out);
@@ -42,11 +43,13 @@ SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions,
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
 /* Computes the logarithm of one vector by the eigenvalues of its product matrix, which are clipped below at
    0.02. A product of visibilities is the exponential of the sum of their logarithms, in any order (Ren et
-   al., SIGGRAPH 2006). Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. */
+   al., SIGGRAPH 2006).
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
 
 SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in,
                                        float *out, size_t stride);
-/* Computes the exponentials of vectors in planes, by scaling and squaring. Errors SFIELD_ERR_ARGUMENT. */
+/* Computes the exponentials of vectors in planes, by scaling and squaring.
+   Errors   SFIELD_ERR_ARGUMENT */
 
 SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
 /* Returns the least strength, 0..1, with which a function stays >= lowest in each of 2,592 directions.
@@ -56,4 +59,4 @@ SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float 
 SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
 /* Writes the exact integrals of the bands^2 basis functions over one texel. The sum over all texels of value
    x these integrals are a function's coefficients: a table for projection elsewhere, as on a GPU.
-   Errors  SFIELD_ERR_ARGUMENT */
+   Errors  SFIELD_ERR_ARGUMENT. There is no log */

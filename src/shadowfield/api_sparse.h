@@ -23,4 +23,5 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
    sources, weights   as sfield_sparse writes them, for count points
    rgb      3 floats for each of the chosen_count points that were shaded
    out      3 floats for each of count points; not rgb
-   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a source is not below chosen_count) */
+   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a source is not below
+            chosen_count). There is no log */

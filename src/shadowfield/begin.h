@@ -12,11 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef SFIELD_ASSERT
-#include <assert.h>
-#define SFIELD_ASSERT(condition) assert(condition)
-#endif
-
 /* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
    it. */
 #ifndef SFIELD_FILE
@@ -26,4 +21,5 @@
 
 #ifdef SFIELD_NO_SIMD
 #define SFIELD__NO_SIMD
+#define SFIELD__COMPILER_VECTORS
 #endif

@@ -118,7 +118,6 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     h->samples = self ? 1 : h->frames * h->shells * 6 * h->position_side * h->position_side;
     h->shard_begin = d->shard_begin;
     h->shard_end = d->shard_end;
-    SFIELD_ASSERT(sfield__header_good(h));
     keep = d->keep != 0 ? d->keep : 0.01f;
     b->most = (uint32_t)(keep * (float)b->cells);
     b->most = b->most < 1 ? 1 : b->most;

@@ -3,45 +3,45 @@
 /* Fields are interpolated: a position inside the mesh, which sees nothing, would darken receivers between it
    and the next one outside. It takes the view from the surface instead, that of a receiver there. */
 
-enum { SFIELD__WAYS = 27, SFIELD__CROSSINGS = 32 };
+enum { SFIELD__INSIDE_RAYS = 27, SFIELD__CROSSINGS = 32 };
 static const float sfield__outside = 1e-3f;     /* over the surface, in r; gaps below twice that are none */
 
-typedef struct sfield__way {        /* a ray from the eye */
+typedef struct sfield__inside_ray {        /* a ray from the eye */
     float d[3];
     uint32_t face;                  /* of the cube about the eye that it goes through */
     float at[SFIELD__CROSSINGS];    /* where it meets the mesh, rising; < 0: goes in at that distance, > 0:
                                        comes out */
     int   count;                    /* of them; those beyond the last are left out */
     int   winding;                  /* times that it comes out, less times that it goes in */
-} sfield__way;
+} sfield__inside_ray;
 
 /* Aims the rays: outwards, and to faces, edges and corners of a cube. All are turned a little, so that none
    runs along the edges of a mesh. */
-static void sfield__aim_ways(const float *eye, sfield__way *way)
+static void sfield__aim_rays(const float *eye, sfield__inside_ray *ray)
 {
     int i;
-    for (i = 0; i < SFIELD__WAYS; i++) {
+    for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
         sfield__v3 d = sfield__v3_make((float)(i % 3 - 1), (float)(i / 3 % 3 - 1), (float)(i / 9 - 1));
-        if (i == SFIELD__WAYS / 2) d = sfield__v3_load(eye);
+        if (i == SFIELD__INSIDE_RAYS / 2) d = sfield__v3_load(eye);
         d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
-        sfield__v3_store(way[i].d, sfield__v3_normalize(d));
-        way[i].face = sfield__face_of(way[i].d);
-        way[i].count = way[i].winding = 0;
+        sfield__v3_store(ray[i].d, sfield__v3_normalize(d));
+        ray[i].face = sfield__face_of(ray[i].d);
+        ray[i].count = ray[i].winding = 0;
     }
 }
 
-static void sfield__add_crossing(sfield__way *way, float t, int out)
+static void sfield__add_crossing(sfield__inside_ray *ray, float t, int out)
 {
-    int i = way->count < SFIELD__CROSSINGS ? way->count++ : SFIELD__CROSSINGS;
-    way->winding += out ? 1 : -1;
-    for (; i > 0 && fabsf(way->at[i - 1]) > t; i--)
-        if (i < SFIELD__CROSSINGS) way->at[i] = way->at[i - 1];
-    if (i < SFIELD__CROSSINGS) way->at[i] = out ? t : -t;
+    int i = ray->count < SFIELD__CROSSINGS ? ray->count++ : SFIELD__CROSSINGS;
+    ray->winding += out ? 1 : -1;
+    for (; i > 0 && fabsf(ray->at[i - 1]) > t; i--)
+        if (i < SFIELD__CROSSINGS) ray->at[i] = ray->at[i - 1];
+    if (i < SFIELD__CROSSINGS) ray->at[i] = out ? t : -t;
 }
 
 /* Finds where all rays meet the mesh, by the cone test of sfield__edges_of. Corners are relative to the
    eye. */
-static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__way *way)
+static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__inside_ray *ray)
 {
     size_t t;
     int i, k;
@@ -56,25 +56,25 @@ static void sfield__find_crossings(const sfield__build *b, const sfield__view *v
         if (!(det > 0 || det < 0)) continue;
         for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
         all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
-        for (i = 0; i < SFIELD__WAYS; i++) {
-            sfield__v3 d = sfield__v3_load(way[i].d);
-            if (one_face && face != way[i].face) continue;
+        for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
+            sfield__v3 d = sfield__v3_load(ray[i].d);
+            if (one_face && face != ray[i].face) continue;
             if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0))
                 continue;
-            sfield__add_crossing(&way[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
+            sfield__add_crossing(&ray[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
         }
     }
 }
 
 /* Returns the distance at which a ray that starts inside is out of everything; 0 if there is none. */
-static float sfield__find_way_out(const sfield__way *way)
+static float sfield__find_way_out(const sfield__inside_ray *ray)
 {
-    int i, inside = way->winding;
-    for (i = 0; i < way->count && inside > 0; i++) {
-        inside += way->at[i] < 0 ? 1 : -1;
+    int i, inside = ray->winding;
+    for (i = 0; i < ray->count && inside > 0; i++) {
+        inside += ray->at[i] < 0 ? 1 : -1;
         if (inside <= 0 && i + 1 < SFIELD__CROSSINGS &&
-            (i + 1 == way->count || fabsf(way->at[i + 1]) > way->at[i] + 2 * sfield__outside))
-            return way->at[i];
+            (i + 1 == ray->count || fabsf(ray->at[i + 1]) > ray->at[i] + 2 * sfield__outside))
+            return ray->at[i];
     }
     return 0;
 }
@@ -92,21 +92,21 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
    being counter-clockwise from outside: not behind a single sheet, not in a room, not in a cup. */
 static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
-    sfield__way way[SFIELD__WAYS];
+    sfield__inside_ray ray[SFIELD__INSIDE_RAYS];
     float nearest = 0;
     int i, k, inside = 0, best = 0;
     if (hidden < 0.99f) return 0;
-    sfield__aim_ways(eye, way);
-    sfield__find_crossings(b, v, way);
-    for (i = 0; i < SFIELD__WAYS; i++) {
-        float t = sfield__find_way_out(&way[i]);
-        inside += way[i].winding > 0;
+    sfield__aim_rays(eye, ray);
+    sfield__find_crossings(b, v, ray);
+    for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
+        float t = sfield__find_way_out(&ray[i]);
+        inside += ray[i].winding > 0;
         if (!(t > 0 && t < 1000) || (nearest > 0 && t >= nearest)) continue;
         nearest = t;
         best = i;
     }
-    if (2 * inside <= SFIELD__WAYS || !(nearest > 0)) return 0;
-    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * way[best].d[k];
+    if (2 * inside <= SFIELD__INSIDE_RAYS || !(nearest > 0)) return 0;
+    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * ray[best].d[k];
     return 1;
 }
 

@@ -70,9 +70,9 @@ typedef struct sfield__build {
    that a build holds is freed at its end. */
 static void *sfield__hold_memory(sfield__build *b, size_t count, size_t size)
 {
-    void *memory = sfield__alloc_array(&b->allocator, count ? count : 1, size);
+    const int room = b->held_count < sizeof b->held / sizeof b->held[0];
+    void *memory = room ? sfield__alloc_array(&b->allocator, count ? count : 1, size) : NULL;
     if (!memory) return NULL;
-    SFIELD_ASSERT(b->held_count < sizeof b->held / sizeof b->held[0]);
     b->held[b->held_count++] = memory;
     b->bytes += (count ? count : 1) * size;
     b->peak = b->bytes > b->peak ? b->bytes : b->peak;

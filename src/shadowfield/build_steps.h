@@ -71,7 +71,7 @@ static sfield_result sfield__hold_batch(sfield__build *b, size_t batch)
 #endif
     b->value = (float *)sfield__hold_memory(b, held, b->h.stride * sizeof *b->value);
     if (!b->value) return SFIELD_ERR_ALLOC;
-    result = sfield__alloc_field(&b->allocator, &b->h, &b->out);
+    result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result == SFIELD_OK && b->h.shard_end) memset(b->out->words, 0, b->out->h.bytes);
     return result;
 }

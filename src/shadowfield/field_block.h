@@ -36,6 +36,7 @@ typedef struct sfield__header {     /* 32-bit fields only */
 
 struct sfield_field {
     sfield__allocator allocator;
+    sfield__logger    log;          /* of the system that the field was made with */
     sfield__header    h;
     uint32_t         *words;        /* the block */
     const float      *radii, *scale, *bias;
@@ -134,26 +135,28 @@ static void sfield__bind_shells(sfield_field *f)
 }
 
 /* Allocates the block that a header describes. The header itself is written at the end of a build. */
-static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfield__header *h,
-                                         sfield_field **out)
+static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfield__logger *log,
+                                         const sfield__header *h, sfield_field **out)
 {
     const int angles = h->basis == SFIELD_BASIS_HAAR && h->kind == SFIELD__KIND_OCCLUSION;
     uint64_t bytes = sfield__block_bytes(h);
     sfield_field *f;
-    if (bytes > 0xffffffffu || bytes > SIZE_MAX) return SFIELD_ERR_LIMIT;
+    if (bytes > 0xffffffffu || bytes > SIZE_MAX - 8) return SFIELD_ERR_LIMIT;
     f = (sfield_field *)sfield__alloc(a, sizeof *f +
                                              (angles ? h->cube_side * h->cube_side * sizeof *f->angle : 0));
     if (!f) return SFIELD_ERR_ALLOC;
     memset(f, 0, sizeof *f);
     f->angle = angles ? (float *)(void *)(f + 1) : NULL;
     f->allocator = *a;
+    f->log = *log;
     f->h = *h;
     f->h.bytes = (uint32_t)bytes;
-    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes);
+    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far behind samples */
     if (!f->words) {
         sfield__free(a, f);
         return SFIELD_ERR_ALLOC;
     }
+    memset(f->words + bytes / 4, 0, 8);
     sfield__bind_block(f);
     *out = f;
     return SFIELD_OK;

@@ -112,8 +112,13 @@ SFIELD_DEF size_t sfield_bytes(const sfield_field *field) { return field ? field
 
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_bytes)
 {
-    if (!field || !memory) return SFIELD_ERR_ARGUMENT;
-    if (memory_bytes < field->h.bytes) return SFIELD_ERR_MEMORY;
+    sfield__logger log;
+    if (!field) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&field->log, "sfield_write");
+    if (!memory) return sfield__fail_null(&log, "memory");
+    if (!sfield__check_value(&log, memory_bytes >= field->h.bytes, "memory_bytes", (double)memory_bytes,
+                             "at least what sfield_bytes returns"))
+        return SFIELD_ERR_MEMORY;
     sfield__write_words((uint8_t *)memory, field->words, field->word_count);
     if (field->h.basis == SFIELD_BASIS_SH)
         memcpy((uint8_t *)memory + 4 * field->word_count, field->sample,
@@ -196,11 +201,11 @@ static sfield_result sfield__take_file(sfield_field *f, const uint8_t *bytes, co
     return sfield__find_tone(f, sfield__part_of(part, 0.7f, 1)) ? SFIELD_OK : SFIELD_ERR_CANCELLED;
 }
 
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const sfield_system *system,
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfield_system *system,
                                      sfield_field **out)
 {
     const sfield__logger log = sfield__logger_of(system, "sfield_open");
-    const uint8_t *bytes = (const uint8_t *)data;
+    const uint8_t *from = (const uint8_t *)data;
     uint32_t words[SFIELD__HEADER], i, crc = 0;
     sfield__allocator a;
     sfield__part part, rest;
@@ -209,30 +214,30 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t data_bytes, const 
     sfield_result result;
     if (!data || !out) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, data ? "out" : "data", "is NULL");
     if (!sfield__services_of(system, &a, &part)) return sfield__fail_allocator(&log);
-    if (data_bytes < sizeof h || sfield__get_u32(bytes) != SFIELD__MAGIC)
+    if (bytes < sizeof h || sfield__get_u32(from) != SFIELD__MAGIC)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data", "is not a file of shadowfield.h");
-    if (sfield__get_u32(bytes + 4) != SFIELD__FORMAT) {
-        sfield__log_value(&log, "the format of data", (double)sfield__get_u32(bytes + 4), "1");
+    if (sfield__get_u32(from + 4) != SFIELD__FORMAT) {
+        sfield__log_value(&log, "the format of data", (double)sfield__get_u32(from + 4), "1");
         return SFIELD_ERR_VERSION;
     }
-    for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(bytes + 4 * i);
+    for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(from + 4 * i);
     memcpy(&h, words, sizeof h);
 #ifdef SFIELD_WITHOUT_WAVELETS
     if (h.basis == SFIELD_BASIS_HAAR)
         return sfield__fail(&log, SFIELD_ERR_MISMATCH, "data",
                             "holds wavelets, which this header was joined without");
 #endif
-    if (h.bytes != data_bytes || !sfield__header_good(&h) || sfield__block_bytes(&h) != data_bytes)
+    if (h.bytes != bytes || !sfield__header_good(&h) || sfield__block_bytes(&h) != bytes)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data",
                             "has a damaged header, or another size than it says");
-    if (!sfield__add_to_crc(&crc, bytes + 16, data_bytes - 16, sfield__part_of(&part, 0, 0.7f)))
+    if (!sfield__add_to_crc(&crc, from + 16, bytes - 16, sfield__part_of(&part, 0, 0.7f)))
         return SFIELD_ERR_CANCELLED;
     if (crc != h.crc)
         return sfield__fail(&log, SFIELD_ERR_FORMAT, "data", "does not have the checksum that it says");
-    result = sfield__alloc_field(&a, &h, &f);
+    result = sfield__alloc_field(&a, &log, &h, &f);
     if (result != SFIELD_OK) return sfield__fail(&log, result, "data", "needs more memory than there is");
     rest = sfield__part_of(&part, 0.7f, 1);
-    result = sfield__take_file(f, bytes, &rest);
+    result = sfield__take_file(f, from, &rest);
     if (result == SFIELD_OK) {
         *out = f;
         return SFIELD_OK;
@@ -302,9 +307,8 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     sfield_field *f;
     sfield_result result;
     size_t i;
-    if (!shards || !count || !out)
-        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, shards && count ? "out" : "shards",
-                            "is NULL or has no elements");
+    if (!shards || !out) return sfield__fail_null(&log, shards ? "out" : "shards");
+    if (!sfield__check_value(&log, count > 0, "count", 0, "> 0")) return SFIELD_ERR_ARGUMENT;
     if (!sfield__services_of(system, &a, &part)) return sfield__fail_allocator(&log);
     for (i = 0; i < count; i++) {
         const sfield_field *shard = shards[i];
@@ -322,7 +326,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
         return sfield__fail(&log, SFIELD_ERR_LIMIT, "shards", "have more wavelets than a field");
     h.entries = (uint32_t)entries;
     h.shard_end = 0;
-    result = sfield__alloc_field(&a, &h, &f);
+    result = sfield__alloc_field(&a, &log, &h, &f);
     if (result != SFIELD_OK) return sfield__fail(&log, result, "shards", "need more memory than there is");
     rest = sfield__part_of(&part, 0.1f, 1);
     if (!sfield__join_shards(f, shards, count, sfield__part_of(&part, 0, 0.1f)) ||

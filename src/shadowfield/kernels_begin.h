@@ -24,6 +24,13 @@
 #define sfield__between_eight SFIELD__NAME_IN_SET(sfield__between_eight, SFIELD__SET)
 #define sfield__eight_to_planes SFIELD__NAME_IN_SET(sfield__eight_to_planes, SFIELD__SET)
 #define sfield__eight_times SFIELD__NAME_IN_SET(sfield__eight_times, SFIELD__SET)
+#define sfield__mix_row SFIELD__NAME_IN_SET(sfield__mix_row, SFIELD__SET)
+#define sfield__singles_times SFIELD__NAME_IN_SET(sfield__singles_times, SFIELD__SET)
+#define sfield__mix SFIELD__NAME_IN_SET(sfield__mix, SFIELD__SET)
+#define sfield__widen SFIELD__NAME_IN_SET(sfield__widen, SFIELD__SET)
+#define sfield__transpose SFIELD__NAME_IN_SET(sfield__transpose, SFIELD__SET)
+#define sfield__add_parts SFIELD__NAME_IN_SET(sfield__add_parts, SFIELD__SET)
+#define sfield__planes_times SFIELD__NAME_IN_SET(sfield__planes_times, SFIELD__SET)
 #define sfield__warp_angle SFIELD__NAME_IN_SET(sfield__warp_angle, SFIELD__SET)
 #define sfield__node_before SFIELD__NAME_IN_SET(sfield__node_before, SFIELD__SET)
 #define sfield__lanes_measure SFIELD__NAME_IN_SET(sfield__lanes_measure, SFIELD__SET)
@@ -48,6 +55,13 @@
 #define sfield__face_light SFIELD__NAME_IN_SET(sfield__face_light, SFIELD__SET)
 #define sfield__face_finish SFIELD__NAME_IN_SET(sfield__face_finish, SFIELD__SET)
 #define sfield__face_shade SFIELD__NAME_IN_SET(sfield__face_shade, SFIELD__SET)
+#define sfield__haar_squares SFIELD__NAME_IN_SET(sfield__haar_squares, SFIELD__SET)
+#define sfield__fill_cosines SFIELD__NAME_IN_SET(sfield__fill_cosines, SFIELD__SET)
+#define sfield__dot_sky SFIELD__NAME_IN_SET(sfield__dot_sky, SFIELD__SET)
+#define sfield__dim_texels SFIELD__NAME_IN_SET(sfield__dim_texels, SFIELD__SET)
+#define sfield__shade_fours SFIELD__NAME_IN_SET(sfield__shade_fours, SFIELD__SET)
+#define sfield__shade_square SFIELD__NAME_IN_SET(sfield__shade_square, SFIELD__SET)
+#define sfield__darken SFIELD__NAME_IN_SET(sfield__darken, SFIELD__SET)
 
 #define SFIELD__SET plain
 #define SFIELD__WIDTH SFIELD__SIMD_WIDTH

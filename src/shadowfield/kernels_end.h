@@ -52,31 +52,14 @@ static void sfield__rotate16(const sfield_rotation *r, const float *in, float *o
     (r->bands == 4 ? sfield__rotate4_plain : sfield__rotate_plain)(r, in, out, stride, inverse);
 }
 
-static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
-                              float *out, int simd)
-{
+/* Calls a kernel of the best instruction set there is. */
 #if SFIELD__SIMD_SETS
-    if (simd) {
-        (simd == 2 ? sfield__eight_to_planes_avx512 : sfield__eight_to_planes_avx2)(c, at, factor, more, out);
-        return;
-    }
+#define SFIELD__CALL_BEST(kernel, simd, arguments)                                                         \
+    ((simd) == 2 ? kernel##_avx512 arguments                                                               \
+                 : (simd) == 1 ? kernel##_avx2 arguments : kernel##_plain arguments)
+#else
+#define SFIELD__CALL_BEST(kernel, simd, arguments) ((void)(simd), kernel##_plain arguments)
 #endif
-    (void)simd;
-    sfield__eight_to_planes_plain(c, at, factor, more, out);
-}
-
-static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
-                              const float *t, float *sum, int simd)
-{
-#if SFIELD__SIMD_SETS
-    if (simd) {
-        (simd == 2 ? sfield__eight_times_avx512 : sfield__eight_times_avx2)(c, at, factor, t, sum);
-        return;
-    }
-#endif
-    (void)simd;
-    sfield__eight_times_plain(c, at, factor, t, sum);
-}
 
 /* Calls a kernel that has no text of its own for AVX-512. */
 #if SFIELD__SIMD_SETS
@@ -84,6 +67,47 @@ static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, c
 #else
 #define SFIELD__CALL(kernel, simd, arguments) ((void)(simd), kernel##_plain arguments)
 #endif
+
+static void sfield__mix_samples(const sfield_field *f, const sfield__between *at, uint32_t n, float *out,
+                                int simd)
+{
+    SFIELD__CALL_BEST(sfield__mix, simd, (f, at, n, out));
+}
+
+static void sfield__widen_samples(const sfield_field *f, const uint8_t *first, uint32_t n, float *out,
+                                  int simd)
+{
+    SFIELD__CALL_BEST(sfield__widen, simd, (f, first, n, out));
+}
+
+static void sfield__rows_to_planes(const float *rows, size_t stride, uint32_t n, float *planes, int simd)
+{
+    SFIELD__CALL_BEST(sfield__transpose, simd, (rows, stride, n, planes));
+}
+
+/* Interpolates between eight samples, for the lanes by their factors, into planes; adds to them if there
+   are more. */
+static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
+                              float *out, int simd)
+{
+    SFIELD__CALL_BEST(sfield__eight_to_planes, simd, (c, at, factor, more, out));
+}
+
+/* Adds to sum each lane's dot product of t, in planes, with what lies between eight samples. */
+static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, const float *factor,
+                              const float *t, float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__eight_times, simd, (c, at, factor, t, sum));
+}
+
+/* Does the same for lanes that each lie between samples of their own, in a frame of a source: n
+   coefficients, a multiple of 8, from one on. room: 32 n floats. */
+static void sfield__dot_single(const sfield_field *f, const sfield__place *at, uint32_t frame,
+                               const float *factor, uint32_t from, uint32_t n, const float *t, float *room,
+                               float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__singles_times, simd, (f, at, frame, factor, from, n, t, room, sum));
+}
 
 static void sfield__locate16(const sfield_field *f, const float *p, sfield__place *out, int simd)
 {
@@ -124,11 +148,33 @@ static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes,
 
 static void sfield__recall16(const int16_t *value, const float *scale, uint32_t n, float *t, int simd)
 {
-#if SFIELD__SIMD_SETS
-    if (simd == 2) {
-        sfield__recall_avx512(value, scale, n, t);
-        return;
-    }
-#endif
-    SFIELD__CALL(sfield__recall, simd, (value, scale, n, t));
+    SFIELD__CALL_BEST(sfield__recall, simd, (value, scale, n, t));
 }
+
+#ifndef SFIELD_WITHOUT_WAVELETS
+static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd)
+{
+    SFIELD__CALL_BEST(sfield__haar_squares, simd, (squares, c, up, out));
+}
+
+/* Writes max(0, cos) x solid angle of each texel. texel: four planes of cells, directions and solid
+   angles. */
+static void sfield__fill_cosines16(const float *texel, uint32_t cells, const float *n, float *t, int simd)
+{
+    SFIELD__CALL_BEST(sfield__fill_cosines, simd, (texel, cells, n, t));
+}
+
+/* Writes the dot products of T with the three channels of a sky: for each channel eight sums, of every eighth
+   texel. The last eight of 32 floats mean nothing. */
+static void sfield__dot_sky16(const float *sky, const float *t, uint32_t cells, float *sum, int simd)
+{
+    SFIELD__CALL_BEST(sfield__dot_sky, simd, (sky, t, cells, sum));
+}
+
+/* Multiplies the texels of a face by 1 - the function that its coefficients are. marks: the squares that have
+   wavelets, or squares with wavelets below them. */
+static void sfield__darken16(const float *coefs, const uint8_t *marks, uint32_t side, float *t, int simd)
+{
+    SFIELD__CALL_BEST(sfield__darken, simd, (coefs, marks, side, t));
+}
+#endif

@@ -1,6 +1,6 @@
 /* ---- kernels: products of sixteen pairs of vectors ---- */
 
-/* a_i b_j + a_j b_i, or a_i b_i. */
+/* Returns a_i b_j + a_j b_i, or a_i b_i if i is j. */
 static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const float *b, size_t stride,
                                                                  uint32_t i, uint32_t j)
 {
@@ -10,7 +10,8 @@ static SFIELD__IN_LARGE_KERNEL sfield__lanes sfield__pair(const float *a, const 
     return i == j ? one : sfield__lanes_muladd(sfield__lanes_load(bi), sfield__lanes_load(aj), one);
 }
 
-/* What pairs with index 0 give, which need no table since C_0jj = Y_00. r: an output each. */
+/* Writes to r, a place for each output, the terms that have an index 0. These need no table, since the
+   tripling coefficients C_0jj are Y_00 for every j. */
 static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const float *b, size_t stride,
                                                            uint32_t coefs, sfield__lanes *r)
 {
@@ -27,6 +28,7 @@ static inline SFIELD__IN_KERNEL void sfield__product_begin(const float *a, const
     r[0] = sfield__lanes_mul(sum, y00);
 }
 
+/* Writes the products r, or with occlude a - r, which is a times a visibility of 1 - b. */
 static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t stride, uint32_t coefs,
                                                          int occlude, const sfield__lanes *r, float *out)
 {

@@ -11,7 +11,8 @@ static inline SFIELD__IN_KERNEL int sfield__any_lane(sfield__lanes a)
     return sfield__mask_any(sfield__lanes_differ(a, sfield__lanes_all(0)));
 }
 
-/* T = max(0, cos) x solid angle. 0: it is 0 everywhere. */
+/* Fills the texels of a face with T = max(0, cos) x solid angle, and notes the blocks in which T is not 0.
+   Returns 0 if there is no such block. */
 SFIELD__KERNEL static int sfield__face_start(sfield__bundle *b, const float *texel, uint32_t n)
 {
     const sfield__lanes x = sfield__lanes_load(b->n), y = sfield__lanes_load(b->n + 16);
@@ -44,7 +45,8 @@ SFIELD__KERNEL static int sfield__face_start(sfield__bundle *b, const float *tex
     return (int)any;
 }
 
-/* The part of a list in this face, into planes that are cleared square by square when they are first used. */
+/* Adds the part of a list that lies in this face to planes of wavelets. A square of the planes is cleared
+   when it is first used. Returns how many squares are used now. */
 SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__listing *list, uint32_t last,
                                                      uint32_t count, float factor)
 {
@@ -74,6 +76,7 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
     return count;
 }
 
+/* Multiplies the n texels of square i by 1 - mean, but for blocks in which T is 0. */
 SFIELD__KERNEL static void sfield__face_dim(const sfield__bundle *b, uint32_t i, uint32_t n,
                                             const sfield__lanes *mean)
 {
@@ -90,7 +93,8 @@ SFIELD__KERNEL static void sfield__face_dim(const sfield__bundle *b, uint32_t i,
     }
 }
 
-/* As sfield__shade_square, of a square that is marked. */
+/* Does for sixteen points what sfield__shade_square does for one: multiplies the texels of a marked square
+   by 1 - the function below the square. */
 SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t leaves,
                                                const sfield__lanes *mean, uint32_t squares, uint32_t i,
                                                float scale)
@@ -120,7 +124,7 @@ SFIELD__KERNEL static void sfield__face_darken(const sfield__bundle *b, uint32_t
     }
 }
 
-/* T times the visibility of an occluder. 0: it has nothing in this face. */
+/* Multiplies T by the visibility of an occluder. Returns 0 if the occluder hides nothing in this face. */
 SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *strand, const sfield_field *f,
                                             uint32_t last, uint32_t leaves)
 {
@@ -141,7 +145,7 @@ SFIELD__KERNEL static int sfield__face_hide(sfield__bundle *b, sfield__strand *s
     return 1;
 }
 
-/* Squares of a level: wavelets to out, scaling coefficients to up. */
+/* Transforms the squares of a level: wavelets go to out, scaling coefficients to up. */
 SFIELD__KERNEL static void sfield__face_level(const float *c, uint32_t squares, float *up, float *out)
 {
     const sfield__lanes half = sfield__lanes_all(0.5f);
@@ -157,7 +161,8 @@ SFIELD__KERNEL static void sfield__face_level(const float *c, uint32_t squares, 
     }
 }
 
-/* Wavelets of the face, up to 64 texels at a time in what is nearest to the processor. */
+/* Finds the wavelets of the face. Blocks of up to 64 texels are transformed one by one, since a block fits
+   into the nearest cache. */
 SFIELD__KERNEL static void sfield__face_transform(sfield__bundle *b, uint32_t n)
 {
     const uint32_t block = n < SFIELD__BLOCK ? n : (uint32_t)SFIELD__BLOCK;
@@ -181,6 +186,8 @@ SFIELD__KERNEL static void sfield__face_transform(sfield__bundle *b, uint32_t n)
     memcpy(b->w, sums, 16 * sizeof *sums);
 }
 
+/* Adds what a light gives in this face: the products of its wavelets with those of T, which are found
+   first if T has changed. */
 SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand *strand,
                                               const sfield_field *f, uint32_t last, uint32_t n, int *fresh)
 {
@@ -209,7 +216,7 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
     }
 }
 
-/* What is left of the sky, and of a white one. */
+/* Adds what T leaves of the sky, and of a sky that is white. */
 SFIELD__KERNEL static void sfield__face_finish(sfield__bundle *b, const float *sky, uint32_t n)
 {
     const size_t cells = b->s->cells;
@@ -237,6 +244,8 @@ SFIELD__KERNEL static void sfield__face_finish(sfield__bundle *b, const float *s
     sfield__lanes_store(b->open, sfield__lanes_add(sum, sfield__lanes_load(b->open)));
 }
 
+/* Shades one face for all points of a bundle: T is started, then goes through the entities from near to
+   far. */
 SFIELD__KERNEL static void sfield__face_shade(sfield__bundle *b, const sfield_field *self, uint32_t face)
 {
     const sfield_scene *s = b->s;

@@ -5,7 +5,7 @@ static void sfield__fetch_lane(const sfield_field *f, const sfield__place *at, i
                           float *out, int simd)
 {
     uint32_t before, after, k;
-    float t = sfield__frames_at(f, time, &before, &after), next[3 * SFIELD_MAX_COEFS];
+    float t = sfield__frames_at(f, time, &before, &after), next[3 * SFIELD_MAX_COEFS + 8];
     sfield__between b = sfield__find_between(at, l, 1 - t);
     b = sfield__between_of_frame(f, &b, before);
     sfield__mix_samples(f, &b, n, out, simd);
@@ -18,7 +18,7 @@ static void sfield__fetch_lane(const sfield_field *f, const sfield__place *at, i
 
 static void sfield__query_sh(const sfield_field *f, const sfield__place *at, int l, float time, float *out)
 {
-    float v[3 * SFIELD_MAX_COEFS];
+    float v[3 * SFIELD_MAX_COEFS + 8];
     uint32_t k, c, n = f->h.bands * f->h.bands;
     sfield__fetch_lane(f, at, l, time, f->h.stride, v, 0);
     for (c = 0; c < f->h.channels; c++)
@@ -48,6 +48,24 @@ static uint32_t sfield__gather_positions(const sfield_field *f, const float *pos
     return good;
 }
 
+/* Checks what queries are given, for the function of this name. occlusion: not 0 if only visibility will
+   do. */
+static sfield_result sfield__check_query(const sfield_field *f, const char *function, const float *positions,
+                                         const float *out, int occlusion)
+{
+    const sfield__logger log = sfield__logger_for(&f->log, function);
+    if (!positions || !out) return sfield__fail_null(&log, positions ? "out" : "positions");
+    if (f->h.kind == SFIELD__KIND_SELF)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a self-visibility");
+    if (occlusion && f->h.kind != SFIELD__KIND_OCCLUSION)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a source, not an occlusion field");
+    if (occlusion && f->h.logarithm)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "holds logarithms");
+    if (f->h.shard_end)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is a shard: sfield_merge first");
+    return SFIELD_OK;
+}
+
 SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const float *positions, float time,
                                       float *out)
 {
@@ -55,9 +73,10 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
     sfield__place at;
     size_t i, size;
     uint32_t l, good, haar, n;
-    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind == SFIELD__KIND_SELF) return SFIELD_ERR_MISMATCH;
-    if (f->h.shard_end) return SFIELD_ERR_MISMATCH;
+    sfield_result result;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    result = sfield__check_query(f, "sfield_query", positions, out, 0);
+    if (result != SFIELD_OK) return result;
     haar = f->h.basis == SFIELD_BASIS_HAAR;
     size = (size_t)f->h.channels * (haar ? 6 * f->h.cube_side * f->h.cube_side : f->h.bands * f->h.bands);
     for (i = 0; i < count; i += SFIELD__LANES) {
@@ -83,13 +102,14 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, const float *positions,
                                         float *out)
 {
-    float p[3 * SFIELD__LANES], first[8];
+    float p[3 * SFIELD__LANES], first[16];
     sfield__place at;
     uint32_t l, n, good;
     size_t i;
-    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind != SFIELD__KIND_OCCLUSION || f->h.logarithm) return SFIELD_ERR_MISMATCH;
-    if (f->h.shard_end) return SFIELD_ERR_MISMATCH;
+    sfield_result result;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    result = sfield__check_query(f, "sfield_ambient", positions, out, 1);
+    if (result != SFIELD_OK) return result;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
         good = sfield__gather_positions(f, positions + 3 * i, n, p);
@@ -113,9 +133,17 @@ SFIELD_DEF sfield_result sfield_self(const sfield_field *f, size_t first, size_t
 {
     uint32_t k, n;
     size_t i;
-    if (!f || !out) return SFIELD_ERR_ARGUMENT;
-    if (f->h.kind != SFIELD__KIND_SELF) return SFIELD_ERR_MISMATCH;
-    if (first > f->h.samples || count > f->h.samples - first) return SFIELD_ERR_ARGUMENT;
+    sfield__logger log;
+    if (!f) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&f->log, "sfield_self");
+    if (!out) return sfield__fail_null(&log, "out");
+    if (f->h.kind != SFIELD__KIND_SELF)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "field", "is not a self-visibility");
+    if (!sfield__check_value(&log, first <= f->h.samples, "first", (double)first,
+                             "at most the field's points") ||
+        !sfield__check_value(&log, count <= f->h.samples - first, "count", (double)count,
+                             "at most the field's points from `first` on"))
+        return SFIELD_ERR_ARGUMENT;
     n = f->h.basis == SFIELD_BASIS_SH ? f->h.bands * f->h.bands : 6 * f->h.cube_side * f->h.cube_side;
     for (i = 0; i < count; i++) {
         float *o = out + i * n;

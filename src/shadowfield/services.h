@@ -22,13 +22,25 @@ static sfield__logger sfield__logger_of(const sfield_system *system, const char 
     return log;
 }
 
+/* Returns the log that an object keeps, for a function that is called with the object. */
+static sfield__logger sfield__logger_for(const sfield__logger *kept, const char *function)
+{
+    sfield__logger log = *kept;
+    log.function = function;
+    return log;
+}
+
 /* Returns the result with which a call fails, once its line is written. */
 static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result,
-                                               const char *field,
-                                  const char *text)
+                                               const char *field, const char *text)
 {
     sfield__log_text(log, field, text);
     return result;
+}
+
+static SFIELD__COLD sfield_result sfield__fail_null(const sfield__logger *log, const char *argument)
+{
+    return sfield__fail(log, SFIELD_ERR_ARGUMENT, argument, "is NULL");
 }
 
 static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *log)
@@ -37,10 +49,9 @@ static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *l
                         "has one of its functions without the other");
 }
 
-/* "FUNCTION: ARRAY[INDEX] TEXT" */
+/* Writes the line "FUNCTION: ARRAY[INDEX] TEXT" and returns the result. */
 static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result,
-                                                  const char *array,
-                                     uint64_t index, const char *text)
+                                                  const char *array, uint64_t index, const char *text)
 {
     sfield__message m;
     if (!log->log) return result;
@@ -53,7 +64,7 @@ static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfi
     return result;
 }
 
-/* Is a setting in its range? A line says so where it is not. */
+/* Returns whether a setting is in its range, as `good` says. If the setting is not, a line says so. */
 static int sfield__check_value(const sfield__logger *log, int good, const char *field, double value,
                         const char *wanted)
 {
@@ -86,13 +97,19 @@ static sfield_result sfield__check_units(const sfield__logger *log, const char *
     return SFIELD_OK;
 }
 
+/* Do planes have room for the vectors of a call? If not, a line says so. */
+static int sfield__check_stride(const sfield__logger *log, size_t stride, size_t count)
+{
+    return sfield__check_value(log, stride >= count, "stride", (double)stride, "at least count");
+}
+
 /* Returns row i of an array of three floats; a stride of 0 is 12. */
 static const float *sfield__row(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Are there positions and normals, and are their strides good? A line says what is not. */
+/* Are there positions and normals, and are their strides good? If not, a line says what is wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {

@@ -105,6 +105,7 @@ SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_syst
     if (!t) return SFIELD_ERR_ALLOC;
     memset(t, 0, sizeof *t);
     t->allocator = a;
+    t->log = log;
     t->bands = bands;
     t->coefs = bands * bands;
     t->simd = sfield__simd();
@@ -151,8 +152,12 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *t, size_t count
                                            const float *b, float *out, size_t stride)
 {
     float tile[2][SFIELD_MAX_COEFS * SFIELD__LANES] = { { 0 } };
+    sfield__logger log;
     size_t i;
-    if (!t || !a || !b || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_product");
+    if (!a || !b || !out) return sfield__fail_null(&log, !a ? "a" : !b ? "b" : "out");
+    if (!sfield__check_stride(&log, stride, count)) return SFIELD_ERR_ARGUMENT;
     for (i = 0; i + SFIELD__LANES <= count; i += SFIELD__LANES)
         sfield__product16(t, a + i, b + i, out + i, stride, 0);
     if (i == count) return SFIELD_OK;

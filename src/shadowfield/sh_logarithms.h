@@ -62,8 +62,11 @@ static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, 
 
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *visibility, float *out)
 {
+    sfield__logger log;
     double *work;
-    if (!t || !visibility || !out) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_log");
+    if (!visibility || !out) return sfield__fail_null(&log, visibility ? "out" : "visibility");
     work = (double *)sfield__alloc_array(&t->allocator, 2 * (size_t)t->coefs * t->coefs, sizeof *work);
     if (!work) return SFIELD_ERR_ALLOC;
     sfield__sh_log(t, visibility, out, work);
@@ -98,8 +101,12 @@ SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, co
                                        size_t stride)
 {
     float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    sfield__logger log;
     size_t i, n;
-    if (!t || !in || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_exp");
+    if (!in || !out) return sfield__fail_null(&log, in ? "out" : "in");
+    if (!sfield__check_stride(&log, stride, count)) return SFIELD_ERR_ARGUMENT;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? count - i : (size_t)SFIELD__LANES;
         sfield__load_tile(t->coefs, n, in + i, stride, tile);

@@ -4,6 +4,7 @@ typedef struct sfield__entry { uint32_t pair; float c; } sfield__entry;
 
 struct sfield_algebra {
     sfield__allocator allocator;
+    sfield__logger log;             /* of the system that the tables were made with */
     uint32_t       bands, coefs;    /* n, n^2 */
     int            simd;            /* 0 none, 1 AVX2, 2 AVX-512 */
     uint32_t       pair_count;      /* of i >= j >= 1 with any tripling coefficient */

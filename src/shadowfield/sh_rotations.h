@@ -14,8 +14,12 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float
     const double *basis;
     float scale, *block;
     uint32_t g, l, i, j;
-    if (!t || !matrix || !out) return SFIELD_ERR_ARGUMENT;
-    if (!sfield__m4_is_rigid_uniform(matrix, &scale)) return SFIELD_ERR_INPUT;
+    sfield__logger log;
+    if (!t) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_for(&t->log, "sfield_sh_rotation");
+    if (!matrix || !out) return sfield__fail_null(&log, matrix ? "out" : "matrix");
+    if (!sfield__m4_is_rigid_uniform(matrix, &scale))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "matrix", "is no rotation with one scale > 0");
     memset(sum, 0, sizeof sum);
     for (g = 0; g < t->node_count; g++) {
         const double *d = t->node + 4 * (size_t)g;

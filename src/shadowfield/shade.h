@@ -68,17 +68,23 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
     if (result != SFIELD_OK) return result;
     if (p->gloss && !s->algebra)
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
-    if (p->self && (!sfield__field_fits(s, p->self, SFIELD__KIND_SELF) || p->self->h.samples != p->count))
+    if (p->self && !sfield__field_fits(s, p->self, SFIELD__KIND_SELF))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
-                            "is not of this basis, these bands and this count");
+                            "is not a self-visibility of the scene's basis and bands");
+    if (p->self && !sfield__check_value(log, p->self->h.samples == p->count, "points->self's count",
+                                        p->self->h.samples, "points->count"))
+        return SFIELD_ERR_MISMATCH;
 #ifndef SFIELD_WITHOUT_WAVELETS
     if (s->desc.product == SFIELD_PRODUCT_SPARSE && sfield__find_unmapped(s, p))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
                             "is on a rotated entity, which SFIELD_PRODUCT_SPARSE does not do");
 #endif
-    if (p->cache &&
-        (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
-        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache", "is not of this basis and this count");
+    if (p->cache && (p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache",
+                            "is not of the scene's basis and bands");
+    if (p->cache && !sfield__check_value(log, p->cache->points == p->count, "points->cache's count",
+                                         (double)p->cache->points, "points->count"))
+        return SFIELD_ERR_MISMATCH;
     result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
     if (result == SFIELD_OK && p->to_eye && p->gloss && p->exponents)
         result = sfield__check_units(log, "points->to_eye", p->to_eye, p->to_eye_stride, p->count);

@@ -120,7 +120,7 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
 /* Which of some points are wanted, as bits. */
-static uint32_t sfield__wanted(const sfield_points *set, size_t first, uint32_t count)
+static uint32_t sfield__find_wanted(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
     for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;

@@ -120,7 +120,7 @@ static void sfield__fetch_lanes(const sfield_field *f, const sfield__place *at, 
         b = sfield__find_between(at, (int)l, factor[l]);
         sfield__mix_samples(f, &b, n, rows, simd);
     }
-    sfield__transpose16(rows - SFIELD__LANES * n, n, planes, simd);
+    sfield__rows_to_planes(rows - SFIELD__LANES * n, n, n, planes, simd);
 }
 
 /* Fetches alpha (or log visibility) of occluder i for all lanes, in planes, in the world. */

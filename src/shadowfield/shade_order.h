@@ -111,20 +111,61 @@ static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
 
+#ifndef SFIELD_WITHOUT_CACHE
+/* Asks for the memory of what a cache keeps for the tile, which arrives while occluders are looked
+   through. */
+static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
+{
+    const char *kept = (const char *)(cache->value + t->first * cache->lights * t->s->coefs);
+    const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * t->s->coefs;
+    size_t i;
+    for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
+}
+
+/* Keeps T of the lights whose T was computed, and takes T of all lights from the cache: new ones too, so
+   that they are rounded like those that were kept. */
+static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
+{
+    const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
+    uint32_t j;
+    for (j = 0; j < slots && j < cache->lights; j++) {
+        const size_t slot = t->first / SFIELD__LANES * cache->lights + j;
+        if (sfield__is_own(t, j)) continue;
+        if (t->needed[j]) {
+            sfield__keep_tile(cache, slot, t->t + j * size);
+            cache->hash[slot] = t->hash[j];
+        }
+        sfield__recall_tile(cache, slot, t->t + j * size, t->s->simd);
+    }
+}
+#endif
+
+/* Finds the lights whose T has to be computed, since no cache keeps it or it is out of date. Returns how many
+   there are. */
+static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, uint32_t slots)
+{
+    uint32_t j, needed = 0;
+    for (j = 0; j < slots; j++) {
+        const size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
+        t->needed[j] = 0;
+        if (sfield__is_own(t, j)) continue;
+        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
+        needed += t->needed[j];
+        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
+    }
+    return needed;
+}
+
+/* Shades sixteen points and writes their results. */
 static void sfield__shade_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
-    uint32_t j, needed = 0, wanted = 0;
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) {
-        wanted = sfield__wanted(t->set, t->first, t->lanes);
-        if (sfield__repeat_tile(t, wanted)) return;
-    }
-#else
-    (void)wanted;
+    const uint32_t wanted = cache ? sfield__find_wanted(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, wanted)) return;
 #endif
     sfield__load_lanes(t);
     if (!t->visible) {
@@ -132,27 +173,14 @@ static void sfield__shade_tile(sfield__tile *t)
         sfield__write_outputs(t);
         return;
     }
-#if SFIELD__SIMD
-    if (cache) {                                /* on its way while occluders are looked through */
-        const char *kept = (const char *)(cache->value + t->first * cache->lights * s->coefs);
-        const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * s->coefs;
-        size_t i;
-        for (i = 0; i < bytes && i < 8192; i += 64) _mm_prefetch(kept + i, _MM_HINT_T0);
-    }
+#ifndef SFIELD_WITHOUT_CACHE
+    if (cache) sfield__fetch_kept(t, cache);
 #endif
     t->stats.points += sfield__count_lanes(t->visible);
     t->stats.lights += (uint64_t)sfield__count_lanes(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
-    for (j = 0; j < slots; j++) {
-        size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
-        t->needed[j] = 0;
-        if (sfield__is_own(t, j)) continue;
-        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
-        needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
-    }
-    if (needed) {
+    if (sfield__find_needed(t, cache, slots)) {
         sfield__fade_candidates(t);
 #ifndef SFIELD_WITHOUT_LOGARITHMS
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_logarithms(t);
@@ -161,16 +189,7 @@ static void sfield__shade_tile(sfield__tile *t)
         sfield__chain_products(t, cache);
     }
 #ifndef SFIELD_WITHOUT_CACHE
-    /* fresh ones too, so that both are equal */
-    for (j = 0; cache && j < slots && j < cache->lights; j++) {
-        size_t slot = t->first / SFIELD__LANES * cache->lights + j;
-        if (sfield__is_own(t, j)) continue;
-        if (t->needed[j]) {
-            sfield__keep_tile(cache, slot, t->t + j * size);
-            cache->hash[slot] = t->hash[j];
-        }
-        sfield__recall_tile(cache, slot, t->t + j * size, s->simd);
-    }
+    if (cache) sfield__exchange_kept(t, cache, slots);
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE

@@ -45,7 +45,7 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
     SFIELD__CARVE(start, float, 2 * c);
     /* coefficients of a row: a multiple of 8 */
-    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES));
+    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES) + 8);
     SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
     SFIELD__CARVE(turned, float, c);
     SFIELD__CARVE(d2, float, n * SFIELD__LANES);

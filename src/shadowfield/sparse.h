@@ -12,7 +12,7 @@ static int sfield__compare_cells(const void *a, const void *b)
     return p->point < q->point ? -1 : p->point > q->point;
 }
 
-/* First of the cells, sorted, that is not before a place; its representative is chosen[first]. */
+/* Finds a cell by its place and side among sorted cells. Returns NULL if no point lies there. */
 static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t count,
                                              const sfield__cell *wanted)
 {

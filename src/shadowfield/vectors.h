@@ -1,12 +1,5 @@
 /* ---- vectors: sixteen floats at a time ---- */
 
-#if SFIELD__X86 && (defined(__x86_64__) || defined(_M_X64))
-#define SFIELD__SIMD 1
-#include <immintrin.h>
-#else
-#define SFIELD__SIMD 0
-#endif
-
 #if defined(__GNUC__) || defined(__clang__)
 #define SFIELD__INLINE static inline __attribute__((always_inline))
 #else

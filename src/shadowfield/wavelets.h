@@ -1,32 +1,11 @@
 /* ---- wavelets: Haar transforms of cubes, and products of coefficients ---- */
 
-#if SFIELD__SIMD
-/* Sum and wavelets of a square by two butterflies, in the order in which they are stored, two of its squares
-   at a time; from the last one on, so that a sum, which falls on the wavelet before, is written over. */
-SFIELD__TARGET_AVX2 static const float *sfield__haar_level_avx2(uint32_t squares, const float *c, float *up,
-                                                                float *out)
-{
-    const __m256 odd = _mm256_castsi256_ps(_mm256_set1_epi64x(INT64_MIN)), half = _mm256_set1_ps(0.5f);
-    const __m256 high = _mm256_permutevar8x32_ps(odd, _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
-    uint32_t i;
-    for (i = squares; i > 0; i -= 2) {
-        __m256 x = _mm256_loadu_ps(c + 4 * i - 8);
-        __m128 last;
-        x = _mm256_add_ps(_mm256_permute_ps(x, 0xb1), _mm256_xor_ps(x, odd));
-        x = _mm256_mul_ps(half, _mm256_add_ps(_mm256_permute_ps(x, 0x4e), _mm256_xor_ps(x, high)));
-        last = _mm256_extractf128_ps(x, 1);
-        _mm_storeu_ps(out + squares + 3 * i - 4, last);
-        _mm_storeu_ps(out + squares + 3 * i - 7, _mm256_castps256_ps128(x));
-        _mm_store_ss(up + i - 1, last);
-        _mm_store_ss(up + i - 2, _mm256_castps256_ps128(x));
-    }
-    return up;
-}
-#endif
+/* Does what sfield__haar_level does for a multiple of four squares. */
+static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd);
 
 /* Writes a level's wavelets to out, and its squares' scaling coefficients to up. Morton order makes both a
    walk through memory. */
-static const float *sfield__haar_level(uint32_t squares, const float *c, float *up, float *out)
+static void sfield__haar_level(uint32_t squares, const float *c, float *up, float *out)
 {
     uint32_t i;
     for (i = 0; i < squares; i++) {
@@ -37,20 +16,18 @@ static const float *sfield__haar_level(uint32_t squares, const float *c, float *
         w[2] = 0.5f * (b - e);
         up[i] = 0.5f * (a + d);
     }
-    return up;
 }
 
+/* Transforms one face. Every instruction set gives the same bits. */
 static void sfield__haar_face(uint32_t side, const float *texels, float *out, int simd)
 {
     float scaling[1365], *up = scaling;
     uint32_t squares;
-    (void)simd;
-    for (squares = side * side / 4; squares; up += squares, squares /= 4)
-#if SFIELD__SIMD
-        if (simd && squares > 1) texels = sfield__haar_level_avx2(squares, texels, up, out);
-        else
-#endif
-            texels = sfield__haar_level(squares, texels, up, out);
+    for (squares = side * side / 4; squares; up += squares, squares /= 4) {
+        if (squares > 1) sfield__haar_squares16(squares, texels, up, out, simd);
+        else sfield__haar_level(squares, texels, up, out);
+        texels = up;
+    }
     out[0] = texels[0];
 }
 

@@ -132,7 +132,7 @@ static sfield_result sfield__finish_wavelets(sfield__build *b)
     b->h.entries = b->all_used;
     /* after a shard */
     for (i = b->first + b->count; i < b->h.samples; i++) b->offsets[i + 1] = b->all_used;
-    result = sfield__alloc_field(&b->allocator, &b->h, &b->out);
+    result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result != SFIELD_OK) return result;
     memcpy(b->out->words + SFIELD__HEADER + b->h.shells, b->offsets, 4 * ((size_t)b->h.samples + 1));
     memcpy(b->out->words + SFIELD__HEADER + b->h.shells + b->h.samples + 1, b->scales,

@@ -114,14 +114,7 @@ static void sfield__run_bundle(sfield__bundle *b, const sfield_points *set, cons
     memset(b->rgb, 0, sizeof b->rgb);
     memset(b->open, 0, sizeof b->open);
     b->ambient = set->ambient != NULL;
-    for (face = 0; face < 6; face++) {
-#if SFIELD__SIMD_SETS
-        if (s->simd == 2) sfield__face_shade_avx512(b, set->self, face);
-        else if (s->simd == 1) sfield__face_shade_avx2(b, set->self, face);
-        else
-#endif
-            sfield__face_shade_plain(b, set->self, face);
-    }
+    for (face = 0; face < 6; face++) SFIELD__CALL_BEST(sfield__face_shade, s->simd, (b, set->self, face));
     for (l = 0; l < SFIELD__LANES; l++) {
         const size_t at = tile->first + l;
         if (!(lanes >> l & 1)) continue;

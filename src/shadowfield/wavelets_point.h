@@ -75,60 +75,11 @@ static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
     return 0;
 }
 
-#if SFIELD__SIMD
-SFIELD__TARGET_AVX2 static void sfield__fill_cosines_avx2(const float *texel, uint32_t cells, const float *n,
-                                                     float *t)
-{
-    const __m256 a = _mm256_set1_ps(n[0]), b = _mm256_set1_ps(n[1]), c = _mm256_set1_ps(n[2]);
-    uint32_t i;
-    for (i = 0; i < cells; i += 8, texel += 8) {
-        __m256 d = _mm256_mul_ps(a, _mm256_loadu_ps(texel));
-        d = _mm256_add_ps(d, _mm256_mul_ps(b, _mm256_loadu_ps(texel + cells)));
-        d = _mm256_add_ps(d, _mm256_mul_ps(c, _mm256_loadu_ps(texel + 2 * (size_t)cells)));
-        d = _mm256_max_ps(d, _mm256_setzero_ps());
-        _mm256_storeu_ps(t + i, _mm256_mul_ps(d, _mm256_loadu_ps(texel + 3 * (size_t)cells)));
-    }
-}
-
-/* Adds dot products over every eighth texel, of three planes, to sum[k]. */
-SFIELD__TARGET_AVX2 static void sfield__add_dots_avx2(const float *sky, const float *t, uint32_t cells,
-                                                  float *sum)
-{
-    __m256 a = _mm256_setzero_ps(), b = a, c = a;
-    uint32_t i;
-    for (i = 0; i < cells; i += 8, sky += 8) {
-        __m256 x = _mm256_loadu_ps(t + i);
-        a = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky), a);
-        b = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + cells), b);
-        c = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + 2 * (size_t)cells), c);
-    }
-    _mm256_storeu_ps(sum, a);
-    _mm256_storeu_ps(sum + 8, b);
-    _mm256_storeu_ps(sum + 16, c);
-}
-#endif
-
-static void sfield__fill_cosines(const sfield_scene *s, const float *n, float *t)
-{
-    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
-    uint32_t i;
-#if SFIELD__SIMD
-    if (s->simd) {
-        sfield__fill_cosines_avx2(s->texel, s->cells, n, t);
-        return;
-    }
-#endif
-    for (i = 0; i < s->cells; i++) {
-        float c = n[0] * x[i] + n[1] * y[i] + n[2] * z[i];
-        t[i] = (c > 0 ? c : 0.0f) * w[i];
-    }
-}
-
 /* Computes T = max(0, cos) x solid angle x visibility of the own object, on texels. */
 static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
 {
     const sfield_scene *s = p->s;
-    sfield__fill_cosines(s, n, p->t);
+    sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
     if (p->set->self) {
         sfield__lists own;
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -252,21 +203,15 @@ static void sfield__add_sky(sfield__point *p)
     const sfield_scene *s = p->s;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
     const float *sky = s->sky_now + (sparse ? 3u : 0u) * s->cells, *t = sparse ? p->haar : p->t;
-    float sum[24] = { 0 };
-    uint32_t c, i, k;
-#if SFIELD__SIMD
-    if (s->simd) sfield__add_dots_avx2(sky, t, s->cells, sum);
-    else
-#endif
-        for (c = 0; c < 3; c++)
-            for (i = 0; i < s->cells; i += 8)
-                for (k = 0; k < 8; k++) sum[8 * c + k] += sky[c * s->cells + i + k] * t[i + k];
+    float sum[32];
+    uint32_t c, k;
+    sfield__dot_sky16(sky, t, s->cells, sum, s->simd);
     for (c = 0; c < 3; c++)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Whether a cache keeps T for a light. */
-static int sfield__keeps(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
+/* Does a cache keep T for a light? */
+static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
    not added here, but later from what was kept; only those whose T is out of date are kept anew. */
@@ -298,7 +243,7 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        kept = sfield__keeps(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
             (void)sfield_haar_forward(s->side, p->t, p->haar);
@@ -337,7 +282,7 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
         }
         if (i == count && !sky && !p->set->ambient) continue;
         hash[slot] = before | 1;
-        if (sfield__keeps(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+        if (sfield__keeps_light(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
             p->stats.reused += i < count || sky;
         else
             until = i + 1;
@@ -362,7 +307,7 @@ static void sfield__light_point(sfield__point *p, size_t index, const float *x, 
 {
     const sfield_scene *s = p->s;
     sfield_cache *cache = p->set->cache;
-    const int kept = sfield__keeps(cache, s->light_count);
+    const int kept = sfield__keeps_light(cache, s->light_count);
     const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
     uint32_t j;
     if (until)
@@ -384,7 +329,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* for its way of loading */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, wanted = sfield__wanted(set, index, 1);
+    uint32_t k, wanted = sfield__find_wanted(set, index, 1);
     if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
         const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
         p->stats.points += points;

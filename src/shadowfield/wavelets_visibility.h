@@ -33,71 +33,14 @@ static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t ra
     return (floats * sizeof(float) + (rays + 1) * sizeof(sfield__ray) + 6 * SFIELD__MARKS + 63) / 64 * 64;
 }
 
-/* Multiplies the texels of a square by 1 - the function below it. */
-static void sfield__shade_square(const float *coefs, const uint8_t *marks, uint32_t leaves, float mean,
-                                 uint32_t squares, uint32_t i, float scale, float *t)
-{
-    uint32_t k, n = 4 * leaves / squares;
-    const float *w = coefs + squares + 3 * i;
-    if (!marks[sfield__mark_base(squares) + i]) {
-        float keep = 1 - mean;
-        for (k = 0; mean != 0 && k < n; k++) t[n * i + k] *= keep;
-        return;
-    }
-    for (k = 0; k < 4; k++) {
-        float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
-        float m = mean + x * w[0] + y * w[1] + z * w[2];
-        if (squares == leaves) t[4 * i + k] *= 1 - m;
-        else sfield__shade_square(coefs, marks, leaves, m, 4 * squares, 4 * i + k, 2 * scale, t);
-    }
-}
-
-#if SFIELD__SIMD
-/* Does the same for a square that is marked, four quarters at a time. */
-SFIELD__TARGET_AVX2 static void sfield__shade_square_avx2(const float *coefs, const uint8_t *marks,
-                                                          uint32_t leaves, float mean, uint32_t squares,
-                                                          uint32_t i, float scale, float *t)
-{
-    const __m128 sx = _mm_setr_ps(0, -0.0f, 0, -0.0f), sy = _mm_setr_ps(0, 0, -0.0f, -0.0f),
-                 one = _mm_set1_ps(1);
-    const float *w = coefs + squares + 3 * i;
-    const uint8_t *below = marks + sfield__mark_base(4 * squares) + 4 * i;
-    uint32_t k, j, n = leaves / squares;
-    __m128 m = _mm_add_ps(_mm_set1_ps(mean), _mm_xor_ps(_mm_set1_ps(scale * w[0]), sx));
-    float means[4];
-    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[1]), sy));
-    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[2]), _mm_xor_ps(sx, sy)));
-    if (n == 1) {
-        _mm_storeu_ps(t + 4 * i, _mm_mul_ps(_mm_loadu_ps(t + 4 * i), _mm_sub_ps(one, m)));
-        return;
-    }
-    _mm_storeu_ps(means, m);
-    for (k = 0; k < 4; k++) {
-        float *quarter = t + (4 * i + k) * (size_t)n;
-        if (below[k])
-            sfield__shade_square_avx2(coefs, marks, leaves, means[k], 4 * squares, 4 * i + k, 2 * scale, t);
-        else if (means[k] != 0)
-            for (j = 0; j < n; j += 4)
-                _mm_storeu_ps(quarter + j, _mm_mul_ps(_mm_loadu_ps(quarter + j), _mm_set1_ps(1 - means[k])));
-    }
-}
-#endif
-
+/* Multiplies the texels of each face by 1 - the function in p->coefs. */
 static void sfield__shade_faces(const sfield__point *p)
 {
     const uint32_t side = p->s->side, n = side * side;
     uint32_t face;
-    for (face = 0; face < 6; face++) {
-        const float *coefs = p->coefs + face * n, mean = coefs[0] / (float)side;
-        const uint8_t *marks = p->marks + face * SFIELD__MARKS;
-#if SFIELD__SIMD
-        if (p->s->simd && marks[0]) {
-            sfield__shade_square_avx2(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
-            continue;
-        }
-#endif
-        sfield__shade_square(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
-    }
+    for (face = 0; face < 6; face++)
+        sfield__darken16(p->coefs + face * n, p->marks + face * SFIELD__MARKS, side, p->t + face * n,
+                         p->s->simd);
 }
 
 /* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked:

@@ -176,7 +176,7 @@ static void products_of_many_vectors(void **state)
 /* What is written out for 4 bands against loops over the tables: equal bits, so equal pictures on every processor. */
 static void four_bands_have_the_bits_of_the_loops(void **state)
 {
-#if SFIELD__SIMD
+#if SFIELD__SIMD_SETS
     enum { N = 16 * SFIELD__LANES };
     typedef void (*product)(const sfield_algebra *, const float *, const float *, float *, size_t, int);
     typedef void (*rotate)(const sfield_rotation *, const float *, float *, size_t, int);

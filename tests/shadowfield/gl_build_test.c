@@ -503,7 +503,7 @@ static void bad_descs_are_named(void **state)
     CASE(r.field.bands = 9, desc, "desc.field->bands is 9; it must be 0..8");
     CASE(r.field.basis = SFIELD_BASIS_COUNT, desc, "desc.field->basis is 3; it must be 0..2");
     CASE(r.field.frame_count = 2, desc,
-         "desc.field->frames is 2; it must be 0 or 1 with a mesh: other frames are drawn by draw_fn");
+         "desc.field->frame_count is 2; it must be 0 or 1 with a mesh: other frames are drawn by draw_fn");
     CASE(r.d.mesh = NULL, argument, "desc.mesh is NULL, like desc.draw_fn");
     CASE(r.d.radiance = NULL, argument, "desc.radiance is NULL");
     CASE(r.mesh.positions = NULL, input, "mesh.positions is NULL");

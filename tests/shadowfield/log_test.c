@@ -284,11 +284,135 @@ static void a_transform_of_zeros_is_the_identity(void **state)
     stage_free(&st);
 }
 
+/* A field keeps the log of the system that it was made with. */
+static void a_field_says_what_it_refuses(void **state)
+{
+    const float at[3] = { 2, 0, 0 }, up[3] = { 0, 1, 0 };
+    notes n = { "", 0 };
+    model m = model_box(1, 1, 1);
+    const sfield_mesh mesh = mesh_of(&m);
+    sfield_desc d = tiny(&n);
+    sfield_field *f, *shard, *opened, *self, *logarithms, *lamp;
+    sfield_emitter e;
+    sfield_points points;
+    float out[3 * 64];
+    uint8_t *file;
+    size_t size;
+    (void)state;
+    memset(&e, 0, sizeof e);
+    memset(&points, 0, sizeof points);
+    e.radius = 1;
+    points.count = 1;
+    points.positions = at;
+    points.normals = up;
+    assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+    assert_int_equal(sfield_build_emitter(&d, &e, &lamp, NULL), SFIELD_OK);
+    assert_int_equal(sfield_build_self(&d, &mesh, &points, 0, &self, NULL), SFIELD_OK);
+    d.shard_end = 1;
+    assert_int_equal(sfield_build(&d, &mesh, &shard, NULL), SFIELD_OK);
+    d.shard_end = 0;
+    d.logarithm = 1;
+    assert_int_equal(sfield_build(&d, &mesh, &logarithms, NULL), SFIELD_OK);
+    said(&n, sfield_query(f, 1, NULL, 0, out), SFIELD_ERR_ARGUMENT, "sfield_query: positions is NULL");
+    said(&n, sfield_query(f, 1, at, 0, NULL), SFIELD_ERR_ARGUMENT, "sfield_query: out is NULL");
+    said(&n, sfield_query(self, 1, at, 0, out), SFIELD_ERR_MISMATCH, "sfield_query: field is a self-visibility");
+    said(&n, sfield_query(shard, 1, at, 0, out), SFIELD_ERR_MISMATCH,
+         "sfield_query: field is a shard: sfield_merge first");
+    said(&n, sfield_ambient(lamp, 1, at, out), SFIELD_ERR_MISMATCH,
+         "sfield_ambient: field is a source, not an occlusion field");
+    said(&n, sfield_ambient(logarithms, 1, at, out), SFIELD_ERR_MISMATCH, "sfield_ambient: field holds logarithms");
+    said(&n, sfield_self(f, 0, 1, out), SFIELD_ERR_MISMATCH, "sfield_self: field is not a self-visibility");
+    said(&n, sfield_self(self, 0, 1, NULL), SFIELD_ERR_ARGUMENT, "sfield_self: out is NULL");
+    said(&n, sfield_self(self, 2, 0, out), SFIELD_ERR_ARGUMENT,
+         "sfield_self: first is 2; it must be at most the field's points");
+    said(&n, sfield_self(self, 1, 1, out), SFIELD_ERR_ARGUMENT,
+         "sfield_self: count is 1; it must be at most the field's points from `first` on");
+    said(&n, sfield_write(f, NULL, 0), SFIELD_ERR_ARGUMENT, "sfield_write: memory is NULL");
+    said(&n, sfield_write(f, out, 12), SFIELD_ERR_MEMORY,
+         "sfield_write: memory_bytes is 12; it must be at least what sfield_bytes returns");
+    size = sfield_bytes(f);
+    file = (uint8_t *)malloc(size);
+    assert_non_null(file);
+    assert_int_equal(sfield_write(f, file, size), SFIELD_OK);
+    assert_int_equal(sfield_open(file, size, &d.system, &opened), SFIELD_OK);
+    said(&n, sfield_query(opened, 1, NULL, 0, out), SFIELD_ERR_ARGUMENT, "sfield_query: positions is NULL");
+    said(&n, sfield_merge((const sfield_field *const *)&f, 0, &d.system, &opened), SFIELD_ERR_ARGUMENT,
+         "sfield_merge: count is 0; it must be > 0");
+    assert_int_equal(n.count, 0);
+    free(file);
+    sfield_free(f);
+    sfield_free(shard);
+    sfield_free(opened);
+    sfield_free(self);
+    sfield_free(logarithms);
+    sfield_free(lamp);
+    model_free(&m);
+}
+
+static void an_algebra_says_what_it_refuses(void **state)
+{
+    static const float shear[16] = { 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    notes n = { "", 0 };
+    float v[16] = { 1 };
+    sfield_algebra *t;
+    sfield_rotation r;
+    sfield_system system;
+    (void)state;
+    memset(&system, 0, sizeof system);
+    system.log = note;
+    system.user = &n;
+    assert_int_equal(sfield_algebra_create(2, &system, &t), SFIELD_OK);
+    said(&n, sfield_sh_product(t, 1, v, NULL, v, 1), SFIELD_ERR_ARGUMENT, "sfield_sh_product: b is NULL");
+    said(&n, sfield_sh_product(t, 2, v, v, v, 1), SFIELD_ERR_ARGUMENT,
+         "sfield_sh_product: stride is 1; it must be at least count");
+    said(&n, sfield_sh_log(t, NULL, v), SFIELD_ERR_ARGUMENT, "sfield_sh_log: visibility is NULL");
+    said(&n, sfield_sh_exp(t, 1, v, NULL, 1), SFIELD_ERR_ARGUMENT, "sfield_sh_exp: out is NULL");
+    said(&n, sfield_sh_exp(t, 3, v, v, 2), SFIELD_ERR_ARGUMENT,
+         "sfield_sh_exp: stride is 2; it must be at least count");
+    said(&n, sfield_sh_rotation(t, NULL, &r), SFIELD_ERR_ARGUMENT, "sfield_sh_rotation: matrix is NULL");
+    said(&n, sfield_sh_rotation(t, shear, &r), SFIELD_ERR_INPUT,
+         "sfield_sh_rotation: matrix is no rotation with one scale > 0");
+    assert_int_equal(n.count, 0);
+    sfield_algebra_free(t);
+}
+
+/* The first entity hides the points below it. A set of zeros names no entity, so that the first one hides the set's
+   points, too; counted from 0 it would be the entity that they lie on, which does not hide them. */
+static void points_of_no_entity_lie_on_none(void **state)
+{
+    static const float p[3] = { 0, -1.6f, 0 }, up[3] = { 0, 1, 0 };
+    float rgb[2][3];
+    sfield_points set;
+    sfield_entity e;
+    stage st;
+    uint32_t k;
+    (void)state;
+    stage_make(&st);
+    memset(&set, 0, sizeof set);
+    memset(&e, 0, sizeof e);
+    e.occlusion = st.f;
+    assert_int_equal(sfield_scene_entities(st.s, &e, 1), SFIELD_OK);
+    set.count = 1;
+    set.positions = p;
+    set.normals = up;
+    for (k = 0; k < 2; k++) {
+        set.entity = k;
+        set.rgb = rgb[k];
+        assert_int_equal(sfield_shade(st.s, &set, 1, NULL), SFIELD_OK);
+    }
+    assert_true(rgb[0][0] < 0.9f);
+    assert_true(rgb[1][0] > 0.95f);
+    stage_free(&st);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_desc_says_which_field_has_which_value),
         cmocka_unit_test(a_scene_says_what_it_refuses),
+        cmocka_unit_test(a_field_says_what_it_refuses),
+        cmocka_unit_test(an_algebra_says_what_it_refuses),
+        cmocka_unit_test(points_of_no_entity_lie_on_none),
         cmocka_unit_test(a_bad_mesh_says_which_index_of_which_triangle),
         cmocka_unit_test(indices_of_16_bits_build_the_same_bytes),
         cmocka_unit_test(files_and_tables_say_why_they_are_refused),

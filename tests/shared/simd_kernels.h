@@ -6,6 +6,9 @@
 #include "src/shared/simd_plain.h"
 #include "src/shared/simd_lanes3.h"
 #include "src/shared/simd_ints.h"
+#if P_LANE_COUNT == 16
+#include "src/shared/simd_order.h"
+#endif
 
 /* What the kernel writes, planes of as many floats as there are lanes. */
 #ifndef SIMD_PLANES
@@ -34,6 +37,7 @@ enum {
 #define simd_append P_NAME_IN_SET(simd_append, P_SET)
 #define simd_words P_NAME_IN_SET(simd_words, P_SET)
 #define simd_unpack P_NAME_IN_SET(simd_unpack, P_SET)
+#define simd_order P_NAME_IN_SET(simd_order, P_SET)
 #define simd_plane P_NAME_IN_SET(simd_plane, P_SET)
 
 static inline P_IN_KERNEL void simd_plane(float *out, int plane, P_lanes a)
@@ -150,6 +154,19 @@ P_KERNEL static void simd_unpack(const float *xyz, float *out)
 {
     P_lanes3_store_packed(out, P_lanes3_scale(P_lanes3_load_packed(xyz), P_lanes_all(2.0f)));
 }
+
+#if P_LANE_COUNT == 16
+/* Unit simd_order, which is of sixteen lanes: five planes, then a[0..63] transposed, its rows 8 floats apart. */
+P_KERNEL static void simd_order(const float *a, const uint8_t *bytes, float *out)
+{
+    P_lanes_store(out, P_lanes_of_bytes(bytes));
+    P_lanes_store(out + 16, P_lanes_load_halves(a + 3, a + 21));
+    P_lanes_store(out + 32, P_lanes_load_fours(a + 1, 3));
+    P_lanes_store(out + 48, P_lanes_swap_ones(P_lanes_load(a)));
+    P_lanes_store(out + 64, P_lanes_swap_twos(P_lanes_load(a)));
+    P_transpose8(a, 8, out + 80, 8);
+}
+#endif
 
 #undef P_SET
 #undef P_WIDTH

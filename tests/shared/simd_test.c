@@ -74,6 +74,7 @@
 #undef simd_append
 #undef simd_words
 #undef simd_unpack
+#undef simd_order
 
 typedef struct set {
     const char *name;
@@ -216,6 +217,40 @@ static void shorts_places_bits_and_equal_ints_are_those_of_each_lane(void **stat
             assert_true(out[SIMD_OF_BITS * lanes + l] == (float)(SIMD_BITS >> l & 1u));
             assert_true(out[SIMD_EQUAL * lanes + l] == (other == 3 ? 1.0f : 0.0f));
         }
+    }
+}
+
+static void bytes_halves_fours_and_turned_squares_come_in_their_order(void **state)
+{
+    static const struct { int level; void (*order)(const float *, const uint8_t *, float *); } sets16[] = {
+        { 0, simd_order_four_plain },
+#if P_SIMD_SETS
+        { 1, simd_order_two_avx2 },
+        { 2, simd_order_one_avx512 },
+#endif
+#if HAVE_VECTORS
+        { 0, simd_order_vectors },
+#endif
+        { 0, simd_order_floats }
+    };
+    float a[64], out[144];
+    uint8_t bytes[16];
+    size_t s;
+    int l;
+    (void)state;
+    for (l = 0; l < 64; l++) a[l] = (float)l + 0.5f;
+    for (l = 0; l < 16; l++) bytes[l] = (uint8_t)(255 - 17 * l);
+    for (s = 0; s < sizeof sets16 / sizeof *sets16; s++) {
+        if (P_simd_level() < sets16[s].level) continue;
+        sets16[s].order(a, bytes, out);
+        for (l = 0; l < 16; l++) {
+            assert_true(out[l] == (float)bytes[l]);
+            assert_true(out[16 + l] == (l < 8 ? a[3 + l] : a[21 + l - 8]));
+            assert_true(out[32 + l] == a[1 + 3 * (l / 4)]);
+            assert_true(out[48 + l] == a[l ^ 1]);
+            assert_true(out[64 + l] == a[l ^ 2]);
+        }
+        for (l = 0; l < 64; l++) assert_true(out[80 + l] == a[l % 8 * 8 + l / 8]);
     }
 }
 
@@ -394,6 +429,7 @@ int main(void)
         cmocka_unit_test(every_set_computes_what_c_says),
         cmocka_unit_test(vectors_of_three_are_packed_lane_by_lane),
         cmocka_unit_test(shorts_places_bits_and_equal_ints_are_those_of_each_lane),
+        cmocka_unit_test(bytes_halves_fours_and_turned_squares_come_in_their_order),
         cmocka_unit_test(what_is_not_a_number_loses_every_comparison),
         cmocka_unit_test(bits_of_a_mask_are_those_of_its_lanes),
         cmocka_unit_test(whole_numbers_are_those_of_c_and_wrap),
