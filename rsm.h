@@ -55,9 +55,11 @@
    Conventions
 
    Space is right-handed. Matrices are column-major float[16]. Distances are in your units, angles in radians,
-   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b.
+   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b. A vector that
+   is called unit may have a length from 0.97 to 1.03 and is used as it is; any other length is an error, and
+   the log names the element.
 
-     map        what one light sees: 1 face, or the faces of a cube: 5 about a patch's normal, 6 about a point
+     map        what one light sees: 1 face, 5 faces of a cube (of a patch), or 6 (of a point)
      texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
      light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
                 surface, with the intensity flux / pi x cosine
@@ -90,23 +92,26 @@
 
    From the paper to the code
 
-     section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34, T35
-     eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25, T28, T40
-     section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30, T31, T33
+     section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34 T35
+     eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25 T28 T40
+     section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30 T31 T33
      section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
-     eq. (2)      the sum over texels                      rsm_gather                           T32, T42, T44
-     section 3.3  a receiver's projection into the map     rsm_map_project
-     eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26, T27, T36
+     eq. (2)      the sum over texels                      rsm_gather                           T32 T42 T44
+     section 3.3  a receiver's projection into the map     rsm_map_project                      T34
+     eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26 T27 T36
      section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
-     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)
+     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)                T25 T26 T36
      figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
      section 4    direct light by the same map             rsm_direct                           T29
-     section 6    textures are averaged over a texel       rsm_mesh (tap_side)
-     figure 6     ambient occlusion as a factor            rsm_points (occlusion)
-     section 7    light gathered at vertices               rsm_gather
-     section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43
-     section 7    reflectors that are not diffuse          rsm_material
+     section 6    textures are averaged over a texel       rsm_mesh (tap_side)                  -
+     figure 6     ambient occlusion as a factor            rsm_points (occlusion)               -
+     section 7    light gathered at vertices               rsm_gather                           T25
+     section 7    lamps all round, and area lights         rsm_light_kind                       T30 T37
+     section 7    reflectors that are not diffuse          rsm_material                         -
+
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none. These
+   lines are held to sums by hand in tests/rsm (taps_of_a_texel, sums_agree, glossy).
 
    docs/rsm.md says where the code departs from the paper, and why.
 
@@ -185,27 +190,30 @@ typedef struct rsm_map rsm_map;     /* a reflective shadow map: what one light s
 struct rsm_desc;                    /* the light, and how fine its map is */
 struct rsm_mesh;                    /* triangles */
 struct rsm_points;                  /* receivers: the points to be lit */
-struct rsm_gather_desc;             /* which texels light them, and how: ---- bounced light ---- */
-struct rsm_stats;                   /* what was counted: ---- maps ---- */
-struct rsm_gather_stats;
+struct rsm_gather_desc;             /* which texels light the receivers, and how: see "bounced light" below */
+struct rsm_stats;                   /* what rsm_finish counts: see "maps from your renderer" below */
+struct rsm_gather_stats;            /* what rsm_gather counts: see "bounced light" below */
 
 RSM_DEF rsm_result rsm_map_create(const struct rsm_desc *desc, rsm_map **out);
-/* Makes an empty map for one light, which rsm_map_free takes back.
+/* Makes an empty map for one light. Give it back by rsm_map_free.
    out      written on RSM_OK only
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
+   Errors   RSM_ERR_ARGUMENT: desc or out is NULL. RSM_ERR_DESC: a field of desc is out of range.
+            RSM_ERR_LIMIT: size_t cannot count the bytes. RSM_ERR_ALLOC: there is no memory. */
 
 RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, size_t mesh_count);
 /* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
    and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
    left out and counted.
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (an index beyond the vertices, counts, albedo), RSM_ERR_LIMIT
-            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER (the map is finished). After
-            RSM_ERR_ALLOC and RSM_ERR_CANCELLED the map is empty; else it is as it was
+   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, or vertex_stride or tap_side is out of range.
+            RSM_ERR_INPUT: an index is not below vertex_count, a count is no multiple of 3, or an albedo or
+            transform is out of range. RSM_ERR_LIMIT: there are 2^32 - 1 triangles or more. RSM_ERR_ORDER: the
+            map is finished. After these the map is as it was; after RSM_ERR_ALLOC (there is no memory) and
+            RSM_ERR_CANCELLED it is empty
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
 /* Ends the filling of a map, which any number of threads may use from then on. stats may be NULL.
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_ORDER (the map is finished) */
+   Errors   RSM_ERR_ARGUMENT: map is NULL. RSM_ERR_ORDER: the map is finished already. */
 
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               const struct rsm_gather_desc *desc,
@@ -213,20 +221,23 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               struct rsm_gather_stats *stats);
 /* Writes the irradiance that reaches each receiver from the texels of all maps.
    desc     NULL = all defaults
-   irradiance   W/m^2, 3 floats for each of points->count points; times albedo / pi it is radiance
-   stats    may be NULL; if not, `clamp` and `near_limit` cost a fifth more
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ORDER (a map is
-            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is then written, but that
-            RSM_ERR_CANCELLED may leave some points done
+   irradiance   receives 3 floats for each of points->count points, W/m^2; times albedo / pi that is radiance
+   stats    receives what was counted; may be NULL. A gather that counts takes a fifth longer if desc->clamp
+            or desc->near_limit is set
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride or an index is out of range.
+            RSM_ERR_DESC: a field of desc is out of range. RSM_ERR_INPUT: a normal is not unit.
+            RSM_ERR_ORDER: a map is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is
+            written; after RSM_ERR_CANCELLED some points may have been written
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);
-/* Takes back a map and its memory. Accepts NULL, and maps of rsm_map_init, whose memory stays yours. */
+/* Gives back a map and its memory. NULL is allowed, and so are maps of rsm_map_init, whose memory stays
+   yours. */
+
+/* ---- results; memory, threads, progress, log: the caller's ---- */
 
 RSM_DEF const char *rsm_result_text(rsm_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
-
-/* ---- memory, threads, progress, log: the caller's ---- */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 typedef struct rsm_allocator {      /* all zero: malloc and free; else both functions */
     void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
@@ -264,7 +275,8 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
+typedef struct rsm_light {          /* means what it says: only near_depth and far_depth have defaults for 0
+                                       */
     rsm_light_kind kind;
     float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
     float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:
@@ -277,8 +289,9 @@ typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_de
     float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
-    float near_depth, far_depth;    /* distances along a face's axis that the map holds, up to 1e9. Both 0 =
-                                       -radius..radius (sun), 0.001..1000 (others); to set one set both */
+    float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
+                                       to 1e9. Both 0 = -radius..radius (sun), 0.001..1000 (others); to set
+                                       one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -345,7 +358,8 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* a factor for each result, 0..1 (more is not refused); NULL = 1 */
+    const float    *occlusion;      /* a factor for each result, 0..1: more counts as 1, less and NaN as 0;
+                                       NULL = 1 */
     size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
@@ -387,24 +401,29 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
 /* Empties a map for the next frame, in the memory that the map has.
    light    the light as it is now; NULL = as it was. The map keeps its side, and it cannot have more faces
             than it was made with: a spot that widens to a cube needs a map that was made for a cube
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with). The
-            map is then as it was */
+   Errors   after these the map is as it was.
+            RSM_ERR_ARGUMENT: map is NULL.
+            RSM_ERR_DESC: a field of light is out of range.
+            RSM_ERR_MEMORY: the light needs more faces than the map was made with. */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
-/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. Returns 0 if the
-   desc is refused. */
+/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and at most 1 KB more. Returns 0
+   if desc is NULL, and also, with a line in the log, if a field of desc is out of range. */
 
 RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memory_bytes, rsm_map **out);
 /* Makes an empty map inside memory of yours. Nothing is allocated, and rsm_map_free leaves the map alone.
    memory   at least rsm_map_bytes(desc) bytes, 8-byte aligned; they must outlive *out
-   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_LIMIT, RSM_ERR_MEMORY (too small, not aligned) */
+   Errors   RSM_ERR_ARGUMENT: desc, memory or out is NULL.
+            RSM_ERR_DESC: a field of desc is out of range.
+            RSM_ERR_LIMIT: size_t cannot count the bytes.
+            RSM_ERR_MEMORY: the memory is too small, or not 8-byte aligned. */
 
 /* ---- maps from your renderer ---- */
 
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
 /* Writes the matrix, world to clip, with which your renderer draws a face of the map. The faces of a cube
    look forward, right, left, up, down and back in the orientation of the light's direction and up.
-   Errors   RSM_ERR_ARGUMENT (NULL, face) */
+   Errors   RSM_ERR_ARGUMENT: map or world_to_clip is NULL, or there is no such face. */
 
 RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
                                    float *depth);
@@ -413,20 +432,20 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
    uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
    depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
             is then 0 and uv the middle
-   Errors   RSM_ERR_ARGUMENT (NULL) */
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, or the point is not finite or beyond 1e9. */
 
-typedef struct rsm_buffers {        /* one face as your renderer drew it: side rows of side pixels, nothing
-                                       between */
+typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
+                                       row after row */
     const float    *positions;      /* world; NULL: computed from depth */
     size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4; 0 = 12 */
-    const float    *depth;          /* of a depth buffer, as clip_depth says. Beside positions it only marks
-                                       the background (the far value), and may be NULL */
+    const float    *depth;          /* what a depth buffer holds, as clip_depth says. If there are positions,
+                                       depth only marks the background, by the far value, and may be NULL */
     size_t          depth_stride;   /* bytes; 0 = 4 */
     const float    *normals;        /* world, any length. 0 0 0 marks the background */
     size_t          normal_stride;  /* bytes; 0 = 12 */
     const float    *albedo;         /* linear reflectance, 0..1: more is not refused */
     size_t          albedo_stride;  /* bytes; 0 = 12 */
-    const uint8_t  *albedo_srgb;    /* or 8-bit sRGB. If both are NULL the albedo is 1 */
+    const uint8_t  *albedo_srgb;    /* 8-bit sRGB, used if albedo is NULL. If both are NULL the albedo is 1 */
     size_t          albedo_srgb_stride; /* bytes; 0 = 4 */
     const uint32_t *materials;      /* numbers of Phong lobes; NULL: none */
     size_t          material_stride; /* bytes; 0 = 4 */
@@ -435,28 +454,33 @@ typedef struct rsm_buffers {        /* one face as your renderer drew it: side r
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
 /* Fills one face from your renderer's buffers. Pixels with a value that is not finite or a negative albedo
    become empty and are counted.
-   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished),
-            RSM_ERR_CANCELLED: the face is then empty */
+   Errors   RSM_ERR_ARGUMENT: map, buffers or normals are NULL, there are neither positions nor depth, there
+            is no such face, or a stride is out of range.
+            RSM_ERR_ORDER: the map is finished.
+            RSM_ERR_CANCELLED: the face is empty. */
 
-typedef struct rsm_stats {          /* of rsm_finish */
-    uint64_t lit_texels;            /* with flux */
-    uint64_t bad_texels;            /* not finite, negative or above 1e18: empty */
-    uint64_t skipped_triangles;
-    double   incident[3];           /* W that fall on texels with a surface */
-    double   reflected[3];          /* sum of flux */
+typedef struct rsm_stats {          /* what rsm_finish counts */
+    uint64_t lit_texels;            /* texels that have flux */
+    uint64_t bad_texels;            /* texels that were left empty, since a value of theirs was not finite,
+                                       negative or above 1e18 */
+    uint64_t skipped_triangles;     /* triangles of rsm_rasterize without area, or with a vertex that is not
+                                       finite or beyond 1e9 */
+    double   incident[3];           /* light that falls on texels with a surface, r, g, b, W */
+    double   reflected[3];          /* light that leaves these: the sum of their flux, r, g, b, W */
 } rsm_stats;
 
 #ifndef RSM_WITHOUT_DIRECT
 /* ---- direct light by the same map ---- */
 
-typedef struct rsm_direct_desc {
+typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
     rsm_system system;
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
-    float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps;
-                                       0 = 1, negative = none */
-    int        add;                 /* not 0: results are added to what is there */
+    float      slope_bias;          /* a factor on the further bias that keeps a plane out of its own shadow:
+                                       what its slope, counted up to 10, makes over all taps. 0 = 1, negative
+                                       = none */
+    int        add;                 /* not 0: results are added to what the output holds */
 } rsm_direct_desc;
 
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
@@ -464,26 +488,27 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
 /* Writes the irradiance of the light itself, shadowed by the map: 3 floats for each point. A point that lies
    outside the map is lit by a sun, dark otherwise. occlusion is not used.
    desc     NULL = all defaults
-   Errors   as rsm_gather */
+   Errors   those of rsm_gather, without RSM_ERR_ALLOC */
 #endif
 
 /* ==== src/rsm/api_gather.h ==== */
 
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {          /* which texels a receiver takes its light from, where it does not take
-                                       all */
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if it does not take all
+                                       */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
     RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
                                        receivers */
     RSM_PATTERN_EQUATION3,          /* the paper's pattern about the receiver's projection, of density 1/r */
-    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 from r_min out, even inside */
-    RSM_PATTERN_POISSON,            /* an even disc about the projection, in which samples keep a least
-                                       distance from each other; 4096 samples at most */
-    RSM_PATTERN_LOW_DISCREPANCY,    /* an even disc about the projection, by a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two fifths of the samples by FLUX, three by LOG_RADIAL with r_min
-                                       1/192, put together by multiple importance sampling: the least error in
-                                       corners, but slower. r_max and r_min are not used */
+    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 beyond r_min and even inside */
+    RSM_PATTERN_POISSON,            /* about the projection, of even density over a disc, with a least
+                                       distance between samples; 4096 samples at most */
+    RSM_PATTERN_LOW_DISCREPANCY,    /* about the projection, of even density over a disc, by a
+                                       (0, 2)-sequence */
+    RSM_PATTERN_MIXED,              /* two fifths of the samples as in FLUX, three fifths as in LOG_RADIAL
+                                       with r_min 1/192, put together by multiple importance sampling: the
+                                       least error in corners, but slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
@@ -565,9 +590,9 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
                                        this share of their mean. 0 = 0.25; negative = never, as in the
                                        paper */
-    float    light_share;           /* a sample counts up to this share of its distance from the nearest pixel
-                                       light, so that no bright spot between samples is missed. 0 = 0.25;
-                                       negative = no limit */
+    float    light_share;           /* a sample is used only for pixels within this share of the distance from
+                                       the sample to its nearest pixel light, so that no bright spot between
+                                       samples is missed. 0 = 0.25; negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
                                        NULL = not wanted */
 } rsm_interpolation;
@@ -578,11 +603,13 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 /* Writes the irradiance of all pixels of a picture, as rsm_gather does, but faster: light is gathered on a
    coarse grid of pixels, and interpolated for a pixel if 3 or 4 samples about it lie on a surface like its
    own. The grid is refined for the other pixels, and light is gathered for what is left.
-   desc     NULL = all defaults; noise, interleave and add must be off (RSM_ERR_DESC)
+   desc     NULL = all defaults; noise, interleave and add must be off
    interpolation   NULL = all defaults
-   points   a picture: width is set, count a multiple of it below 2^32, and indices NULL (RSM_ERR_ARGUMENT)
+   points   a picture: width is set, count is a multiple of width below 2^32, and indices is NULL
    stats    may be NULL; evaluated / points->count is the share of pixels for which light was gathered
-   Errors   as rsm_gather */
+   Errors   those of rsm_gather, and these.
+            RSM_ERR_ARGUMENT: the points are no picture.
+            RSM_ERR_DESC: a field of interpolation is out of range, or noise, interleave or add is not off. */
 #endif
 
 #ifndef RSM_WITHOUT_LISTS
@@ -596,7 +623,8 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
             beyond 1e9, of negative flux or above 1e18 W are left out
    desc     NULL = all defaults. pattern, sample_count, r_max, r_min, seed, noise, near_field and materials
             are not used
-   Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
+   Errors   those of rsm_gather.
+            RSM_ERR_INPUT: also if a light's normal is not unit, nor 0 0 0. */
 
 RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
@@ -606,7 +634,10 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
    seed          chooses between equally good samples
    lights        room for capacity lights; may be NULL if capacity is 0
    count         how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
-   Errors        RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
+   Errors        the log is that of the first map.
+                 RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or sample_count is above 2^20.
+                 RSM_ERR_ORDER: a map is not finished.
+                 RSM_ERR_MEMORY: capacity is below *count. */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
@@ -617,7 +648,9 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
    cluster_count  1..65536
    system    may be NULL
    clusters  room for cluster_count lights, of which *count are written; none if there is no flux
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ALLOC
+   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, a count is out of range, or the allocator is not whole.
+             RSM_ERR_INPUT: a light's normal is not unit, nor 0 0 0.
+             RSM_ERR_ALLOC: there is no memory.
    Cost      scratch of 4 bytes a light and 128 a cluster */
 #endif
 
@@ -631,7 +664,8 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count,
    sample_count   1..2^20, of POISSON 1..4096
    r_min, paper_weights, seed   as in rsm_gather_desc
    points         3 floats for each sample: x, y and weight
-   Errors         RSM_ERR_ARGUMENT */
+   Errors         this call has no log.
+                  RSM_ERR_ARGUMENT: points is NULL, or pattern, sample_count or r_min is out of range. */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
 /* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster
@@ -639,7 +673,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
    side      4..64
    system    may be NULL
    values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC
+   Errors    RSM_ERR_ARGUMENT: values is NULL, side is out of range, or the allocator is not whole.
+             RSM_ERR_ALLOC: there is no memory.
    Cost      a time of O(side^4), scratch of 4 bytes a value */
 
 #ifdef __cplusplus
@@ -1425,6 +1460,20 @@ static inline RSM__COLD void rsm__log_element(const rsm__logger *logger, const c
     logger->log(logger->user, m.text);
 }
 
+/* Logs "FUNCTION: ARRAY[INDEX] TEXT", as in "cohsm_merge: shards[3] is NULL". */
+static inline RSM__COLD void rsm__log_element_text(const rsm__logger *logger, const char *array, uint64_t index,
+                                             const char *text)
+{
+    rsm__message m;
+    if (!logger->log) return;
+    rsm__message_begin(&m, logger, array);
+    rsm__message_text(&m, "[");
+    rsm__message_count(&m, index);
+    rsm__message_text(&m, "] ");
+    rsm__message_text(&m, text);
+    logger->log(logger->user, m.text);
+}
+
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh, uint64_t position,
@@ -1455,10 +1504,10 @@ static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const cha
 enum {
     RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
     RSM__WIDE = 16,          /* lanes of the widest vectors */
-    RSM__BLOCK = 64,         /* of them in one block of arrays */
-    RSM__RUN = 1024,         /* of them in one sum */
+    RSM__BLOCK = 64,         /* pixel lights in one block of arrays */
+    RSM__RUN = 1024,         /* pixel lights in one sum */
     RSM__BATCH = 32,         /* receivers of a task */
-    RSM__FEW = 128,          /* pixel lights, at most, that go one by one to RSM__LANES receivers */
+    RSM__FEW = 128,          /* the most pixel lights of a set that go one by one to a vector of receivers */
     RSM__MAX_SIDE = 4096,
     RSM__MAX_SAMPLES = 1 << 20,
     RSM__MAX_POISSON = 4096
@@ -1475,20 +1524,27 @@ RSM_DEF const char *rsm_result_text(rsm_result result)
     return "unknown result";
 }
 
-static inline size_t rsm__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
+static inline size_t rsm__stride_or(size_t stride, size_t standard) { return stride ? stride : standard; }
 
-static inline const float *rsm__at(const float *base, size_t stride, size_t i)
+/* Returns the address of element i of an array whose elements lie `stride` bytes apart. */
+static inline const float *rsm__element_at(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)(const void *)base + i * stride);
 }
 
-/* Whether a position is finite and small enough for squares and fourth powers of floats. */
-static inline int rsm__usable(rsm__v3 v)
+/* Returns element i of an array of three floats each; stride 0 is 12. */
+static inline rsm__v3 rsm__vector_at(const float *base, size_t stride, size_t i)
+{
+    return rsm__v3_load(rsm__element_at(base, rsm__stride_or(stride, 12), i));
+}
+
+/* Returns whether a vector is finite and small enough for squares and fourth powers of floats. */
+static inline int rsm__is_usable(rsm__v3 v)
 {
     return fabsf(v.x) <= 1e9f && fabsf(v.y) <= 1e9f && fabsf(v.z) <= 1e9f;      /* false for NaN */
 }
 
-/* Where a call says why it fails. system may be NULL. */
+/* Returns where a call says why it fails. system may be NULL. */
 static inline rsm__logger rsm__logger_of(const rsm_system *system, const char *function)
 {
     rsm__logger log;
@@ -1498,7 +1554,7 @@ static inline rsm__logger rsm__logger_of(const rsm_system *system, const char *f
     return log;
 }
 
-/* Logs "FIELD TEXT" and returns the result, for a call that returns it too. */
+/* Logs that a field is what the text says, as in "map is finished", and returns the result. */
 static inline rsm_result rsm__refuse(const rsm__logger *log, rsm_result result, const char *field,
                                      const char *text)
 {
@@ -1506,8 +1562,8 @@ static inline rsm_result rsm__refuse(const rsm__logger *log, rsm_result result, 
     return result;
 }
 
-/* Whether a value lies within low..high; logs it otherwise. Not a number does not. */
-static inline int rsm__within(const rsm__logger *log, const char *field, double value, double low,
+/* Returns whether a value lies within low..high, and logs the field if it does not. NaN does not. */
+static inline int rsm__check_range(const rsm__logger *log, const char *field, double value, double low,
                               double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
@@ -1515,6 +1571,17 @@ static inline int rsm__within(const rsm__logger *log, const char *field, double 
     return 0;
 }
 
+/* Returns whether all three components of a vector are finite and at most `most`, and logs one that is not.
+   */
+static inline int rsm__check_vector(const rsm__logger *log, const char *field, const float v[3], double most,
+                                    const char *wanted)
+{
+    return rsm__check_range(log, field, (double)v[0], -most, most, wanted) &&
+           rsm__check_range(log, field, (double)v[1], -most, most, wanted) &&
+           rsm__check_range(log, field, (double)v[2], -most, most, wanted);
+}
+
+/* Returns whether a system's allocator is whole or left out, and logs if it is not. */
 static inline int rsm__system_valid(const rsm__logger *log, const rsm_system *s)
 {
     if (rsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn)) return 1;
@@ -1527,7 +1594,8 @@ static inline rsm__allocator rsm__allocator_of(const rsm_system *s)
     return rsm__allocator_make(s->allocator.alloc_fn, s->allocator.free_fn, s->allocator.user);
 }
 
-static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, void *context)
+/* Runs count tasks, by the caller's parallel_for if there is one. */
+static inline void rsm__run_tasks(const rsm_system *s, size_t count, rsm_task task, void *context)
 {
     size_t i;
     if (s->parallel_for) s->parallel_for(s->user, count, task, context);
@@ -1535,13 +1603,14 @@ static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, vo
         for (i = 0; i < count; i++) task(context, i);
 }
 
+/* Tells the caller how far the call is, and returns whether the caller cancels it. */
 static inline int rsm__cancelled(const rsm_system *s, float fraction)
 {
     return s->progress && s->progress(s->user, fraction) != 0;
 }
 
-/* As rsm__run in steps, between which the caller may cancel. begin..end is the share of the whole call that
-   this is. Returns 0 if the caller cancelled. */
+/* Runs count tasks in steps, between which the caller may cancel. begin and end are the fractions of the
+   whole call at which this part begins and ends. Returns 0 if the caller cancelled. */
 static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin,
                                  float end)
 {
@@ -1553,13 +1622,14 @@ static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task tas
     for (step = 0; step < steps; step++) {
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
-        rsm__run(s, next - batch.first, rsm__batch_task, &batch);
+        rsm__run_tasks(s, next - batch.first, rsm__batch_task, &batch);
         batch.first = next;
     }
     return 1;
 }
 
-static inline int rsm__stride_checked(const rsm__logger *log, const char *field, size_t stride,
+/* Returns whether a stride is in range, and logs the field if it is not. */
+static inline int rsm__check_stride(const rsm__logger *log, const char *field, size_t stride,
                                       size_t standard)
 {
     if (rsm__stride_valid(stride, standard)) return 1;
@@ -1568,7 +1638,7 @@ static inline int rsm__stride_checked(const rsm__logger *log, const char *field,
     return 0;
 }
 
-/* Whether a vector is unit by the rule of all headers: a length of 0.97 to 1.03, or none, or not finite. */
+/* Returns whether a normal is one that arrays may hold: unit, 0 0 0, or not finite. */
 static inline int rsm__unit_or_none(const float n[3])
 {
     const float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -1576,16 +1646,16 @@ static inline int rsm__unit_or_none(const float n[3])
     return (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) || !(length2 <= RSM__MAX_FLOAT);
 }
 
-/* Normal i is not unit. */
+/* Logs that normal i of an array is not unit, and returns the result. */
 static inline rsm_result rsm__refuse_normal(const rsm__logger *log, const char *array, size_t i, rsm__v3 n)
 {
     rsm__log_element(log, array, i, "has the length", (double)rsm__v3_length(n), "1 (0.97..1.03), or 0");
     return RSM_ERR_INPUT;
 }
 
-/* Whether all of `count` normals, `stride` floats apart, are unit, as most are. 0 says that each has to be
-   asked: none and not finite are allowed too. Least and largest of four lengths at a time: one after the
-   other would wait. */
+/* Returns 1 if all of `count` normals, `stride` floats apart, are unit, as is the rule. Returns 0 if each has
+   to be looked at by itself, since 0 0 0 and normals that are not finite are allowed too. Keeps the least and
+   the largest of four lengths apart, so that one comparison need not wait for the one before. */
 static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
 {
     float low[4] = { 1, 1, 1, 1 }, high[4] = { 1, 1, 1, 1 };
@@ -1601,10 +1671,10 @@ static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
     return i == count;
 }
 
-/* Logs the first receiver whose normal is not unit. */
+/* Checks the normals of receivers, 64 at a time, and logs the first that is not unit. */
 static inline rsm_result rsm__normals_check(const rsm__logger *log, const rsm_points *p)
 {
-    const size_t stride = rsm__stride(p->normal_stride, 12) / 4, block = 64;
+    const size_t stride = rsm__stride_or(p->normal_stride, 12) / 4, block = 64;
     size_t i, k, count = p->indices ? p->index_count : p->count;
     for (i = 0; i < count; i += block) {
         const size_t end = count - i < block ? count : i + block;
@@ -1618,7 +1688,7 @@ static inline rsm_result rsm__normals_check(const rsm__logger *log, const rsm_po
     return RSM_OK;
 }
 
-/* Pointers, strides and indices of receivers, then the lengths of their normals. */
+/* Checks pointers, strides and indices of receivers, then the lengths of their normals. */
 static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_points *p, const float *out)
 {
     const rsm_result bad = RSM_ERR_ARGUMENT;
@@ -1627,10 +1697,13 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (p->count && !p->positions) return rsm__refuse(log, bad, "points.positions", "is NULL");
     if (p->count && !p->normals) return rsm__refuse(log, bad, "points.normals", "is NULL");
     if (p->count && !out) return rsm__refuse(log, bad, "irradiance", "is NULL");
-    if (!rsm__stride_checked(log, "points.position_stride", p->position_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "points.normal_stride", p->normal_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
-    if (!rsm__mul_size(p->count, 12, &bytes)) return rsm__refuse(log, bad, "points.count", "is too large");
+    if (!rsm__check_stride(log, "points.position_stride", p->position_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "points.normal_stride", p->normal_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
+    if (!rsm__mul_size(p->count, 12, &bytes)) {
+        rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
+        return bad;
+    }
     for (i = 0; p->indices && i < p->index_count; i++)
         if (p->indices[i] >= p->count) {
             rsm__log_element(log, "points.indices", i, "is", p->indices[i], "below points.count");
@@ -1639,13 +1712,13 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     return p->count ? rsm__normals_check(log, p) : RSM_OK;
 }
 
-/* Loads receiver i; returns 0 where there is none. *bad counts those that are not finite. */
-static inline int rsm__receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
+/* Loads receiver i. Returns 0 if it is none: its normal is 0 0 0, or it is not finite, which *bad counts. */
+static inline int rsm__load_receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
 {
-    *x = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), i));
-    *n = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), i));
+    *x = rsm__vector_at(p->positions, p->position_stride, i);
+    *n = rsm__vector_at(p->normals, p->normal_stride, i);
     if (n->x == 0.0f && n->y == 0.0f && n->z == 0.0f) return 0;
-    if (rsm__usable(*x) && rsm__usable(*n)) return 1;
+    if (rsm__is_usable(*x) && rsm__is_usable(*n)) return 1;
     ++*bad;
     return 0;
 }
@@ -1658,16 +1731,19 @@ static inline float rsm__fraction(float x) { return x - floorf(x); }
 /* ---- map: orientations of faces, projection, matrices ---- */
 
 struct rsm_map {
-    rsm_desc   desc;               /* defaults filled in */
-    uint32_t   side, faces, room;  /* room: faces that its memory holds */
-    int        finished, owned;
+    rsm_desc   desc;               /* with its defaults filled in */
+    uint32_t   side, faces;        /* texels a side; how many faces there are */
+    uint32_t   room;               /* how many faces the memory holds */
+    int        finished;           /* rsm_finish was called */
+    int        owned;              /* the memory is ours to free */
     rsm__v3    right, up, axis;    /* of face 0; the light travels along axis */
-    float      extent;             /* sun: radius; others: tangent of half the face's angle */
-    float      cos_half;           /* spot: of half the cone */
+    float      extent;             /* half the side of a face: of a sun in world units, of others at distance
+                                      1 */
+    float      cos_half;           /* the cosine of a spot's half angle; -1 for other lights */
     rsm_stats  stats;
     rsm_texel *texels;
-    double    *rows;               /* side * faces + 1 running sums of flux */
-    double    *sums;               /* in each row, flux up to and including the texel */
+    double    *rows;               /* side * faces + 1 running sums: the flux of all rows before each */
+    double    *sums;               /* the flux of each row up to and including the texel */
 };
 
 static inline size_t rsm__texel_count(const rsm_map *map)
@@ -1677,7 +1753,8 @@ static inline size_t rsm__texel_count(const rsm_map *map)
 
 static inline int rsm__is_sun(const rsm_map *map) { return map->desc.light.kind == RSM_LIGHT_SUN; }
 
-/* Writes the directions of a face. The cube of a patch looks out of its front and to its four sides. */
+/* Writes right, up and axis of a face. Faces 0 to 5 of a cube look along axis, right, left, up, down and
+   back; a patch has no face that looks back. */
 static inline void rsm__face_frame(const rsm_map *map, uint32_t face, rsm__v3 *r, rsm__v3 *u, rsm__v3 *a)
 {
     rsm__v3 right = map->right, up = map->up, axis = map->axis;
@@ -1694,17 +1771,18 @@ static inline void rsm__face_frame(const rsm_map *map, uint32_t face, rsm__v3 *r
     }
 }
 
-/* Whether a light has a cube; spots have one above a half angle of 1. */
+/* Returns whether a light has a cube, as spots have above a half angle of 1. */
 static inline int rsm__has_cube(const rsm_light *l)
 {
     return l->kind == RSM_LIGHT_POINT || l->kind == RSM_LIGHT_PATCH ||
            (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f);
 }
 
-static inline int rsm__depths_checked(const rsm__logger *log, const rsm_light *l)
+/* Checks the depths between which a face holds surfaces. */
+static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
 {
     const double low = l->kind == RSM_LIGHT_SUN ? -1e9 : 1e-30;
-    if (!rsm__within(log, "light.near_depth", (double)l->near_depth, low, 1e9,
+    if (!rsm__check_range(log, "light.near_depth", (double)l->near_depth, low, 1e9,
                      l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9"))
         return 0;
     if (l->far_depth > l->near_depth && l->far_depth <= 1e9f) return 1;
@@ -1712,8 +1790,8 @@ static inline int rsm__depths_checked(const rsm__logger *log, const rsm_light *l
     return 0;
 }
 
-/* Checks what a kind of light needs besides: a direction, a radius, a cone. */
-static inline int rsm__shape_checked(const rsm__logger *log, const rsm_light *l)
+/* Checks what a light of this kind needs: a direction, a radius, a cone. */
+static inline int rsm__check_shape(const rsm__logger *log, const rsm_light *l)
 {
     float length = rsm__v3_length(rsm__v3_load(l->direction));
     if (l->kind != RSM_LIGHT_POINT && !(length > 1e-15f && length <= 1e15f)) {
@@ -1741,23 +1819,23 @@ static inline rsm_result rsm__light_check(const rsm__logger *log, rsm_light *l)
 {
     const rsm_result bad = RSM_ERR_DESC;
     int i;
-    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
+    if (!rsm__check_range(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
                      "one of rsm_light_kind"))
         return bad;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
-    if (!rsm__usable(rsm__v3_load(l->position)))
-        return rsm__refuse(log, bad, "light.position", "is not finite or beyond 1e9");
-    if (!rsm__v3_finite(rsm__v3_load(l->direction)))
-        return rsm__refuse(log, bad, "light.direction", "is not finite");
-    if (!rsm__v3_finite(rsm__v3_load(l->up))) return rsm__refuse(log, bad, "light.up", "is not finite");
+    if (!rsm__check_vector(log, "light.position", l->position, 1e9, "-1e9..1e9")) return bad;
+    if (!rsm__check_vector(log, "light.direction", l->direction, (double)RSM__MAX_FLOAT, "finite"))
+        return bad;
+    if (!rsm__check_vector(log, "light.up", l->up, (double)RSM__MAX_FLOAT, "finite")) return bad;
     for (i = 0; i < 3; i++)
-        if (!rsm__within(log, "light.value", (double)l->value[i], 0, (double)1e12f, "0..1e12")) return bad;
-    if (!rsm__shape_checked(log, l)) return bad;
+        if (!rsm__check_range(log, "light.value", (double)l->value[i], 0, (double)1e12f, "0..1e12"))
+            return bad;
+    if (!rsm__check_shape(log, l)) return bad;
     if (l->near_depth == 0.0f && l->far_depth == 0.0f) {
         l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
         l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
     }
-    return rsm__depths_checked(log, l) ? RSM_OK : bad;
+    return rsm__check_depths(log, l) ? RSM_OK : bad;
 }
 
 /* Checks a desc and fills in its defaults. */
@@ -1767,19 +1845,21 @@ static inline rsm_result rsm__desc_check(const rsm__logger *log, rsm_desc *d)
     if (result != RSM_OK) return result;
     if (!rsm__system_valid(log, &d->system)) return RSM_ERR_DESC;
     if (d->side == 0) d->side = rsm__has_cube(&d->light) ? 256 : 512;
-    if (!rsm__within(log, "side", d->side, 4, RSM__MAX_SIDE, "0 or 4..4096")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "clip_depth", (double)d->clip_depth, 0, RSM_CLIP_DEPTH_COUNT - 1,
+    if (!rsm__check_range(log, "desc.side", d->side, 4, RSM__MAX_SIDE, "0 or 4..4096")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.clip_depth", (double)d->clip_depth, 0, RSM_CLIP_DEPTH_COUNT - 1,
                      "one of rsm_clip_depth"))
         return RSM_ERR_DESC;
-    if (!rsm__within(log, "clip_y", (double)d->clip_y, 0, RSM_CLIP_Y_COUNT - 1, "one of rsm_clip_y"))
+    if (!rsm__check_range(log, "desc.clip_y", (double)d->clip_y, 0, RSM_CLIP_Y_COUNT - 1,
+                          "one of rsm_clip_y"))
         return RSM_ERR_DESC;
-    if (!rsm__within(log, "rows", (double)d->rows, 0, RSM_ROWS_COUNT - 1, "one of rsm_rows"))
+    if (!rsm__check_range(log, "desc.rows", (double)d->rows, 0, RSM_ROWS_COUNT - 1, "one of rsm_rows"))
         return RSM_ERR_DESC;
     return RSM_OK;
 }
 
-/* Copies the desc into the map with its defaults. Nothing else of the map is touched on an error. */
-static inline rsm_result rsm__map_set(const rsm__logger *log, rsm_map *map, const rsm_desc *desc)
+/* Checks a desc and sets the map's orientation and sizes by it. If the desc is refused, the map stays as it
+   is. */
+static inline rsm_result rsm__set_map_desc(const rsm__logger *log, rsm_map *map, const rsm_desc *desc)
 {
     rsm_desc d = *desc;
     rsm__v3 up;
@@ -1811,7 +1891,7 @@ static inline rsm_result rsm__map_set(const rsm__logger *log, rsm_map *map, cons
     return RSM_OK;
 }
 
-/* Returns a point in a face's orientation: x and y in units of its half side, z the depth. */
+/* Returns where a point lies in a face: x and y in units of half the face's side, z as the depth. */
 static inline rsm__v3 rsm__to_face(const rsm_map *map, uint32_t face, rsm__v3 p)
 {
     rsm__v3 r, u, a, q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
@@ -1842,6 +1922,7 @@ static inline uint32_t rsm__cube_face(float x, float y, float z)
     return y >= 0.0f ? 3 : 4;
 }
 
+/* Returns the face that a point lies in; 5, which a patch does not have, for points behind the light. */
 static inline uint32_t rsm__face_of(const rsm_map *map, rsm__v3 p)
 {
     rsm__v3 q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
@@ -1849,6 +1930,7 @@ static inline uint32_t rsm__face_of(const rsm_map *map, rsm__v3 p)
     return rsm__cube_face(rsm__v3_dot(q, map->right), rsm__v3_dot(q, map->up), rsm__v3_dot(q, map->axis));
 }
 
+/* Returns the coordinate, -1..1, of the centre of column or row i of a face. */
 static inline float rsm__texel_centre(const rsm_map *map, uint32_t i)
 {
     return ((float)i + 0.5f) * 2.0f / (float)map->side - 1.0f;
@@ -1874,8 +1956,10 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     float sy, z[2], row[4][4];
     int i, k, perspective;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
-    if (!map || !world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
-    if (!rsm__within(&log, "face", face, 0, map->faces - 1u, "below face_count")) return RSM_ERR_ARGUMENT;
+    if (!map) return RSM_ERR_ARGUMENT;
+    if (!world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
+    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
+        return RSM_ERR_ARGUMENT;
     rsm__face_frame(map, face, &r, &u, &a);
     p = rsm__v3_load(map->desc.light.position);
     n = map->desc.light.near_depth;
@@ -1883,7 +1967,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     perspective = !rsm__is_sun(map);
     sx = 1.0f / map->extent;
     sy = map->desc.clip_y == RSM_CLIP_Y_DOWN ? -sx : sx;
-    /* clip z = z[0] depth + z[1], over w = depth in perspective */
+    /* Clip z is z[0] depth + z[1], which perspective divides by w = depth. */
     z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
     z[1] = perspective ? -n * f / (f - n) : -n / (f - n);
     if (map->desc.clip_depth == RSM_CLIP_DEPTH_REVERSED) {
@@ -1915,12 +1999,14 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
     rsm__v3 q;
     uint32_t f;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_project");
-    if (!map || !point || !face || !uv || !depth)
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, "a pointer", "is NULL");
-    if (!rsm__usable(rsm__v3_load(point)))
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, "point", "is not finite or beyond 1e9");
+    if (!map) return RSM_ERR_ARGUMENT;
+    if (!point) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "point", "is NULL");
+    if (!face) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "face", "is NULL");
+    if (!uv) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "uv", "is NULL");
+    if (!depth) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "depth", "is NULL");
+    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_ARGUMENT;
     f = rsm__face_of(map, rsm__v3_load(point));
-    if (f >= map->faces) f = 0; /* behind a patch */
+    if (f >= map->faces) f = 0; /* the point lies behind a patch */
     q = rsm__to_face(map, f, rsm__v3_load(point));
     if (!rsm__is_sun(map) && !(q.z > 0.0f)) q.x = q.y = 0.0f;
     *face = f;
@@ -1936,7 +2022,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
 
 static inline size_t rsm__align_bytes(size_t bytes) { return (bytes + 15u) & ~(size_t)15u; }
 
-/* Of a map whose desc is set; 0: more than size_t holds. */
+/* Returns the bytes that a map whose desc is set needs, or 0 if that is more than size_t holds. */
 static inline size_t rsm__map_bytes(const rsm_map *map)
 {
     size_t rows = (size_t)map->side * map->faces, texels, bytes, sums;
@@ -1952,10 +2038,10 @@ RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc)
 {
     rsm_map map;
     rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_map_bytes");
-    return desc && rsm__map_set(&log, &map, desc) == RSM_OK ? rsm__map_bytes(&map) : 0;
+    return desc && rsm__set_map_desc(&log, &map, desc) == RSM_OK ? rsm__map_bytes(&map) : 0;
 }
 
-/* Puts a map whose desc is set into memory that is large enough. */
+/* Lays a map whose desc is set out in memory that is large enough, and empties it. */
 static inline rsm_map *rsm__map_place(rsm_map map, void *memory)
 {
     rsm_map *to = (rsm_map *)memory;
@@ -1977,12 +2063,15 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memor
     rsm_map map;
     rsm_result result;
     if (!desc) return RSM_ERR_ARGUMENT;
-    if (!memory || !out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, memory ? "out" : "memory", "is NULL");
+    if (!memory) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "memory", "is NULL");
+    if (!out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "out", "is NULL");
     memset(&map, 0, sizeof map);
-    result = rsm__map_set(&log, &map, desc);
+    result = rsm__set_map_desc(&log, &map, desc);
     if (result != RSM_OK) return result;
-    if (rsm__map_bytes(&map) == 0)
-        return rsm__refuse(&log, RSM_ERR_LIMIT, "side", "makes a map beyond size_t");
+    if (rsm__map_bytes(&map) == 0) {
+        rsm__log_value(&log, "desc.side", map.side, "less: size_t cannot count the bytes of the map");
+        return RSM_ERR_LIMIT;
+    }
     if (memory_bytes < rsm__map_bytes(&map)) {
         rsm__log_value(&log, "memory_bytes", (double)memory_bytes, "at least rsm_map_bytes(desc)");
         return RSM_ERR_MEMORY;
@@ -2003,10 +2092,12 @@ RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out)
     if (!desc) return RSM_ERR_ARGUMENT;
     if (!out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "out", "is NULL");
     memset(&map, 0, sizeof map);
-    result = rsm__map_set(&log, &map, desc);
+    result = rsm__set_map_desc(&log, &map, desc);
     if (result != RSM_OK) return result;
-    if (rsm__map_bytes(&map) == 0)
-        return rsm__refuse(&log, RSM_ERR_LIMIT, "side", "makes a map beyond size_t");
+    if (rsm__map_bytes(&map) == 0) {
+        rsm__log_value(&log, "desc.side", map.side, "less: size_t cannot count the bytes of the map");
+        return RSM_ERR_LIMIT;
+    }
     a = rsm__allocator_of(&desc->system);
     memory = rsm__alloc(&a, rsm__map_bytes(&map));
     if (!memory) return rsm__refuse(&log, RSM_ERR_ALLOC, "the allocator", "returned no memory for the map");
@@ -2026,11 +2117,12 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     desc = map->desc;
     if (light) desc.light = *light;
     memset(&next, 0, sizeof next);
-    result = rsm__map_set(&log, &next, &desc);
+    result = rsm__set_map_desc(&log, &next, &desc);
     if (result != RSM_OK) return result;
-    if (next.faces > map->room)
-        return rsm__refuse(&log, RSM_ERR_MEMORY, "light",
-                           "needs a cube, and the map was made with fewer faces");
+    if (next.faces > map->room) {
+        rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
+        return RSM_ERR_MEMORY;
+    }
     next.room = map->room;
     next.owned = map->owned;
     next.texels = map->texels;
@@ -2065,10 +2157,10 @@ RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map) { return map ? map->
 
 /* ---- flux: light through a texel, and sums of it ---- */
 
-/* Returns the flux of a light of value 1 through the part (x, y) +- h of a face, in its plane at distance 1:
-   the integral of cos^3 by Gauss points, two an axis where texels are small and four else, which is exact to
-   1e-6 and free of the cancellation of the arctangent form. A patch adds the cosine to its normal. The cone's
-   rim is cut by rsm__texel_incident. */
+/* Returns the flux of a light of value 1 through the square (x, y) +- h in the plane of a face at distance 1.
+   That is the integral of cos^3, for a patch times the cosine to its normal, by Gauss points: two an axis if
+   the square is small, else four. It is exact to 1e-6, and nothing cancels as in the closed form by
+   arctangents. The rim of a cone is left to rsm__texel_incident. */
 static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y,
                                      float h)
 {
@@ -2090,12 +2182,15 @@ static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, r
     return sum * 4.0f * h * h;
 }
 
+/* Returns whether the direction to (x, y) in the plane of a face at distance 1 lies in the spot's cone. */
 static inline int rsm__in_cone(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y)
 {
     rsm__v3 d = rsm__v3_madd(rsm__v3_madd(a, r, x), u, y);
     return rsm__v3_dot(map->axis, d) >= map->cos_half * rsm__v3_length(d);
 }
 
+/* Returns the flux of a light of value 1 through a texel. A texel across the rim of a cone has the share of
+   64 points that lie in the cone. */
 static inline float rsm__texel_incident(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
 {
     rsm__v3 r, u, a;
@@ -2116,7 +2211,7 @@ static inline float rsm__texel_incident(const rsm_map *map, uint32_t face, uint3
     return flux * (float)covered * (1.0f / 64.0f);
 }
 
-/* Sets one texel from what a renderer knows of it. */
+/* Sets one texel to a surface at a position, with the light that falls on it and leaves it. */
 static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, rsm__v3 position,
                                   rsm__v3 normal, const float albedo[3], uint32_t material)
 {
@@ -2125,12 +2220,12 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     float incident = rsm__texel_incident(map, face, i, j), slope, distance;
     int c, bad;
     normal = rsm__v3_normalize(normal);
-    bad = !rsm__usable(position) || !rsm__v3_finite(normal) || !rsm__finite(q.z);
+    bad = !rsm__is_usable(position) || !rsm__v3_finite(normal) || !rsm__finite(q.z);
     for (c = 0; c < 3; c++)
         bad |= !(albedo[c] >= 0.0f && albedo[c] * incident * map->desc.light.value[c] <= 1e18f);
     rsm__texel_clear(t);
     if (bad) {
-        t->material = UINT32_MAX; /* counted by rsm_finish */
+        t->material = UINT32_MAX; /* by this rsm_finish counts the texel as bad */
         return;
     }
     rsm__v3_store(t->position, position);
@@ -2138,12 +2233,13 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     t->depth = q.z;
     t->material = material == UINT32_MAX ? 0 : material;
     for (c = 0; c < 3; c++) t->flux[c] = incident * map->desc.light.value[c] * albedo[c];
-    /* Surface under the texel: the cross section of its beam over the cosine, grazing ones bounded. */
+    /* The area of surface under the texel: the cross section of its beam over the cosine, which counts as
+       0.05 at least. */
     slope = fabsf(rsm__v3_dot(normal, rsm__to_light(map, position)));
     distance = rsm__is_sun(map) ? 1.0f : q.z * map->extent;
     t->area = 4.0f * distance * distance / ((float)map->side * (float)map->side) *
               (rsm__is_sun(map) ? map->extent * map->extent : 1.0f);
-    if (!rsm__is_sun(map)) { /* a face's plane cuts the beam at an angle */
+    if (!rsm__is_sun(map)) { /* the plane of the face cuts the beam at an angle */
         rsm__v3 r, u, a;
         rsm__face_frame(map, face, &r, &u, &a);
         t->area *= fabsf(rsm__v3_dot(a, rsm__to_light(map, position)));
@@ -2151,7 +2247,7 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     t->area /= slope > 0.05f ? slope : 0.05f;
 }
 
-/* Makes the running sums of flux, in double, and the statistics. A texel that is counted bad becomes empty
+/* Makes the running sums of flux, in double, and the statistics. A texel that was marked as bad is counted
    here. */
 static inline void rsm__sum_flux(rsm_map *map, int want_incident)
 {
@@ -2202,7 +2298,7 @@ RSM_DEF rsm_result rsm_finish(rsm_map *map, rsm_stats *stats)
 
 /* ---- fill: a face from the buffers of a renderer ---- */
 
-/* Returns the depth along the face of what a depth buffer holds, 0..1. */
+/* Returns the depth along the face that a value 0..1 of a depth buffer stands for. */
 static inline float rsm__unproject_depth(const rsm_map *map, float stored)
 {
     float n = map->desc.light.near_depth, f = map->desc.light.far_depth;
@@ -2225,32 +2321,34 @@ typedef struct rsm__filling {
     float srgb[256];
 } rsm__filling;
 
+/* Fills one texel from the buffers. */
 static inline void rsm__fill_texel(const rsm__filling *f, uint32_t i, uint32_t j)
 {
     rsm_map *map = f->map;
     const rsm_buffers *b = f->buffers;
+    /* If the picture is turned, its first row is the top of the face, v = 1. */
     int turned = (map->desc.rows == RSM_ROWS_TOP_FIRST) != (map->desc.clip_y == RSM_CLIP_Y_DOWN);
-    /* turned: row 0 is the top, v = 1 */
     size_t at = (size_t)(turned ? map->side - 1u - j : j) * map->side + i;
-    rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
-    float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f,
-          albedo[3] = { 1, 1, 1 };
+    rsm__v3 normal = rsm__vector_at(b->normals, b->normal_stride, at), position;
+    float stored = b->depth ? *rsm__element_at(b->depth, rsm__stride_or(b->depth_stride, 4), at) : 0.0f;
+    float albedo[3] = { 1, 1, 1 };
     uint32_t material = 0;
     int c;
     rsm__texel_clear(map->texels + ((size_t)f->face * map->side + j) * map->side + i);
     if (normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f) return;
     if (b->depth && (map->desc.clip_depth == RSM_CLIP_DEPTH_REVERSED ? stored <= 0.0f : stored >= 1.0f))
         return;
-    if (b->positions) position = rsm__v3_load(rsm__at(b->positions, rsm__stride(b->position_stride, 12), at));
+    if (b->positions) position = rsm__vector_at(b->positions, b->position_stride, at);
     else
         position = rsm__from_face(map, f->face, rsm__texel_centre(map, i), rsm__texel_centre(map, j),
                                   rsm__unproject_depth(map, stored));
-    if (b->albedo) memcpy(albedo, rsm__at(b->albedo, rsm__stride(b->albedo_stride, 12), at), sizeof albedo);
+    if (b->albedo) rsm__v3_store(albedo, rsm__vector_at(b->albedo, b->albedo_stride, at));
     else if (b->albedo_srgb)
         for (c = 0; c < 3; c++)
-            albedo[c] = f->srgb[b->albedo_srgb[at * rsm__stride(b->albedo_srgb_stride, 4) + (size_t)c]];
+            albedo[c] = f->srgb[b->albedo_srgb[at * rsm__stride_or(b->albedo_srgb_stride, 4) + (size_t)c]];
     if (b->materials)
-        memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4),
+        memcpy(&material,
+               (const char *)(const void *)b->materials + at * rsm__stride_or(b->material_stride, 4),
                sizeof material);
     rsm__texel_set(map, f->face, i, j, position, normal, albedo, material);
 }
@@ -2269,11 +2367,11 @@ static inline rsm_result rsm__buffers_check(const rsm__logger *log, const rsm_bu
     if (!b->normals) return rsm__refuse(log, bad, "buffers.normals", "is NULL");
     if (!b->positions && !b->depth)
         return rsm__refuse(log, bad, "buffers.depth", "is NULL, and so is positions");
-    if (!rsm__stride_checked(log, "buffers.position_stride", b->position_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.depth_stride", b->depth_stride, 4)) return bad;
-    if (!rsm__stride_checked(log, "buffers.normal_stride", b->normal_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.albedo_stride", b->albedo_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.material_stride", b->material_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "buffers.position_stride", b->position_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.depth_stride", b->depth_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "buffers.normal_stride", b->normal_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.albedo_stride", b->albedo_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.material_stride", b->material_stride, 4)) return bad;
     if (b->albedo_srgb_stride == 0 || b->albedo_srgb_stride >= 3) return RSM_OK;
     rsm__log_value(log, "buffers.albedo_srgb_stride", (double)b->albedo_srgb_stride, "0 or at least 3");
     return bad;
@@ -2288,7 +2386,8 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
     if (!map) return RSM_ERR_ARGUMENT;
     result = rsm__buffers_check(&log, buffers);
     if (result != RSM_OK) return result;
-    if (!rsm__within(&log, "face", face, 0, map->faces - 1u, "below face_count")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
+        return RSM_ERR_ARGUMENT;
     if (map->finished) return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is finished");
     f.map = map;
     f.face = face;
@@ -2304,15 +2403,16 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
 
 /* ---- raster: triangles into a face ---- */
 
-/* Homogeneous edge functions (Olano and Greer 1997): with corners (x, y, w), w the depth in a perspective
-   face and 1 for a sun, the ray (X, Y, 1) meets the triangle where three determinants have one sign; their
-   shares are the weights of the corners. Nothing is clipped. In double, from the same floats on both sides of
-   a shared edge: no cracks. */
+/* Triangles are drawn by homogeneous edge functions (Olano and Greer 1997). A corner is (x, y, w), where w is
+   the depth in a perspective face and 1 for a sun. The ray (X, Y, 1) meets the triangle if three determinants
+   have the same sign, and their shares are the weights of the corners. Nothing has to be clipped. Both
+   triangles at an edge compute it in double from the same floats, so that there are no cracks. */
 typedef struct rsm__corner {
     double x, y, w, z;
 } rsm__corner;
 
-typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;    /* inclusive; x0 > x1: nothing */
+/* Columns x0..x1 and rows y0..y1 of a face, ends included; x0 > x1 if there are none. */
+typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;
 
 typedef struct rsm__raster {
     rsm_map        *map;
@@ -2320,31 +2420,36 @@ typedef struct rsm__raster {
     size_t          mesh_count, triangles;
     uint32_t        face;
     rsm__box       *boxes;         /* of each triangle on this face */
-    uint32_t       *winners;       /* of each texel, triangle + 1 */
-    rsm__v3         right, up, axis;
+    uint32_t       *winners;       /* for each texel the number + 1 of the triangle that is nearest; 0: none
+                                      */
+    rsm__v3         right, up, axis;    /* of this face */
 } rsm__raster;
 
-enum { RSM__CHUNK = 4096, RSM__BAND = 16 };
+enum {
+    RSM__CHUNK = 4096,             /* triangles whose boxes one task finds */
+    RSM__BAND = 16                 /* rows of a face that one task draws */
+};
 
 static inline size_t rsm__mesh_triangles(const rsm_mesh *m)
 {
     return (m->indices || m->indices16 ? m->index_count : m->vertex_count) / 3;
 }
 
+/* Returns corner k of a triangle, in the world. */
 static inline rsm__v3 rsm__mesh_corner(const rsm_mesh *m, size_t triangle, int k)
 {
     size_t i = 3 * triangle + (size_t)k;
     const float *p, *t = m->transform;
     if (m->indices) i = m->indices[i];
     else if (m->indices16) i = m->indices16[i];
-    p = rsm__at(m->positions, rsm__stride(m->vertex_stride, 12), i);
+    p = rsm__element_at(m->positions, rsm__stride_or(m->vertex_stride, 12), i);
     if (!t) return rsm__v3_load(p);
     return rsm__v3_make(t[0] * p[0] + t[4] * p[1] + t[8] * p[2] + t[12],
                         t[1] * p[0] + t[5] * p[1] + t[9] * p[2] + t[13],
                         t[2] * p[0] + t[6] * p[1] + t[10] * p[2] + t[14]);
 }
 
-/* Returns the mesh of a running number of triangles, and writes the number within the mesh. */
+/* Returns the mesh that holds triangle `number` of all meshes, and writes its number within the mesh. */
 static inline const rsm_mesh *rsm__mesh_of(const rsm__raster *r, size_t number, size_t *triangle)
 {
     const rsm_mesh *m = r->meshes;
@@ -2378,8 +2483,8 @@ static inline void rsm__widen_box(double box[4], double x, double y)
     if (y > box[3]) box[3] = y;
 }
 
-/* Returns the box of texels whose centres may lie in the triangle. Corners before the near plane count where
-   their edges cross it. */
+/* Returns the box of texels whose centres may lie in the triangle. In place of a corner before the near plane
+   count the points where the corner's edges cross that plane. */
 static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corner c[3])
 {
     double box[4] = { 1e30, 1e30, -1e30, -1e30 }, near_z = (double)r->map->desc.light.near_depth,
@@ -2397,7 +2502,7 @@ static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corn
                 rsm__widen_box(box, (p->x + t * (q->x - p->x)) / w, (p->y + t * (q->y - p->y)) / w);
             }
         }
-    for (k = 0; k < 4; k++) { /* a hair wider: the edge functions decide */
+    for (k = 0; k < 4; k++) { /* a hair wider than the triangle, since the edge functions decide */
         double t = (box[k] + 1.0) * 0.5 * size - 0.5;
         t = k < 2 ? ceil(t - 1e-6 * size) : floor(t + 1e-6 * size);
         box[k] = t < 0.0 && k < 2 ? 0.0 : t > size - 1.0 && k >= 2 ? size - 1.0 : t;
@@ -2410,13 +2515,15 @@ static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corn
     return out;
 }
 
+/* Returns whether a triangle is drawn: its corners are usable and it has an area. */
 static inline int rsm__corners_usable(const rsm__v3 p[3])
 {
     rsm__v3 n = rsm__v3_cross(rsm__v3_sub(p[1], p[0]), rsm__v3_sub(p[2], p[0]));
-    return rsm__usable(p[0]) && rsm__usable(p[1]) && rsm__usable(p[2]) &&
+    return rsm__is_usable(p[0]) && rsm__is_usable(p[1]) && rsm__is_usable(p[2]) &&
            (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f);
 }
 
+/* Finds the boxes of a chunk of triangles. */
 static inline void rsm__bound_chunk(void *context, size_t chunk)
 {
     rsm__raster *r = (rsm__raster *)context;
@@ -2440,10 +2547,11 @@ static inline void rsm__bound_chunk(void *context, size_t chunk)
     }
 }
 
+/* The edge functions of a triangle. Edge k at (x, y) is a[k] x + b[k] y + c[k], which is above 0 inside;
+   points on the edge are inside if it is owned. */
 typedef struct rsm__edges { double a[3], b[3], c[3], determinant; int owned[3]; } rsm__edges;
 
-/* Makes the edge functions: edge k at (x, y) is a x + b y + c, positive inside. Returns 0 for a triangle that
-   is seen edge-on. */
+/* Makes the edge functions. Returns 0 for a triangle that is seen edge-on. */
 static inline int rsm__edges_make(rsm__edges *e, const rsm__corner p[3])
 {
     int k;
@@ -2465,6 +2573,7 @@ static inline int rsm__edges_make(rsm__edges *e, const rsm__corner p[3])
     return e->determinant != 0.0;
 }
 
+/* Writes the weights of the corners at (x, y). Returns 0 if that lies outside of the triangle. */
 static inline int rsm__find_weights(const rsm__edges *e, double x, double y, double w[3])
 {
     double sum;
@@ -2479,13 +2588,15 @@ static inline int rsm__find_weights(const rsm__edges *e, double x, double y, dou
     return 1;
 }
 
+/* Returns whether the caller's surface_fn has a hole there. */
 static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double w[3])
 {
     float weights[3] = { (float)w[0], (float)w[1], (float)w[2] }, albedo[3] = { 0, 0, 0 };
     return m->has_holes && m->surface_fn && !m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
 }
 
-/* Draws one triangle into the rows y0..y1 of the face. The depth of what wins stands in the texels. */
+/* Draws one triangle into the rows y0..y1 of the face: where it is nearest, its depth goes into the texel and
+   its number among the winners. */
 static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, size_t triangle, size_t number,
                                       uint32_t y0, uint32_t y1)
 {
@@ -2529,7 +2640,7 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
             float weights[3], albedo[3] = { 0, 0, 0 };
             for (k = 0; k < 3; k++) {
                 w[k] = e->a[k] * s + e->b[k] * t + e->c[k];
-                w[k] = w[k] > 0.0 ? w[k] : 0.0; /* beyond an edge: the edge */
+                w[k] = w[k] > 0.0 ? w[k] : 0.0; /* a point beyond an edge is moved onto the edge */
                 total += w[k];
             }
             for (k = 0; k < 3; k++) weights[k] = total > 0.0 ? (float)(w[k] / total) : 1.0f / 3.0f;
@@ -2540,6 +2651,7 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
     for (k = 0; k < 3; k++) out[k] = found ? sum[k] / (float)found : 0.0f;
 }
 
+/* Fills in a texel of the triangle that won it. */
 static inline void rsm__resolve_texel(const rsm__raster *r, uint32_t x, uint32_t y)
 {
     uint32_t winner = r->winners[(size_t)y * r->map->side + x];
@@ -2568,6 +2680,7 @@ static inline void rsm__resolve_texel(const rsm__raster *r, uint32_t x, uint32_t
     rsm__texel_set(r->map, r->face, x, y, position, normal, albedo, m->material);
 }
 
+/* Draws all triangles into a band of rows, and fills in its texels. */
 static inline void rsm__draw_band(void *context, size_t band)
 {
     const rsm__raster *r = (const rsm__raster *)context;
@@ -2584,39 +2697,76 @@ static inline void rsm__draw_band(void *context, size_t band)
         for (x = 0; x < r->map->side; x++) rsm__resolve_texel(r, x, y);
 }
 
-static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m)
+/* Writes the name of a mesh's field for the log, as in "meshes[2].positions". */
+static inline const char *rsm__mesh_field(rsm__message *name, size_t number, const char *field)
 {
-    size_t k;
+    name->used = 0;
+    rsm__message_text(name, "meshes[");
+    rsm__message_count(name, number);
+    rsm__message_text(name, "]");
+    rsm__message_text(name, field);
+    return name->text;
+}
+
+/* Logs that a field of a mesh is out of its range, and returns the result. */
+static inline rsm_result rsm__refuse_mesh(const rsm__logger *log, rsm_result result, size_t number,
+                                          const char *field, double value, const char *wanted)
+{
+    rsm__message name;
+    rsm__log_value(log, rsm__mesh_field(&name, number, field), value, wanted);
+    return result;
+}
+
+/* Logs that a field of a mesh is what the text says, and returns the result. */
+static inline rsm_result rsm__refuse_mesh_text(const rsm__logger *log, rsm_result result, size_t number,
+                                               const char *field, const char *text)
+{
+    rsm__message name;
+    rsm__log_text(log, rsm__mesh_field(&name, number, field), text);
+    return result;
+}
+
+static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
+{
+    const int indexed = m->indices || m->indices16;
+    size_t k, count = indexed ? m->index_count : m->vertex_count;
+    rsm__message name;
     if (m->indices && m->indices16)
-        return rsm__refuse(log, RSM_ERR_INPUT, "mesh.indices16", "is set beside indices");
-    if ((m->indices || m->indices16 ? m->index_count : m->vertex_count) % 3 != 0)
-        return rsm__refuse(log, RSM_ERR_INPUT,
-                           m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                           "is no multiple of 3");
-    for (k = 0; (m->indices || m->indices16) && k < m->index_count; k++) {
+        return rsm__refuse_mesh_text(log, RSM_ERR_INPUT, number, ".indices16", "is set beside indices");
+    if (count % 3 != 0)
+        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, indexed ? ".index_count" : ".vertex_count",
+                                (double)count, "a multiple of 3");
+    for (k = 0; indexed && k < count; k++) {
         uint32_t index = m->indices ? m->indices[k] : m->indices16[k];
         if (index < m->vertex_count) continue;
-        rsm__log_index(log, "mesh", k, index, m->vertex_count);
+        rsm__log_index(log, rsm__mesh_field(&name, number, ""), k, index, m->vertex_count);
         return RSM_ERR_INPUT;
     }
     return RSM_OK;
 }
 
-static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh *m)
+static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
 {
+    const rsm_result argument = RSM_ERR_ARGUMENT;
     int k;
     if (!m->positions && m->vertex_count)
-        return rsm__refuse(log, RSM_ERR_ARGUMENT, "mesh.positions", "is NULL");
-    if (!rsm__stride_checked(log, "mesh.vertex_stride", m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(log, "mesh.tap_side", m->tap_side, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
+        return rsm__refuse_mesh_text(log, argument, number, ".positions", "is NULL");
+    if (!rsm__stride_valid(m->vertex_stride, 12))
+        return rsm__refuse_mesh(log, argument, number, ".vertex_stride", (double)m->vertex_stride,
+                                "0 or a multiple of 4 from 12 on");
+    if (m->tap_side > 16)
+        return rsm__refuse_mesh(log, argument, number, ".tap_side", m->tap_side, "0..16");
     for (k = 0; k < 3; k++)
-        if (!rsm__within(log, "mesh.albedo", (double)m->albedo[k], 0, 1e6, "0..1e6")) return RSM_ERR_INPUT;
+        if (!(m->albedo[k] >= 0.0f && m->albedo[k] <= 1e6f))
+            return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".albedo", (double)m->albedo[k], "0..1e6");
     for (k = 0; m->transform && k < 16; k++)
         if (!rsm__finite(m->transform[k]))
-            return rsm__refuse(log, RSM_ERR_INPUT, "mesh.transform", "is not finite");
-    return rsm__indices_check(log, m);
+            return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".transform", (double)m->transform[k],
+                                    "finite");
+    return rsm__indices_check(log, m, number);
 }
 
+/* Checks all meshes, and counts their triangles and those that are skipped. */
 static inline rsm_result rsm__meshes_check(const rsm__logger *log, rsm__raster *r, uint64_t *skipped)
 {
     size_t i, triangle;
@@ -2625,10 +2775,13 @@ static inline rsm_result rsm__meshes_check(const rsm__logger *log, rsm__raster *
     for (i = 0; i < r->mesh_count; i++) {
         const rsm_mesh *m = r->meshes + i;
         size_t count = rsm__mesh_triangles(m);
-        rsm_result result = rsm__mesh_check(log, m);
+        rsm_result result = rsm__mesh_check(log, m, i);
         if (result != RSM_OK) return result;
-        if (count > 0xfffffffeu - r->triangles)
-            return rsm__refuse(log, RSM_ERR_LIMIT, "meshes", "have 2^32 triangles or more");
+        if (count > 0xfffffffeu - r->triangles) {
+            rsm__log_value(log, "the triangles of meshes", (double)r->triangles + (double)count,
+                           "below 2^32 - 1");
+            return RSM_ERR_LIMIT;
+        }
         r->triangles += count;
         for (triangle = 0; triangle < count; triangle++) {
             rsm__v3 p[3];
@@ -2647,7 +2800,7 @@ static inline rsm_result rsm__raster_faces(rsm__raster *r)
     for (r->face = 0; r->face < r->map->faces; r->face++) {
         rsm__face_frame(r->map, r->face, &r->right, &r->up, &r->axis);
         memset(r->winners, 0, texels * sizeof *r->winners);
-        rsm__run(s, (r->triangles + RSM__CHUNK - 1) / RSM__CHUNK, rsm__bound_chunk, r);
+        rsm__run_tasks(s, (r->triangles + RSM__CHUNK - 1) / RSM__CHUNK, rsm__bound_chunk, r);
         if (!rsm__run_steps(s, (r->map->side + RSM__BAND - 1) / RSM__BAND, rsm__draw_band, r,
                             share * (float)r->face, share * (float)(r->face + 1)))
             return RSM_ERR_CANCELLED;
@@ -2692,6 +2845,7 @@ RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const rsm_mesh *meshes, size_t me
 
 /* ---- patterns: samples of the unit disc (equation 3), and blue noise ---- */
 
+/* Writes a sample of the unit disc: its place at a radius and a share of a full turn, and its weight. */
 static inline void rsm__disc_point(float *out, float radius, float turn, float weight)
 {
     float s, c;
@@ -2701,9 +2855,10 @@ static inline void rsm__disc_point(float *out, float radius, float turn, float w
     out[2] = weight;
 }
 
-/* Throws darts on a torus twice the disc's radius wide, with the least distance lowered whenever too many
-   miss, so that every pattern is finished. No place of the torus differs from another, so that the disc is
-   covered evenly up to its rim, where darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
+/* Makes a Poisson pattern by throwing darts on a torus that is twice the disc's radius wide. A dart must keep
+   a least distance from all others; this is lowered whenever 100 darts in a row do not, so that every pattern
+   is finished. No place of the torus differs from another, so that the disc is covered evenly up to its rim.
+   Darts thrown at the disc alone would crowd at the rim (4 % too dark in T25 with 400). */
 static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
 {
     /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the
@@ -2742,9 +2897,9 @@ static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
     }
 }
 
-/* Makes a pattern of density C / r^2 outside of an inner disc and C / r_min^2 in it, each its share of the
-   samples: two strata. Each is a lattice, radii at even steps and angles by the golden ratio, which is even
-   for any number of samples. */
+/* Makes a pattern of density C / r^2 outside of an inner disc and C / r_min^2 inside. Ring and disc are two
+   strata, each with its share of the samples. A stratum is a lattice, with radii at even steps and angles by
+   the golden ratio, which is even for any number of samples. */
 static inline void rsm__make_log_radial(uint32_t count, float r_min, uint32_t seed, float *out)
 {
     float length = -rsm__log(r_min), u, v, r;
@@ -2764,6 +2919,7 @@ static inline void rsm__make_log_radial(uint32_t count, float r_min, uint32_t se
     }
 }
 
+/* Makes a pattern about the receiver. With `paper`, samples of EQUATION3 have the paper's weights. */
 static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float r_min, int paper,
                                      uint32_t seed, float *out)
 {
@@ -2798,7 +2954,8 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count,
     return RSM_OK;
 }
 
-/* Adds the energy of a set pixel to the torus about it: a Gaussian of sigma 1.9, Ulichney's 1.5 to 2. */
+/* Adds the energy of a set pixel to the pixels about it, round the borders: a Gaussian of sigma 1.9, where
+   Ulichney says 1.5 to 2. A sign of -1 takes the energy away. */
 static inline void rsm__splat_energy(float *energy, uint32_t side, uint32_t at, float sign)
 {
     int32_t reach = side > 20 ? 10 : ((int32_t)side - 1) / 2, i, j;
@@ -2809,8 +2966,8 @@ static inline void rsm__splat_energy(float *energy, uint32_t side, uint32_t at, 
         }
 }
 
-/* Returns the tightest cluster among set pixels, or the largest void among unset ones. marks hold 0 or rank +
-   1. */
+/* Returns the pixel in the tightest cluster among set pixels, or, without `set`, the pixel in the largest
+   void among those that are not. A pixel is set if its mark is above 0. */
 static inline uint32_t rsm__find_extreme(const float *energy, const float *marks, uint32_t count, int set)
 {
     uint32_t i, best = 0;
@@ -2825,6 +2982,9 @@ static inline uint32_t rsm__find_extreme(const float *energy, const float *marks
     return best;
 }
 
+/* Writes blue noise to marks, by void and cluster (Ulichney 1993). energy is scratch. While the ranks are
+   found, the mark of a pixel is 0 (not set), 0.5 (set, with a rank that is not known yet), or its rank + 1.
+   */
 static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *energy, float *marks)
 {
     uint32_t count = side * side, first = count / 10 + 1, i, k;
@@ -2836,7 +2996,8 @@ static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *en
         rsm__splat_energy(energy, side, at, 1.0f);
         i++;
     }
-    for (k = 0; k < count; k++) { /* spread the first ones evenly: tightest into largest void */
+    for (k = 0; k < count; k++) { /* spread them evenly: the pixel in the tightest cluster goes into the
+                                     largest void, until it comes back to where it was */
         uint32_t from = rsm__find_extreme(energy, marks, count, 1), to;
         marks[from] = 0.0f;
         rsm__splat_energy(energy, side, from, -1.0f);
@@ -2846,8 +3007,9 @@ static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *en
         if (to == from) break;
     }
     for (i = 0; i < count; i++)
-        if (marks[i] > 0.0f) marks[i] = 0.5f; /* set, rank not known yet */
-    for (k = first; k-- > 0;) { /* ranks below: taking away the tightest; 0.5 alone still counts */
+        if (marks[i] > 0.0f) marks[i] = 0.5f;
+    for (k = first; k-- > 0;) { /* ranks of these: the pixel in the tightest cluster is taken away first, and
+                                   those that are left have 0.5 */
         uint32_t at, best = count;
         for (at = 0; at < count; at++)
             if (marks[at] == 0.5f && (best == count || energy[at] > energy[best])) best = at;
@@ -2874,7 +3036,7 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     if (!values) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "values", "is NULL");
-    if (!rsm__within(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
     if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
     a = rsm__allocator_of(system);
     energy = (float *)rsm__alloc_array(&a, (size_t)side * side, sizeof *energy);
@@ -2888,59 +3050,63 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 
 /* ---- kernel: pixel lights on one receiver, or on as many as lanes ---- */
 
-/* What cosines times distances from a place must exceed. Each light's own, not that of the map's farthest: a
-   sky dome far off would take all light between near surfaces away. */
+/* Returns by how much rounding may move a point at (x, y, z) off its plane: 4e-7 of its largest coordinate. A
+   light counts only if it stands out of the receiver's plane, and the receiver out of the light's, by more
+   than that, so that a plane does not light itself. Each light has its own bound. One for the whole map, by
+   its farthest texel, would take away the light between near surfaces if there is a sky dome far off. */
 static inline float rsm__rounding(float x, float y, float z)
 {
     float most = fabsf(x) > fabsf(y) ? fabsf(x) : fabsf(y);
     return 4e-7f * (most > fabsf(z) ? most : fabsf(z));
 }
 
-/* A block of pixel lights, a lane each, as arrays that vectors read. Lanes that are not in use have no
-   flux. */
+/* A block of pixel lights, each in a lane of arrays that vectors read. A lane that is not in use has no flux.
+   */
 typedef struct rsm__block {
     float px[RSM__BLOCK], py[RSM__BLOCK], pz[RSM__BLOCK];    /* where each light is */
     float nx[RSM__BLOCK], ny[RSM__BLOCK], nz[RSM__BLOCK];    /* its normal */
     float r[RSM__BLOCK], g[RSM__BLOCK], b[RSM__BLOCK];       /* its flux */
-    float cap[RSM__BLOCK];         /* what bounds cos cos / d^2 */
-    float rounding[RSM__BLOCK];    /* of its position, see rsm__rounding */
-    float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK];    /* with MIXED its place in the map, see
-                                                                centred.h; with a near field lx is its texel's
-                                                                face */
-    float density[RSM__BLOCK];     /* with MIXED the density that it was picked with; with a near field the
-                                      squared distance within which its texel is near */
+    float cap[RSM__BLOCK];         /* the bound on cos cos / d^2 */
+    float rounding[RSM__BLOCK];    /* rsm__rounding of its position */
+    float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK];    /* with MIXED the light's place in the map
+                                                                (centred.h); with a near field lx is the face
+                                                                that its texel lies in */
+    float density[RSM__BLOCK];     /* with MIXED the density with which the light was picked; with a near
+                                      field the squared distance within which its texel is near */
 } rsm__block;
 
 typedef struct rsm__gloss {        /* a light's Phong lobe */
     float mirror[3], exponent;
-    float scale[3];                /* pi x intensity of the lobe */
+    float scale[3];                /* pi x intensity of the lobe, along its axis */
 } rsm__gloss;
 
 typedef struct rsm__sum {          /* what one receiver has got so far */
     float rgb[3];
-    float full, lost;              /* light without bounds and what the bounds took; summed if asked for */
-    float nearby;                  /* 1 / squared distance of the nearest light that is not edge-on; if asked
-                                      for */
+    float full, lost;              /* the light without bounds, and what the bounds took of it; kernels named
+                                      lossy sum them, others leave them */
+    float nearby;                  /* 1 / squared distance of the nearest light that is not edge-on; kernels
+                                      named near find it */
 } rsm__sum;
 
-#define RSM__NO_CAP 3.0e38f
+#define RSM__NO_CAP 3.0e38f        /* the bound of a light without one */
 
-/* As many receivers as a vector has lanes, which take a few lights one by one. */
-typedef struct rsm__crowd {
-    float  x[7][RSM__WIDE];        /* positions, normals, roundings; no normal: no receiver */
-    float  sums[5][RSM__WIDE];     /* red, green, blue; full and lost */
-    size_t at[RSM__WIDE], count;
-} rsm__crowd;
+/* As many receivers as a vector has lanes. A few lights are taken one by one, each for all of these
+   receivers. */
+typedef struct rsm__receiver_lanes {
+    float  x[7][RSM__WIDE];        /* positions, normals, roundings; a lane without a normal gets no light */
+    float  sums[5][RSM__WIDE];     /* red, green, blue; full and lost, as in rsm__sum */
+    size_t at[RSM__WIDE], count;   /* the numbers of the receivers, and how many there are */
+} rsm__receiver_lanes;
 
-typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd *p);
+typedef void (*rsm__receiver_lanes_kernel)(const rsm__block *k, size_t count, rsm__receiver_lanes *p);
 
-/* k: as many blocks as count lanes fill, a multiple of RSM__LANES. x: position, normal, rounding of the
-   receiver. */
+/* Adds the light of `count` lanes, a multiple of RSM__LANES, of the blocks from k on to the receiver's sum. x
+   holds the receiver's position, normal and rounding. */
 typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum);
 
-/* The glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light
-   (section 7). mean: of cos cos / d^2 over a texel that is near, whose lobe is that of its centre; below 0: a
-   point. */
+/* Adds the glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light
+   (section 7). If the light's texel is near, `mean` is the mean of cos cos / d^2 over the texel, and the lobe
+   is evaluated at its centre; a `mean` below 0 says that the light is a point. */
 static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7],
                                   float mean, rsm__sum *sum)
 {
@@ -2961,20 +3127,21 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill
-   them, the three of a cell of 2 fill three of four lanes. */
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and 4 x 4
+   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of four lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
     float px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE];
     float nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
-    int32_t  good[RSM__TILE];      /* bits of the samples that suit */
-    uint32_t x[RSM__TILE], y[RSM__TILE];
+    int32_t  good[RSM__TILE];      /* a bit for each of the cell's samples that suits the pixel */
+    uint32_t x[RSM__TILE], y[RSM__TILE];    /* of the pixel in the picture */
 } rsm__tile;
 
-/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2
-   and distance^2. */
-typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
+/* Sets `bit` in those of a tile's pixels that a sample suits. s holds the sample's position and normal,
+   limits the least cosine, the largest slope^2 and the largest distance^2. */
+typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], const float limits[3],
+                                 int32_t bit);
 
 /* Names that every instruction set has of its own, see unit simd. */
 #define rsm__lights RSM__NAME_IN_SET(rsm__lights, RSM__SET)
@@ -2986,15 +3153,15 @@ typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const fl
 #define rsm__lane_sums RSM__NAME_IN_SET(rsm__lane_sums, RSM__SET)
 #define rsm__sums_zero RSM__NAME_IN_SET(rsm__sums_zero, RSM__SET)
 #define rsm__sums_add RSM__NAME_IN_SET(rsm__sums_add, RSM__SET)
-#define rsm__sums_give RSM__NAME_IN_SET(rsm__sums_give, RSM__SET)
-#define rsm__sum_some RSM__NAME_IN_SET(rsm__sum_some, RSM__SET)
+#define rsm__sums_reduce RSM__NAME_IN_SET(rsm__sums_reduce, RSM__SET)
+#define rsm__sum_blocks RSM__NAME_IN_SET(rsm__sum_blocks, RSM__SET)
 #define rsm__sum_lights RSM__NAME_IN_SET(rsm__sum_lights, RSM__SET)
 #define rsm__sum_lights_lossy RSM__NAME_IN_SET(rsm__sum_lights_lossy, RSM__SET)
 #define rsm__sum_lights_near RSM__NAME_IN_SET(rsm__sum_lights_near, RSM__SET)
 #define rsm__sum_lights_near_lossy RSM__NAME_IN_SET(rsm__sum_lights_near_lossy, RSM__SET)
-#define rsm__light_some RSM__NAME_IN_SET(rsm__light_some, RSM__SET)
-#define rsm__light_crowd RSM__NAME_IN_SET(rsm__light_crowd, RSM__SET)
-#define rsm__light_crowd_lossy RSM__NAME_IN_SET(rsm__light_crowd_lossy, RSM__SET)
+#define rsm__sum_on_receivers RSM__NAME_IN_SET(rsm__sum_on_receivers, RSM__SET)
+#define rsm__light_receivers RSM__NAME_IN_SET(rsm__light_receivers, RSM__SET)
+#define rsm__light_receivers_lossy RSM__NAME_IN_SET(rsm__light_receivers_lossy, RSM__SET)
 #define rsm__suit_tile RSM__NAME_IN_SET(rsm__suit_tile, RSM__SET)
 
 #define RSM__SET plain
@@ -3486,7 +3653,7 @@ static inline RSM__IN_KERNEL rsm__lanes rsm__lanes3_dot(rsm__lanes3 a, rsm__lane
 
 /* ---- kernels of gather ---- */
 
-/* As many pixel lights as there are lanes, or one of them in every lane; likewise receivers. */
+/* As many pixel lights as there are lanes, or one light in every lane; and receivers in the same way. */
 typedef struct rsm__lights { rsm__lanes3 position, normal, flux; rsm__lanes rounding, bound; } rsm__lights;
 typedef struct rsm__receivers { rsm__lanes3 position, normal; rsm__lanes rounding; } rsm__receivers;
 
@@ -3501,6 +3668,7 @@ static inline RSM__IN_KERNEL rsm__lights rsm__lights_load(const rsm__block *k, s
     return lights;
 }
 
+/* Returns the light of one lane of a block, in all lanes. */
 static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, size_t i)
 {
     rsm__lights lights;
@@ -3512,15 +3680,15 @@ static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, 
     return lights;
 }
 
-/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The
-   caller applies the 1/pi that the equation lacks, and the flux. */
+/* The factor cos cos / d^2 of equation (1) for lights and receivers, computed as two cosines times d over
+   d^4. The caller multiplies it by the flux, and by the 1 / pi that the equation lacks. */
 typedef struct rsm__forms {
-    rsm__lanes whole, bounded;     /* without and within the light's bound */
-    rsm__lanes d2, inverse;        /* squared distance, and one over it */
+    rsm__lanes whole, bounded;     /* the factor without the light's bound and with it */
+    rsm__lanes d2, inverse;        /* the squared distance, and one over it */
 } rsm__forms;
 
-/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself
-   (T40). */
+/* Computes the factors. Cosines times d must exceed the rounding of both positions, so that a plane does not
+   light itself (T40). */
 static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights,
                                                         const rsm__receivers *receivers)
 {
@@ -3539,7 +3707,8 @@ static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *light
     return f;
 }
 
-/* Lanes are added up in one order at the end, so that all builds give the same bits. */
+/* Sums of each lane, which are added up in one order at the end, so that all instruction sets give the same
+   bits. */
 typedef struct rsm__lane_sums { rsm__lanes red, green, blue, full, lost, nearby; } rsm__lane_sums;
 
 static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_zero(void)
@@ -3549,6 +3718,7 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_zero(void)
     return s;
 }
 
+/* Adds lights by their factors. */
 static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, const rsm__lights *lights,
                                                           const rsm__forms *f, int lossy)
 {
@@ -3565,7 +3735,8 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, cons
 }
 
 #if RSM__LANE_COUNT == 8                          /* in AVX-512 too, so that sums have the same bits */
-static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest,
+/* Adds up the lanes, and adds them to a receiver's sum. */
+static inline RSM__IN_KERNEL void rsm__sums_reduce(const rsm__lane_sums *s, int lossy, int nearest,
                                                  rsm__sum *sum)
 {
     float red[8], green[8], blue[8];
@@ -3589,8 +3760,9 @@ static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lo
     }
 }
 
-/* Pixel lights on one receiver, block by block. */
-static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7],
+/* Adds the light of pixel lights, block by block, to one receiver's sum. lossy also sums what bounds take
+   off; nearest finds the nearest light. */
+static inline RSM__IN_KERNEL void rsm__sum_blocks(const rsm__block *k, size_t count, const float x[7],
                                                 int lossy, int nearest, rsm__sum *sum)
 {
     rsm__receivers receiver;
@@ -3605,42 +3777,43 @@ static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t coun
             const rsm__lights lights = rsm__lights_load(k, i);
             const rsm__forms f = rsm__forms_make(&lights, &receiver);
             s = rsm__sums_add(s, &lights, &f, lossy);
-            if (nearest) {                       /* of lights that are not edge-on */
+            if (nearest) {                       /* lights that are edge-on do not count */
                 rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2),
                                                          rsm__lanes_all(1e-3f));
                 s.nearby = rsm__lanes_max(rsm__lanes_keep(seen, f.inverse), s.nearby);
             }
         }
     }
-    rsm__sums_give(&s, lossy, nearest, sum);
+    rsm__sums_reduce(&s, lossy, nearest, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 0, 0, sum);
+    rsm__sum_blocks(k, count, x, 0, 0, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7],
                                               rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 1, 0, sum);
+    rsm__sum_blocks(k, count, x, 1, 0, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7],
                                              rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 0, 1, sum);
+    rsm__sum_blocks(k, count, x, 0, 1, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7],
                                                    rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 1, 1, sum);
+    rsm__sum_blocks(k, count, x, 1, 1, sum);
 }
 #endif
 
-/* Few lights, one after the other, on as many receivers as there are lanes. */
-static inline RSM__IN_KERNEL void rsm__light_some(const rsm__block *k, size_t count, int lossy, rsm__crowd *p)
+/* Adds a few lights, one after the other, to the sums of as many receivers as there are lanes. */
+static inline RSM__IN_KERNEL void rsm__sum_on_receivers(const rsm__block *k, size_t count, int lossy,
+                                                        rsm__receiver_lanes *p)
 {
     rsm__receivers receivers;
     rsm__lane_sums s = rsm__sums_zero();
@@ -3660,14 +3833,14 @@ static inline RSM__IN_KERNEL void rsm__light_some(const rsm__block *k, size_t co
     rsm__lanes_store(p->sums[4], rsm__lanes_add(rsm__lanes_load(p->sums[4]), s.lost));
 }
 
-RSM__KERNEL static void rsm__light_crowd(const rsm__block *k, size_t count, rsm__crowd *p)
+RSM__KERNEL static void rsm__light_receivers(const rsm__block *k, size_t count, rsm__receiver_lanes *p)
 {
-    rsm__light_some(k, count, 0, p);
+    rsm__sum_on_receivers(k, count, 0, p);
 }
 
-RSM__KERNEL static void rsm__light_crowd_lossy(const rsm__block *k, size_t count, rsm__crowd *p)
+RSM__KERNEL static void rsm__light_receivers_lossy(const rsm__block *k, size_t count, rsm__receiver_lanes *p)
 {
-    rsm__light_some(k, count, 1, p);
+    rsm__sum_on_receivers(k, count, 1, p);
 }
 
 /* ==== src/rsm/kernels_suit.h ==== */
@@ -3675,8 +3848,8 @@ RSM__KERNEL static void rsm__light_crowd_lossy(const rsm__block *k, size_t count
 /* ---- kernel of interpolation ---- */
 
 #if RSM__LANE_COUNT == 8
-/* Sets bit in every pixel of a tile that the sample suits. Lanes behind the last pixel hold anything: nobody
-   asks for their bits. */
+/* Does what rsm__suit_kernel says, eight pixels at a time. Lanes behind the last pixel may hold any values,
+   since their bits are never read. */
 RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                        int32_t bit)
 {
@@ -3733,20 +3906,20 @@ static inline rsm__kernel rsm__choose_kernel(int lossy, int nearby)
     return lossy ? rsm__sum_lights_lossy_plain : rsm__sum_lights_plain;
 }
 
-static inline rsm__crowd_kernel rsm__choose_crowd(int lossy, size_t *lanes)
+static inline rsm__receiver_lanes_kernel rsm__choose_receiver_lanes_kernel(int lossy, size_t *lanes)
 {
     *lanes = 8;
 #if RSM__SIMD_SETS
     if (rsm__simd_level() == 2) {
         *lanes = 16;
-        return lossy ? rsm__light_crowd_lossy_avx512 : rsm__light_crowd_avx512;
+        return lossy ? rsm__light_receivers_lossy_avx512 : rsm__light_receivers_avx512;
     }
-    if (rsm__simd_level()) return lossy ? rsm__light_crowd_lossy_avx2 : rsm__light_crowd_avx2;
+    if (rsm__simd_level()) return lossy ? rsm__light_receivers_lossy_avx2 : rsm__light_receivers_avx2;
 #endif
-    return lossy ? rsm__light_crowd_lossy_plain : rsm__light_crowd_plain;
+    return lossy ? rsm__light_receivers_lossy_plain : rsm__light_receivers_plain;
 }
 
-static inline rsm__suit rsm__choose_suit(void)
+static inline rsm__suit_kernel rsm__choose_suit(void)
 {
 #if RSM__SIMD_SETS
     if (rsm__simd_level()) return rsm__suit_tile_avx2;
@@ -3758,49 +3931,53 @@ static inline rsm__suit rsm__choose_suit(void)
 
 /* ---- sources: what a gather takes its light from ---- */
 
-/* The box of some lights' positions, and most2, the largest squared distance at which one of them is near: a
-   receiver that is farther from the box has none of them near. */
+/* The box about the positions of some lights, and most2, the largest squared distance at which one of them is
+   near. A receiver that is farther from the box than that has none of them near. */
 typedef struct rsm__reach { float low[3], high[3], most2; } rsm__reach;
 
 typedef struct rsm__source {       /* the pixel lights of one map, or of a list */
     const rsm_map *map;            /* NULL: a list */
-    rsm__block    *blocks;         /* lights that all receivers share, set by set */
+    rsm__block    *blocks;         /* the lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* their lobes, or NULL */
     size_t         set_blocks;     /* blocks of one set */
     size_t         set_lights;     /* lights of one set */
-    size_t         set_lanes;      /* their lanes, a multiple of RSM__LANES */
-    rsm__reach    *reaches;        /* of each block, then of each run; NULL: lights are points everywhere */
+    size_t         set_lanes;      /* lanes of these lights, a multiple of RSM__LANES */
+    rsm__reach    *reaches;        /* of each block, then of each run of blocks; NULL: all lights are points
+                                      */
     size_t         set_runs;       /* runs of one set */
 } rsm__source;
 
 typedef struct rsm__tally {        /* what one task has counted */
     uint64_t evaluated, pairs, bad;
-    double   full, lost;           /* sums of rsm__sum's */
-    double   outside, looked;      /* shares of flux outside r_max; receivers that were asked */
+    double   full, lost;           /* sums of those of rsm__sum */
+    double   outside, looked;      /* the sum of shares of flux outside r_max, and of how many receivers */
 } rsm__tally;
 
 typedef struct rsm__gather {       /* one call of rsm_gather, rsm_gather_list or rsm_interpolate */
     const rsm_map *const *maps;
-    rsm_gather_desc   desc;                      /* with its defaults */
+    rsm_gather_desc   desc;                      /* with its defaults filled in */
     const rsm_points *points;
     float            *out;
     rsm__source      *sources;
     size_t            source_count;
     size_t            count;                     /* receivers */
     float            *pattern;                   /* x, y and weight of each sample, set by set */
-    uint32_t          sets, set_samples;
-    uint32_t          shared, centred;           /* samples of each kind; MIXED has both */
+    uint32_t          sets;                      /* interleave^2 */
+    uint32_t          set_samples;               /* samples of the pattern in each set */
+    uint32_t          shared, centred;           /* samples that all receivers share, and samples about each
+                                                    receiver; MIXED has both */
     rsm__kernel       kernel;
-    rsm__crowd_kernel crowd_kernel;
-    size_t            crowd_lanes;
+    rsm__receiver_lanes_kernel lanes_kernel;
+    size_t            receiver_lane_count;
     rsm__tally       *tallies;                   /* one for each batch or row */
-    float             scale;                     /* of results: 1 / pi */
-    float            *reach2;                    /* squared distance of each point's nearest light; may be
-                                                    NULL */
+    float             scale;                     /* the factor of results, 1 / pi */
+    float            *reach2;                    /* receives the squared distance of each point's nearest
+                                                    light; may be NULL */
 } rsm__gather;
 
-/* Puts a light into a lane. weight: how many such texels it stands for; sets: how many sets share the lights.
-   The bound is that of the light among all sets, so that interleaving changes nothing on average. */
+/* Puts a light into lane i. weight says how many such texels the light stands for, sets how many sets share
+   the lights. A light counts `sets` times in its set, but its bound is that of the light among all sets, so
+   that interleaving changes nothing on average. */
 static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t i, const rsm_texel *t,
                                  float weight, float sets)
 {
@@ -3822,7 +3999,8 @@ static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t
     k->cap[i] = cap;
 }
 
-/* Notes in a lane how near its texel is near, and the face that it lies in. */
+/* Notes in lane i the squared distance within which its texel is near, and the face that the texel lies in.
+   */
 static inline void rsm__lane_near(const rsm_gather_desc *d, const rsm_map *map, rsm__block *k, size_t i,
                                   size_t at)
 {
@@ -3839,7 +4017,7 @@ static inline void rsm__lane_clear(rsm__block *k, size_t i)
     k->lx[i] = k->ly[i] = k->lz[i] = k->density[i] = 0.0f;
 }
 
-/* Makes the Phong lobe of texel number `at` of a map; a texel without a material gets none. */
+/* Makes the Phong lobe of texel number `at` of a map. The lobe of a texel without a material is 0. */
 static inline void rsm__gloss_set(const rsm_gather_desc *d, const rsm_map *map, rsm__gloss *g, size_t at,
                                   float weight)
 {
@@ -3869,7 +4047,8 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
     const double *sums;
     float u, v;
     if (!(total > 0.0)) return 0;
-    /* A lattice: rows at even steps, places in them by the golden ratio, both shifted by the seed. */
+    /* Samples are a lattice: rows at even steps of flux, places in a row by the golden ratio, both shifted by
+       the seed. */
     u = rsm__fraction(rsm__to_unit(i * 2654435769u) + rsm__random(seed, 5, 0));
     v = ((float)i + rsm__random(seed, 6, 0)) / (float)n;
     x = (double)(v < 0.99999994f ? v : 0.99999994f) * total;
@@ -3882,7 +4061,7 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
     sums = map->sums + (size_t)row * map->side;
     x = (double)(u < 0.99999994f ? u : 0.99999994f) * sums[map->side - 1];
     low = 0;
-    high = map->side - 1; /* first texel whose sum exceeds x */
+    high = map->side - 1; /* the first texel whose sum exceeds x is searched */
     while (low < high) {
         uint32_t middle = low + (high - low) / 2u;
         if (sums[middle] > x) high = middle;
@@ -3900,8 +4079,8 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
 /* ---- near field: texels as the parallelograms that they are ---- */
 
 /* Writes half the sides of the surface under a texel at p: the cross section of the texel's beam, carried
-   along the beam onto the plane of n. Their area is the texel's, since a surface that the light grazes is
-   bounded alike. */
+   along the beam onto the plane of n. The cosine counts as 0.05 at least, as in rsm_texel.area, so that both
+   have the same area. */
 static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p, rsm__v3 n, rsm__v3 side[2])
 {
     rsm__v3 a, d, along;
@@ -3910,7 +4089,7 @@ static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p
     int k;
     rsm__face_frame(map, face, &side[0], &side[1], &a);
     d = a;
-    if (!rsm__is_sun(map)) { /* from the light, as far as the plane at distance 1 */
+    if (!rsm__is_sun(map)) { /* d goes from the light to the plane at distance 1 */
         d = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
         scale *= rsm__v3_dot(d, a);
         d = rsm__v3_scale(d, 1.0f / rsm__v3_dot(d, a));
@@ -3937,9 +4116,10 @@ static inline float rsm__lambert_edge(rsm__v3 n, rsm__v3 a, rsm__v3 b)
 }
 
 /* Returns the integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped
-   at the horizon of n: pi times the form factor, half of Lambert's sum over the edges (Baum, Rushmeier and
-   Winget 1989). Convex, so the horizon cuts it once at most: where it leaves and where it comes back are
-   joined. */
+   at the horizon of n. This is pi times the form factor, which is half of Lambert's sum over the edges (Baum,
+   Rushmeier and Winget 1989). A parallelogram is convex, so that its outline goes below the horizon at one
+   point (leave) and comes back at one other (come) at most; an edge from one to the other closes the outline
+   again. */
 static inline float rsm__parallelogram_form(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm__v3 v)
 {
     rsm__v3 corner[4], leave = c, come = c;
@@ -3965,9 +4145,10 @@ static inline float rsm__parallelogram_form(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm
 }
 
 /* Returns the mean of cos cos / d^2 over the texel in lane i. As with points, a plane does not light itself.
-   A receiver that faces the texel (fully from 120 degrees between their normals) nearer than half its side to
-   its plane gets no more than from a point, by degrees: so lies the back of a bent sheet that is lit from its
-   other side, through which the parallelogram reaches, and depths cannot tell the two apart. */
+   A receiver may lie nearer to the texel's plane than half its side and face it: so lies the back of a bent
+   sheet that is lit from its other side, through which the parallelogram reaches, and depths cannot tell the
+   two apart. For such a receiver the form goes over to that of a point by degrees, and reaches it at distance
+   0 with 120 degrees or more between the normals. */
 static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k, size_t i, const float x[7])
 {
     rsm__v3 p = rsm__v3_make(k->px[i], k->py[i], k->pz[i]), n = rsm__v3_make(k->nx[i], k->ny[i], k->nz[i]),
@@ -3983,17 +4164,18 @@ static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k
     point = above > 0.0f ? (above / d2) * (height / d2) : 0.0f;
     if (form > point && facing > 0.0f && 4.0f * height * height < area)
         form += (facing < 1.0f ? facing : 1.0f) * (1.0f - 2.0f * height / sqrtf(area)) * (point - form);
-    return form > 0.0f ? form : 0.0f; /* not a number: positions beyond what squares of floats hold */
+    return form > 0.0f ? form : 0.0f; /* 0 for NaN, which positions make whose squares floats cannot hold */
 }
 
+/* Returns whether the light in lane i is near the receiver. */
 static inline int rsm__is_near(const rsm__block *k, size_t i, const float x[7])
 {
     float dx = k->px[i] - x[0], dy = k->py[i] - x[1], dz = k->pz[i] - x[2];
     return dx * dx + dy * dy + dz * dz < k->density[i];
 }
 
-/* Runs the kernel on a block some of whose lights may be near. Those are taken out of the block (which stays
-   so) and added one by one as parallelograms. */
+/* Runs the kernel on a block of which some lights may be near. These are taken out of the block, which is not
+   restored, and added one by one as parallelograms. */
 static inline void rsm__kernel_near(const rsm__gather *g, const rsm_map *map, rsm__block *k, size_t count,
                                     const float x[7], rsm__sum *sum)
 {
@@ -4020,6 +4202,7 @@ static inline void rsm__kernel_near(const rsm__gather *g, const rsm_map *map, rs
     }
 }
 
+/* Returns whether a light of the box may be near the receiver. */
 static inline int rsm__is_within_reach(const rsm__reach *r, const float x[7])
 {
     float d2 = 0.0f;
@@ -4042,8 +4225,8 @@ static inline void rsm__reach_add(rsm__reach *r, float px, float py, float pz, f
     r->most2 = most2 > r->most2 ? most2 : r->most2;
 }
 
-/* Once a source's lights are in place: makes the boxes of its blocks, then those of its runs, both set by
-   set. */
+/* Makes the boxes of a source's blocks and those of its runs, both set by set, once its lights are in place.
+   */
 static inline rsm_result rsm__find_reaches(const rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     static const rsm__reach nothing = { { 3e38f, 3e38f, 3e38f }, { -3e38f, -3e38f, -3e38f }, 0.0f };
@@ -4064,7 +4247,7 @@ static inline rsm_result rsm__find_reaches(const rsm__gather *g, rsm__source *s,
     return RSM_OK;
 }
 
-/* Gathers from one run of a set's lights, which begins at lane `first` and holds some that may be near. */
+/* Gathers from one run of a set's lights, of which some may be near. The run begins at lane `first`. */
 static inline void rsm__gather_near(const rsm__gather *g, const rsm__source *s, uint32_t set, size_t first,
                                     size_t lanes, const float x[7], rsm__sum *sum)
 {
@@ -4082,25 +4265,27 @@ static inline void rsm__gather_near(const rsm__gather *g, const rsm__source *s, 
 
 /* ---- centred: samples about the projection of a receiver (equation 3), and MIXED ---- */
 
-/* MIXED has two ways to sample a texel: by flux with n1 P expected samples of it (P its share of the flux),
-   and about the receiver with B / q, q the squared distance in the map (Veach and Guibas 1995, balance
-   heuristic). Where lights are near, q is small and the second way takes over: its samples are dense there,
-   so that no single one is bright. Any q that both sides compute alike leaves the sum unbiased; this one is
-   log-radial density with its inner disc rounded off. */
+/* MIXED samples a texel in two ways, weighted by the balance heuristic (Veach and Guibas 1995). By flux there
+   are n1 P expected samples of the texel, where P is its share of the flux; about the receiver there are B /
+   q, where q is the squared distance from the receiver's projection in the map. This function returns B. If
+   lights are near, q is small and the second way takes over, with samples so dense that no single one is
+   bright. The sum is unbiased by any q that both ways compute alike; this q makes the log-radial density with
+   its inner disc rounded off. */
 static inline float rsm__mixed_scale(const rsm__gather *g, const rsm_map *map)
 {
-    /* density C / r^2 over a disc of unit radius with r_min = 1/192: C = 1 / (2 pi (log 192 + 1/2)); a cube's
-       texel is 1 / (6 side^2) of the disc's area pi */
+    /* The density is C / r^2 over a disc of unit radius with r_min = 1/192, so C is 1 / (2 pi (log 192 +
+       1/2)). A texel of a cube has 1 / (6 side^2) of the disc's area pi. */
     return (float)g->centred * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) /
            ((float)map->side * (float)map->side);
 }
 
-/* r_min of MIXED, small enough that texels about a corner are taken nearly one by one; and its square. */
+/* The r_min of MIXED, which is so small that texels about a corner are taken nearly one by one, and its
+   square. */
 #define RSM__MIXED_MIN (1.0f / 192.0f)
 #define RSM__MIXED_INNER 2.7127e-5f
 
-/* Returns where MIXED measures distances of texel (i, j): in the unit square, or of a cube on a sphere of
-   diameter 1. */
+/* Returns the place of texel (i, j) between which MIXED measures distances: a point of the unit square, or
+   for a cube a point of the sphere of diameter 1. */
 static inline rsm__v3 rsm__mixed_place(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
 {
     float u = rsm__texel_centre(map, i), v = rsm__texel_centre(map, j);
@@ -4110,8 +4295,8 @@ static inline rsm__v3 rsm__mixed_place(const rsm_map *map, uint32_t face, uint32
     return rsm__v3_scale(rsm__v3_normalize(rsm__v3_madd(rsm__v3_madd(a, r, u), up, v)), 0.5f);
 }
 
-/* Returns the centre of the patterns about a receiver at p: a point of the unit square, or of a cube a
-   direction, whose two sides are written to frame. inside: the centre is moved into the map. */
+/* Returns the centre of the patterns about a receiver at p: a point of the unit square, which with `inside`
+   is moved into the map, or for a cube a direction, of which two axes across are written to frame. */
 static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, rsm__v3 frame[2])
 {
     rsm__v3 centre;
@@ -4124,16 +4309,16 @@ static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, 
     centre = rsm__to_face(map, 0, p);
     if (!rsm__is_sun(map) && !(centre.z > 0.0f)) centre = rsm__v3_make(0, 0, 0);
     centre = rsm__v3_make(centre.x * 0.5f + 0.5f, centre.y * 0.5f + 0.5f, 0.0f);
-    if (inside) {                                /* any centre in the map will do, near ones do best */
+    if (inside) {                                /* any centre in the map would do; the nearest is best */
         centre.x = centre.x > 0.02f ? centre.x < 0.98f ? centre.x : 0.98f : 0.02f;
         centre.y = centre.y > 0.02f ? centre.y < 0.98f ? centre.y : 0.98f : 0.02f;
     }
     return centre;
 }
 
-/* Returns the number of the texel under a sample of a pattern about the receiver, (size_t)-1 where the sample
+/* Returns the number of the texel under a sample of a pattern about the receiver, or (size_t)-1 if the sample
    lies outside of the map, and writes how many texels the sample stands for. centre and frame are those of
-   rsm__centre_of; place: NULL, or takes the texel's place for MIXED. */
+   rsm__centre_of. place receives the texel's place for MIXED, and may be NULL. */
 static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 centre,
                                        const rsm__v3 frame[2], const float sample[3], float *weight,
                                        rsm__v3 *place)
@@ -4142,7 +4327,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
     uint32_t i, j, face = 0;
     if (map->faces == 1) {
         float r = r_max;
-        if (!(r > 0.0f)) { /* to the border: the ray's length scales radius and area alike */
+        if (!(r > 0.0f)) { /* the pattern ends at the border: the ray's length scales both radius and area */
             float length = sqrtf(x * x + y * y), dx, dy;
             if (!(length > 0.0f)) length = 1.0f;
             dx = x / length;
@@ -4154,14 +4339,14 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         x = (centre.x + r * x) * side;
         y = (centre.y + r * y) * side;
         *weight = sample[2] * r * r * side * side;
-        if (!(r_max > 0.0f)) { /* rounding must not lose what ends on the border */
+        if (!(r_max > 0.0f)) { /* rounding must not lose samples that lie on the border */
             x = x < 0.0f ? 0.0f : x >= side ? side - 0.5f : x;
             y = y < 0.0f ? 0.0f : y >= side ? side - 0.5f : y;
         }
         if (!(x >= 0.0f && x < side && y >= 0.0f && y < side)) return (size_t)-1;
         i = (uint32_t)x;
         j = (uint32_t)y;
-    } else { /* equal-area disc of the sphere: r = sin(angle / 2) */
+    } else { /* the disc is mapped to the sphere with equal areas: r = sin(angle / 2) */
         float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height;
         float q, u, v;
         rsm__v3 d, a, right, up;
@@ -4183,7 +4368,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         j = j < map->side ? j : map->side - 1u;
         u = rsm__texel_centre(map, i);
         v = rsm__texel_centre(map, j);
-        q = 1.0f + u * u + v * v; /* solid angle of the texel: (2 / side)^2 / q^1.5 */
+        q = 1.0f + u * u + v * v; /* the solid angle of the texel is (2 / side)^2 / q^1.5 */
         *weight = sample[2] * 4.0f * r * r * 0.25f * side * side * q * sqrtf(q);
     }
     if (place) *place = rsm__mixed_place(map, face, i, j);
@@ -4208,7 +4393,7 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
     for (first = 0; first < g->set_samples; first += RSM__BLOCK) {
         const float *pattern = g->pattern + 3 * ((size_t)set * g->set_samples + first);
         n = g->set_samples - first < RSM__BLOCK ? g->set_samples - first : (uint32_t)RSM__BLOCK;
-        for (i = 0; i < n; i++) { /* texels lie all over the map: all of them are asked for at first */
+        for (i = 0; i < n; i++) { /* texels lie all over the map, so all are prefetched before any is read */
             const float *p = pattern + 3 * i, sample[3] = { p[0] * c - p[1] * s, p[0] * s + p[1] * c, p[2] };
             found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, sample, &weights[i],
                                          g->shared ? &places[i] : NULL);
@@ -4273,8 +4458,9 @@ static inline double rsm__outside_share(const rsm_map *map, float r_max, rsm__v3
 
 /* ---- shared lights: those that all receivers take ---- */
 
-/* Returns texel number i of a map in tiles of 32 x 32 texels, a run each, of tiles of 8 x 8, a block each, so
-   that near_field looks at few of them. (size_t)-1: in a tile, but outside the map. */
+/* Returns texel number i of a map in an order of tiles: 32 x 32 texels, which are a run, in tiles of 8 x 8,
+   which are a block. So the lights of runs and blocks lie close together, and few of these are near a
+   receiver. Returns (size_t)-1 for a place of a tile that lies outside the map. */
 static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
 {
     size_t tiles = (map->side + 31u) / 32u, tile = i / 1024u, face = tile / (tiles * tiles);
@@ -4283,13 +4469,14 @@ static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
     return x < map->side && y < map->side ? (face * map->side + y) * map->side + x : (size_t)-1;
 }
 
-/* Whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. */
+/* Returns whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. */
 static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
 {
     return rsm__mean3(t->flux) > 0.0f ||
            (t->material != 0 && t->material <= g->desc.material_count && t->depth < RSM_FAR);
 }
 
+/* Returns how many texels of a map give light. */
 static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
 {
     size_t at, texels = rsm__texel_count(map), count = 0;
@@ -4329,7 +4516,8 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
             if (at == (size_t)-1 || !rsm__gives_light(g, map->texels + at)) continue;
         }
         set = rsm__hash_combine(g->desc.seed, (uint32_t)(placed / g->sets));
-        set = (placed + set) % g->sets; /* runs of neighbours go to all sets, each run in another order */
+        set = (placed + set) % g->sets; /* each run of `sets` neighbours is dealt out to all sets, in an order
+                                           of its own */
         lane = set * s->set_blocks * RSM__BLOCK + placed / g->sets;
         rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, map->texels + at, weight,
                       (float)g->sets);
@@ -4350,6 +4538,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     return nearby ? rsm__find_reaches(g, s, a) : RSM_OK;
 }
 
+/* Packs a list of pixel lights into blocks, set by set. A light that cannot be used leaves its lane empty. */
 static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rsm_texel *lights, size_t count,
                                         const rsm__allocator *a)
 {
@@ -4364,8 +4553,9 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     for (i = 0; i < count; i++) {
         size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
-        if (rsm__usable(rsm__v3_load(lights[i].position)) && rsm__usable(rsm__v3_load(lights[i].normal)) &&
-            lights[i].flux[0] >= 0.0f && lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
+        if (rsm__is_usable(rsm__v3_load(lights[i].position)) &&
+            rsm__is_usable(rsm__v3_load(lights[i].normal)) && lights[i].flux[0] >= 0.0f &&
+            lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
             rsm__mean3(lights[i].flux) <= 1e18f)
             rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, lights + i, 1.0f,
                           (float)g->sets);
@@ -4373,6 +4563,8 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     return RSM_OK;
 }
 
+/* Gathers from the lights of a source that all receivers share: by runs, or block by block if MIXED weighs
+   each light for this receiver. */
 static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7],
                                       uint32_t set, rsm__sum *sum)
 {
@@ -4389,7 +4581,7 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
         scale = rsm__mixed_scale(g, s->map);
     }
     for (i = 0; i < s->set_lanes && !(scale > 0.0f); i += RSM__RUN) {
-        /* short sums keep their bits where lights are many */
+        /* Sums are short, since long ones of floats lose bits where lights are many. */
         size_t lanes = s->set_lanes - i < RSM__RUN ? s->set_lanes - i : (size_t)RSM__RUN;
         if (runs && rsm__is_within_reach(runs + i / RSM__RUN, x))
             rsm__gather_near(g, s, set, i, lanes, x, sum);
@@ -4428,16 +4620,19 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
 
 /* ---- gather: bounced light of receivers (equations 1 and 2) ---- */
 
+/* Writes or adds the result of receiver `at`, times its occlusion. */
 static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
 {
     const rsm_points *p = g->points;
     float occlusion = 1.0f, *out = g->out + 3 * at;
     int c;
-    if (p->occlusion) occlusion = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+    if (p->occlusion) occlusion = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
     occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
     for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * occlusion;
 }
 
+/* Gathers for one receiver, the number-th of those asked for. With wants_share it also finds the share of
+   flux that lies beyond r_max. */
 static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tally *tally, int wants_share)
 {
     const rsm_points *p = g->points;
@@ -4448,7 +4643,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     rsm__sum sum = { { 0, 0, 0 }, 0, 0, 0 };
     rsm__v3 position, normal;
     int c;
-    if (!rsm__receiver(p, at, &position, &normal, &tally->bad)) {
+    if (!rsm__load_receiver(p, at, &position, &normal, &tally->bad)) {
         for (c = 0; c < 3 && !g->desc.add; c++) out[c] = 0.0f;
         return;
     }
@@ -4474,6 +4669,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     rsm__write_sum(g, at, sum.rgb);
 }
 
+/* Gathers for a batch of receivers. */
 static inline void rsm__gather_batch(void *context, size_t batch)
 {
     const rsm__gather *g = (const rsm__gather *)context;
@@ -4484,24 +4680,27 @@ static inline void rsm__gather_batch(void *context, size_t batch)
     for (i = first; i < end; i++) rsm__gather_one(g, i, tally, i % every == 0);
 }
 
-/* Whether the pixels of a row that take the same set are gathered for together, as many as a vector has
-   lanes: in interleaved pictures with few lights a set. */
-static inline int rsm__takes_rows(const rsm__gather *g)
+/* Returns whether the pixels of a row that take the same set are gathered for together, as many as a vector
+   has lanes. So it is for interleaved pictures with few lights a set. */
+static inline int rsm__gathers_by_rows(const rsm__gather *g)
 {
     size_t i;
     if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices)
         return 0;
-    for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits, and have lanes enough */
+    for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits; more lights fill the lanes
+                                             anyway */
         if (g->sources[i].reaches || g->sources[i].set_lanes > RSM__FEW) return 0;
     return 1;
 }
 
-static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at, rsm__tally *tally)
+/* Puts receiver `at` into the next lane; a receiver that is none gets its result at once. */
+static inline void rsm__receiver_lanes_add(const rsm__gather *g, rsm__receiver_lanes *p, size_t at,
+                                           rsm__tally *tally)
 {
     rsm__v3 position, normal;
     float x[6];
     int c;
-    if (!rsm__receiver(g->points, at, &position, &normal, &tally->bad)) {
+    if (!rsm__load_receiver(g->points, at, &position, &normal, &tally->bad)) {
         for (c = 0; c < 3 && !g->desc.add; c++) g->out[3 * at + (size_t)c] = 0.0f;
         return;
     }
@@ -4512,14 +4711,16 @@ static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at
     p->at[p->count++] = at;
 }
 
-static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32_t set, rsm__tally *tally)
+/* Gathers from one set for all lanes that are filled, writes their results and empties the lanes. */
+static inline void rsm__gather_receiver_lanes(const rsm__gather *g, rsm__receiver_lanes *p, uint32_t set,
+                                              rsm__tally *tally)
 {
     size_t i, l;
     float rgb[3];
     int c;
     for (i = 0; i < g->source_count && p->count; i++) {
         const rsm__source *s = g->sources + i;
-        if (s->blocks) g->crowd_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
+        if (s->blocks) g->lanes_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
         tally->pairs += (s->blocks ? s->set_lanes : 0) * p->count;
     }
     for (l = 0; l < p->count; l++) {
@@ -4532,6 +4733,7 @@ static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32
     memset(p, 0, sizeof *p);
 }
 
+/* Gathers for a row of a picture, set by set. */
 static inline void rsm__gather_row(void *context, size_t y)
 {
     const rsm__gather *g = (const rsm__gather *)context;
@@ -4539,16 +4741,16 @@ static inline void rsm__gather_row(void *context, size_t y)
     size_t width = g->points->width, first = y * width,
            n = g->count - first < width ? g->count - first : width, x;
     uint32_t k = g->desc.interleave, column;
-    rsm__crowd p;
+    rsm__receiver_lanes p;
     memset(tally, 0, sizeof *tally);
     memset(&p, 0, sizeof p);
     for (column = 0; column < k; column++) {
         uint32_t set = column + k * (uint32_t)(y % k);
         for (x = column; x < n; x += k) {
-            rsm__crowd_add(g, &p, first + x, tally);
-            if (p.count == g->crowd_lanes) rsm__crowd_gather(g, &p, set, tally);
+            rsm__receiver_lanes_add(g, &p, first + x, tally);
+            if (p.count == g->receiver_lane_count) rsm__gather_receiver_lanes(g, &p, set, tally);
         }
-        rsm__crowd_gather(g, &p, set, tally);
+        rsm__gather_receiver_lanes(g, &p, set, tally);
     }
 }
 
@@ -4557,14 +4759,18 @@ static inline rsm_result rsm__materials_check(const rsm__logger *log, const rsm_
     uint32_t i;
     int c;
     if (!d->materials && d->material_count)
-        return rsm__refuse(log, RSM_ERR_DESC, "materials", "is NULL, and material_count is not 0");
+        return rsm__refuse(log, RSM_ERR_DESC, "desc.materials", "is NULL, and material_count is not 0");
     for (i = 0; i < d->material_count; i++) {
         const rsm_material *m = d->materials + i;
-        if (!rsm__within(log, "materials.exponent", (double)m->exponent, 0, 1e4, "0..1e4"))
+        if (!(m->exponent >= 0.0f && m->exponent <= 1e4f)) {
+            rsm__log_element(log, "desc.materials", i, "has the exponent", (double)m->exponent, "0..1e4");
             return RSM_ERR_DESC;
-        for (c = 0; c < 3; c++)
-            if (!rsm__within(log, "materials.specular", (double)m->specular[c], 0, 1, "0..1"))
-                return RSM_ERR_DESC;
+        }
+        for (c = 0; c < 3; c++) {
+            if (m->specular[c] >= 0.0f && m->specular[c] <= 1.0f) continue;
+            rsm__log_element(log, "desc.materials", i, "has the specular", (double)m->specular[c], "0..1");
+            return RSM_ERR_DESC;
+        }
     }
     return RSM_OK;
 }
@@ -4573,10 +4779,10 @@ static inline rsm_result rsm__noise_check(const rsm__logger *log, const rsm_gath
 {
     uint32_t i;
     if (!d->noise) return RSM_OK;
-    if (!rsm__within(log, "noise_side", d->noise_side, 1, 4096, "1..4096")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.noise_side", d->noise_side, 1, 4096, "1..4096")) return RSM_ERR_DESC;
     for (i = 0; i < d->noise_side * d->noise_side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) {
-            rsm__log_element(log, "noise", i, "is", (double)d->noise[i], "0..1");
+            rsm__log_element(log, "desc.noise", i, "is", (double)d->noise[i], "0..1");
             return RSM_ERR_DESC;
         }
     return RSM_OK;
@@ -4586,19 +4792,22 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
 {
     const rsm_result bad = RSM_ERR_DESC;
     const int poisson = d->pattern == RSM_PATTERN_POISSON;
-    if (!rsm__within(log, "pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1, "one of rsm_pattern"))
+    if (!rsm__check_range(log, "desc.pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1,
+                          "one of rsm_pattern"))
         return bad;
-    if (!rsm__within(log, "sample_count", d->sample_count, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
+    if (!rsm__check_range(log, "desc.sample_count", d->sample_count, 0,
+                          poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
                      poisson ? "0..4096 with POISSON" : "0..2^20"))
         return bad;
-    if (!rsm__within(log, "r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
-    if (!rsm__within(log, "r_min", (double)d->r_min, 0, 0.99999994, "0 or more, below 1")) return bad;
-    if (!rsm__within(log, "offset", (double)d->offset, 0, 1e9, "0..1e9")) return bad;
-    if (!rsm__within(log, "clamp", (double)d->clamp, 0, (double)1e18f, "0..1e18")) return bad;
-    if (!rsm__within(log, "near_limit", (double)d->near_limit, 0, 1e6, "0..1e6")) return bad;
-    if (!rsm__within(log, "near_field", (double)d->near_field, 0, 32, "0..32")) return bad;
+    if (!rsm__check_range(log, "desc.r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
+    if (!rsm__check_range(log, "desc.r_min", (double)d->r_min, 0, 0.99999994, "0 or more, below 1"))
+        return bad;
+    if (!rsm__check_range(log, "desc.offset", (double)d->offset, 0, 1e9, "0..1e9")) return bad;
+    if (!rsm__check_range(log, "desc.clamp", (double)d->clamp, 0, (double)1e18f, "0..1e18")) return bad;
+    if (!rsm__check_range(log, "desc.near_limit", (double)d->near_limit, 0, 1e6, "0..1e6")) return bad;
+    if (!rsm__check_range(log, "desc.near_field", (double)d->near_field, 0, 32, "0..32")) return bad;
     if (d->interleave <= 8 && (d->interleave & (d->interleave - 1)) == 0) return RSM_OK;
-    rsm__log_value(log, "interleave", d->interleave, "0, 1, 2, 4 or 8");
+    rsm__log_value(log, "desc.interleave", d->interleave, "0, 1, 2, 4 or 8");
     return bad;
 }
 
@@ -4622,10 +4831,12 @@ static inline rsm_result rsm__gather_check(const rsm__logger *log, const rsm_gat
     }
     if (out->interleave == 0) out->interleave = 1;
     if (out->interleave == 1 || points->width != 0) return RSM_OK;
-    return rsm__refuse(log, RSM_ERR_DESC, "interleave",
-                       "is above 1, and points.width is 0: one row is no picture");
+    rsm__log_value(log, "desc.interleave", out->interleave,
+                   "0 or 1 if points.width is 0: one row is no picture");
+    return RSM_ERR_DESC;
 }
 
+/* Gives back what rsm__gather_open and rsm__make_tallies allocated. */
 static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
 {
     size_t i = g->sources ? g->source_count : 0;
@@ -4665,8 +4876,8 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         uint32_t n, k;
         float *sorted;
         g->set_samples = (g->centred + g->sets - 1) / g->sets;
-        n = g->set_samples * g->sets; /* rounded up to equal sets: every sample weighs the same.
-                                         RSM__MAX_POISSON is a multiple of all of them */
+        n = g->set_samples * g->sets; /* rounded up to sets of the same size, so that every sample weighs the
+                                         same; RSM__MAX_POISSON is a multiple of any number of sets */
         g->pattern = (float *)rsm__alloc_array(a, n, 3 * sizeof *g->pattern);
         sorted = (float *)rsm__alloc_array(a, n, 3 * sizeof *sorted);
         if (!g->pattern || !sorted) {
@@ -4676,7 +4887,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         g->centred = n;
         rsm__pattern_make(mixed ? RSM_PATTERN_LOG_RADIAL : g->desc.pattern, n, g->desc.r_min,
                           g->desc.paper_weights, g->desc.seed, sorted);
-        for (k = 0; k < n; k++) { /* sample k to set k % sets */
+        for (k = 0; k < n; k++) { /* sample k goes to set k % sets */
             float *to = g->pattern + 3 * ((size_t)(k % g->sets) * g->set_samples + k / g->sets);
             memcpy(to, sorted + 3 * (size_t)k, 3 * sizeof *to);
         }
@@ -4690,6 +4901,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     return result;
 }
 
+/* Adds the tallies of all tasks to the statistics. sums collects what shares are made of. */
 static inline void rsm__gather_add_stats(const rsm__gather *g, size_t batches, rsm_gather_stats *stats,
                                          double sums[4])
 {
@@ -4712,15 +4924,20 @@ static inline rsm_result rsm__maps_check(const rsm__logger *log, const rsm_map *
     size_t i;
     if (!maps) return rsm__refuse(log, RSM_ERR_ARGUMENT, "maps", "is NULL");
     if (map_count == 0) return rsm__refuse(log, RSM_ERR_ARGUMENT, "map_count", "is 0");
-    for (i = 0; i < map_count; i++)
-        if (!maps[i]) return rsm__refuse(log, RSM_ERR_ARGUMENT, "maps", "has an element that is NULL");
-    for (i = 0; i < map_count; i++)
-        if (!maps[i]->finished)
-            return rsm__refuse(log, RSM_ERR_ORDER, "maps", "has one that is not finished");
+    for (i = 0; i < map_count; i++) {
+        if (maps[i]) continue;
+        rsm__log_element_text(log, "maps", i, "is NULL");
+        return RSM_ERR_ARGUMENT;
+    }
+    for (i = 0; i < map_count; i++) {
+        if (maps[i]->finished) continue;
+        rsm__log_element_text(log, "maps", i, "is not finished: rsm_finish must come first");
+        return RSM_ERR_ORDER;
+    }
     return RSM_OK;
 }
 
-/* Logs why a gather failed after its arguments were checked; returns the result. */
+/* Logs why a gather failed after its arguments were checked, and returns the result. */
 static inline rsm_result rsm__gather_logged(const rsm__logger *log, rsm_result result)
 {
     if (result == RSM_ERR_ALLOC)
@@ -4729,9 +4946,10 @@ static inline rsm_result rsm__gather_logged(const rsm__logger *log, rsm_result r
     return result;
 }
 
-static inline size_t rsm__batches(const rsm__gather *g, size_t count)
+/* Returns how many tasks gather for so many receivers: rows of a picture, or batches. */
+static inline size_t rsm__count_tasks(const rsm__gather *g, size_t count)
 {
-    size_t each = rsm__takes_rows(g) ? g->points->width : (size_t)RSM__BATCH;
+    size_t each = rsm__gathers_by_rows(g) ? g->points->width : (size_t)RSM__BATCH;
     return count / each + (count % each != 0);
 }
 
@@ -4739,21 +4957,22 @@ static inline size_t rsm__batches(const rsm__gather *g, size_t count)
    rsm__gather_close. */
 static inline rsm_result rsm__make_tallies(rsm__gather *g, const rsm__allocator *a)
 {
-    size_t batches = rsm__batches(g, g->points->indices ? g->points->index_count : g->points->count);
+    size_t batches = rsm__count_tasks(g, g->points->indices ? g->points->index_count : g->points->count);
     g->tallies = (rsm__tally *)rsm__alloc_array(a, batches + 1, sizeof *g->tallies);
     return g->tallies ? RSM_OK : RSM_ERR_ALLOC;
 }
 
-/* Gathers for the receivers of g->points. begin..end is the share of the whole call that this is. */
+/* Gathers for the receivers of g->points. begin and end are the fractions of the whole call at which this
+   part begins and ends. */
 static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, float begin, float end)
 {
     size_t batches;
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
     g->count = g->points->indices ? g->points->index_count : g->points->count;
-    batches = rsm__batches(g, g->count);
-    if (!rsm__run_steps(&g->desc.system, batches, rsm__takes_rows(g) ? rsm__gather_row : rsm__gather_batch, g,
-                        begin, end))
+    batches = rsm__count_tasks(g, g->count);
+    if (!rsm__run_steps(&g->desc.system, batches,
+                        rsm__gathers_by_rows(g) ? rsm__gather_row : rsm__gather_batch, g, begin, end))
         return RSM_ERR_CANCELLED;
     if (!stats) return RSM_OK;
     memset(&s, 0, sizeof s);
@@ -4762,6 +4981,7 @@ static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *st
     return RSM_OK;
 }
 
+/* Returns whether the light that bounds take off has to be summed. */
 static inline int rsm__loss_wanted(const rsm__gather *g, const rsm_gather_stats *stats)
 {
     return stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f);
@@ -4773,7 +4993,7 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     rsm__allocator a = rsm__allocator_of(&g->desc.system);
     rsm_result result;
     g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
-    g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats), &g->crowd_lanes);
+    g->lanes_kernel = rsm__choose_receiver_lanes_kernel(rsm__loss_wanted(g, stats), &g->receiver_lane_count);
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
     if (result == RSM_OK) result = rsm__make_tallies(g, &a);
     if (result == RSM_OK) result = rsm__gather_points(g, stats, 0.0f, 1.0f);
@@ -4796,6 +5016,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     return rsm__gather_logged(&log, rsm__gather_run(&g, maps, map_count, NULL, 0, stats));
 }
 
+/* Checks a list of pixel lights. */
 static inline rsm_result rsm__lights_check(const rsm__logger *log, const rsm_texel *lights, size_t count)
 {
     size_t i;
@@ -4837,7 +5058,7 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     if (result != RSM_OK) return result;
     if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
     if (!lights && capacity) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "lights", "is NULL");
-    if (!rsm__within(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
+    if (!rsm__check_range(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
         return RSM_ERR_ARGUMENT;
     for (m = 0; m < map_count; m++) {
         float weight;
@@ -4846,7 +5067,10 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
             needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight);
     }
     *count = needed;
-    if (capacity < needed) return rsm__refuse(&log, RSM_ERR_MEMORY, "capacity", "is below *count");
+    if (capacity < needed) {
+        rsm__log_value(&log, "capacity", (double)capacity, "at least *count, which was written");
+        return RSM_ERR_MEMORY;
+    }
     for (m = 0, needed = 0; m < map_count; m++)
         for (i = 0; i < (sample_count ? sample_count : rsm__texel_count(maps[m])); i++) {
             float weight = 1.0f;
@@ -4863,16 +5087,21 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     return RSM_OK;
 }
 
-/* A group of lights: `count` entries of the order from `first` on. */
-typedef struct rsm__group { size_t first, count; double flux, mean[6], spread[6], cost; } rsm__group;
+typedef struct rsm__group {        /* a group of lights: `count` entries of the order from `first` on */
+    size_t first, count;
+    double flux;
+    double mean[6], spread[6];     /* of positions and normals, weighted by flux */
+    double cost;                   /* flux x spread: the costliest group is cut next */
+} rsm__group;
 
+/* Returns coordinate k of a light: 0 to 2 of its position, 3 to 5 of its normal. */
 static inline float rsm__coordinate(const rsm_texel *t, int k)
 {
     return k < 3 ? t->position[k] : t->normal[k - 3];
 }
 
-/* Measures the means and spreads of a group's positions and normals by flux, and its cost, flux x spread.
-   Spreads of normals are scaled to those of positions by the squared size of the scene. */
+/* Measures the means and spreads of a group, and its cost. Spreads of normals are scaled to those of
+   positions by size2, the squared size of the scene. */
 static inline void rsm__measure_group(rsm__group *g, const rsm_texel *lights, const uint32_t *order,
                                       double size2)
 {
@@ -4899,9 +5128,9 @@ static inline void rsm__measure_group(rsm__group *g, const rsm_texel *lights, co
     if (g->count < 2) g->cost = 0.0;
 }
 
-/* Cuts a group at the mean of its widest coordinate; returns 0 where all lights fall on one side. */
+/* Cuts a group at the mean of its widest coordinate. Returns 0 if all lights fall on one side. */
 static inline int rsm__cut_group(rsm__group *g, rsm__group *other, const rsm_texel *lights, uint32_t *order,
-                           double size2)
+                                 double size2)
 {
     size_t low = g->first, high = g->first + g->count;
     int k, widest = 0;
@@ -4924,6 +5153,7 @@ static inline int rsm__cut_group(rsm__group *g, rsm__group *other, const rsm_tex
     return 1;
 }
 
+/* Writes the light that stands for a group. */
 static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights, const uint32_t *order,
                                     rsm_texel *out)
 {
@@ -4946,7 +5176,7 @@ static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights
     out->area = (float)area;
     out->depth = 0.0f;
     if (!(rsm__v3_length(normal) > 1e-6f))
-        normal = rsm__v3_load(brightest->normal); /* opposite ones cancel out */
+        normal = rsm__v3_load(brightest->normal); /* since opposite normals cancel out */
     rsm__v3_store(out->normal, rsm__v3_normalize(normal));
 }
 
@@ -4965,10 +5195,11 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     log = rsm__logger_of(system, "rsm_cluster");
-    if (!clusters || !count)
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, clusters ? "count" : "clusters", "is NULL");
-    if (!rsm__within(&log, "cluster_count", cluster_count, 1, 65536, "1..65536")) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
+    if (!clusters) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "clusters", "is NULL");
+    if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
+    if (!rsm__check_range(&log, "cluster_count", cluster_count, 1, 65536, "1..65536"))
+        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
         return RSM_ERR_ARGUMENT;
     if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
     result = rsm__lights_check(&log, lights, light_count);
@@ -4983,8 +5214,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     }
     for (at = 0; at < light_count; at++) {
         float f = rsm__mean3(lights[at].flux);
-        if (f > 0.0f && f <= 1e18f && rsm__usable(rsm__v3_load(lights[at].position)) &&
-            rsm__usable(rsm__v3_load(lights[at].normal)))
+        if (f > 0.0f && f <= 1e18f && rsm__is_usable(rsm__v3_load(lights[at].position)) &&
+            rsm__is_usable(rsm__v3_load(lights[at].normal)))
             order[used++] = (uint32_t)at;
     }
     groups[0].first = 0;
@@ -5015,51 +5246,54 @@ typedef struct rsm__grid {
     const rsm_points       *points;
     const rsm_interpolation *desc;
     float    *out;
-    uint8_t  *state;               /* of each pixel */
-    uint32_t *list;                /* pixels to evaluate */
-    uint32_t  width, height, step;
-    int       lossy;
-    rsm__suit suit;
-    float    *reach2;              /* of samples: squared distance of the nearest light */
-    float     limits[3];           /* least cosine, largest slope^2 and distance^2 of a sample that suits */
+    uint8_t  *state;               /* of each pixel, see below */
+    uint32_t *list;                /* the pixels that are evaluated next */
+    uint32_t  width, height, step; /* pixels; step is that of this level's grid */
+    int       lossy;               /* not 0: the light that bounds take off is summed */
+    rsm__suit_kernel suit;
+    float    *reach2;              /* of each sample the squared distance of its nearest light */
+    float     limits[3];           /* the least cosine, the largest slope^2 and distance^2 of a sample that
+                                      suits a pixel */
 } rsm__grid;
 
-/* The states of a pixel. Those that are still open have bit 0 and no other state has it, so that cells are
-   asked eight pixels at a time. */
+/* The states of a pixel. States that are still open have bit 0 set, and no other state has, so that eight
+   pixels of a cell can be asked at a time. */
 enum {
-    RSM__NONE = 0,
-    RSM__BAD = 2, /* no receiver there; not finite */
-    RSM__OPEN = 1,
-    RSM__WANTED = 3,
+    RSM__NONE = 0,                 /* no receiver */
+    RSM__BAD = 2,                  /* no receiver, since it is not finite */
+    RSM__OPEN = 1,                 /* a receiver without a result as yet */
+    RSM__WANTED = 3,               /* the same, to be evaluated as a corner of a cell */
     RSM__INTERPOLATED = 4,
-    RSM__REPLACED = 6, /* wanted, interpolated before */
+    RSM__REPLACED = 6,             /* interpolated, and to be evaluated as a corner of a cell */
     RSM__EVALUATED = 8
 };
 
-/* Writes the grid lines on both sides of a coordinate: multiples of step, a power of two, and the picture's
-   last pixel. */
+/* Writes the grid lines on both sides of a coordinate. Lines lie at the multiples of step, a power of two,
+   and at the picture's last pixel. */
 static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2])
 {
     line[0] = at & ~(step - 1u);
     line[1] = line[0] + step < size ? line[0] + step : size - 1;
 }
 
+/* Returns where a coordinate lies between two lines, 0..1. */
 static inline float rsm__grid_share(uint32_t at, const uint32_t line[2])
 {
     return line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
 }
 
-enum { RSM__ALL_SUIT = 4 };        /* "the missing sample" of a pixel that has all four */
+enum { RSM__ALL_SUIT = 4 };        /* in place of the number of the missing sample, if all four suit */
 
 typedef struct rsm__cell {
-    uint32_t column[2], row[2];
+    uint32_t column[2], row[2];    /* of its corners */
     float    samples[4][6];        /* positions and normals of the corners */
-    float    rgb[4][3], limits[4][3];
+    float    rgb[4][3];            /* light at the corners */
+    float    limits[4][3];         /* those of rsm__grid, for each corner */
     int      there;                /* bits of the corners that were evaluated */
-    int      agree[5];             /* by the missing sample: do the others? */
+    int      agree[5];             /* agree[k]: the corners without corner k are alike; agree[4]: all are */
 } rsm__cell;
 
-/* Whether the corners are there, but for the missing one, and alike in brightness. */
+/* Returns whether all corners but the missing one were evaluated and are alike in brightness. */
 static inline int rsm__corners_agree(int there, const float mean[4], int missing, float contrast)
 {
     float low = RSM_FAR, high = 0.0f, sum = 0.0f;
@@ -5074,7 +5308,7 @@ static inline int rsm__corners_agree(int there, const float mean[4], int missing
     return !(contrast >= 0.0f && high - low > contrast * sum / (missing < 4 ? 3.0f : 4.0f));
 }
 
-/* Loads the samples at the corners of a cell; returns 0 if they can do for no pixel. */
+/* Loads the samples at the corners of a cell. Returns 0 if no pixel can be interpolated from them. */
 static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
 {
     const rsm_points *p = g->points;
@@ -5092,8 +5326,8 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
     for (k = 0; k <= RSM__ALL_SUIT; k++)
         any |= cell->agree[k] = rsm__corners_agree(cell->there, mean, k, g->desc->contrast);
     for (k = 0; k < 4 && any; k++) {
-        memcpy(cell->samples[k], rsm__at(p->positions, rsm__stride(p->position_stride, 12), at[k]), 12);
-        memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
+        rsm__v3_store(cell->samples[k], rsm__vector_at(p->positions, p->position_stride, at[k]));
+        rsm__v3_store(cell->samples[k] + 3, rsm__vector_at(p->normals, p->normal_stride, at[k]));
         memcpy(cell->rgb[k], g->out + 3 * at[k], 12);
         memcpy(cell->limits[k], g->limits, sizeof g->limits);
         if (g->desc->light_share > 0.0f &&
@@ -5103,9 +5337,9 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
     return any;
 }
 
-/* Writes the bilinear value of a cell. A missing fourth sample is completed to a plane, the sum of its
-   neighbours less the one across: the paper's normalised weights pull the result towards the other three, 6 %
-   at a crease (T39). */
+/* Writes the bilinear value at (u, v) of a cell. A missing sample counts as the sum of its neighbours less
+   the one across, which makes the four a plane. The paper normalises the other weights in its place, which
+   pulls the result towards these three, by 6 % at a crease (T39). */
 static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, float v, float *out)
 {
     float w[4];
@@ -5127,7 +5361,8 @@ static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, 
     }
 }
 
-/* Applies section 4's rule to the pixels of a tile: three samples that suit, or all four, interpolate. */
+/* Interpolates those pixels of a tile for which three of the cell's samples suit, or all four: the rule of
+   section 4. */
 static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rsm__tile *t, size_t count)
 {
     size_t i, end = (count + 3) & ~(size_t)3;
@@ -5148,7 +5383,7 @@ static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rs
     }
 }
 
-/* Whether a cell has pixels that no sample did for yet. */
+/* Returns whether a cell has a pixel without a result. */
 static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
                                  uint32_t bottom)
 {
@@ -5168,15 +5403,17 @@ static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top
     return 0;
 }
 
-/* Adds the open pixels of a row to the tile, which has room for all: without branches, since which are open
-   is anybody's guess. */
+/* Adds the open pixels of a row to the tile, which has room for all of the row. Every pixel is written, and
+   an open one moves the end on: a branch would be mispredicted, since which pixels are open follows no
+   pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {
     const rsm_points *p = g->points;
-    size_t first = (size_t)y * g->width + left, ps = rsm__stride(p->position_stride, 12),
-           ns = rsm__stride(p->normal_stride, 12);
-    const float *position = rsm__at(p->positions, ps, first), *normal = rsm__at(p->normals, ns, first);
+    size_t first = (size_t)y * g->width + left, ps = rsm__stride_or(p->position_stride, 12),
+           ns = rsm__stride_or(p->normal_stride, 12);
+    const float *position = rsm__element_at(p->positions, ps, first);
+    const float *normal = rsm__element_at(p->normals, ns, first);
     const uint8_t *state = g->state + first;
     uint32_t x;
     for (x = left; x < right; x++) {
@@ -5189,12 +5426,13 @@ static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t coun
         t->x[count] = x;
         t->y[count] = y;
         count += *state++ == RSM__OPEN;
-        position = rsm__at(position, ps, 1);
-        normal = rsm__at(normal, ns, 1);
+        position = rsm__element_at(position, ps, 1);
+        normal = rsm__element_at(normal, ns, 1);
     }
     return count;
 }
 
+/* Interpolates the open pixels of a cell, a tile of them at a time. */
 static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top,
                                          uint32_t right, uint32_t bottom)
 {
@@ -5214,8 +5452,8 @@ static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t
     rsm__tile_interpolate(g, &cell, tile, count);
 }
 
-/* Interpolates a row of cells. Corners are looked at only where a cell has open pixels: others may belong to
-   another thread. */
+/* Interpolates a row of cells. Corners are looked at only if a cell has open pixels, since another thread may
+   be writing the state of others. */
 static inline void rsm__interpolate_cells(void *context, size_t number)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -5229,8 +5467,8 @@ static inline void rsm__interpolate_cells(void *context, size_t number)
     }
 }
 
-/* Marks a corner that a cell with open pixels needs as wanted, unless it was evaluated before. A coarse grid
-   wants pixels that are interpolated already too: what was evaluated replaces them. */
+/* Marks the corners of the cell at (x, y) as wanted, unless they were evaluated before. A pixel that an
+   earlier level interpolated is wanted too: an evaluated value replaces the interpolated one. */
 static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
 {
     uint32_t column[2], row[2], k;
@@ -5243,13 +5481,14 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     }
 }
 
+/* Returns the grid line after `at`, or size if there is none. */
 static inline uint32_t rsm__next_line(const rsm__grid *g, uint32_t at, uint32_t size)
 {
     return at + g->step < size ? at + g->step : at + 1 < size ? size - 1 : size;
 }
 
-/* Lists the wanted pixels in order and marks them as evaluated; without a grid all open ones. Returns their
-   number. */
+/* Lists the pixels that this level evaluates, marks them as evaluated, and returns how many they are: the
+   corners of cells with open pixels, or on the last level, whose step is 1, all open pixels. */
 static inline size_t rsm__list_wanted(rsm__grid *g)
 {
     uint32_t x, y;
@@ -5283,15 +5522,15 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
         rsm__log_value(log, "interpolation.step", out->step, "0 or a power of two, 2..64");
         return bad;
     }
-    if (!rsm__within(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
-    if (!rsm__within(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
+    if (!rsm__check_range(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
+    if (!rsm__check_range(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
         return bad;
-    if (!rsm__within(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
+    if (!rsm__check_range(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
-    if (!rsm__within(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
+    if (!rsm__check_range(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
+    if (!rsm__check_range(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
+    if (!rsm__check_range(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
         return bad;
     if (out->level_count == 0) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
@@ -5301,8 +5540,9 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
     return RSM_OK;
 }
 
-/* Runs one level: evaluates the grid of g->step (1: every pixel left), then interpolates where it does.
-   begin..end is the share of the whole call that this is. */
+/* Runs one level: evaluates the grid of g->step (1: every pixel that is left), then interpolates the pixels
+   for which samples suit. begin and end are the fractions of the whole call at which this level begins and
+   ends. */
 static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_gather_stats *total,
                                          float begin, float end)
 {
@@ -5311,7 +5551,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     rsm_result result;
     points.indices = g->list;
     points.index_count = rsm__list_wanted(g);
-    points.occlusion = NULL; /* applied at full resolution, after interpolation */
+    points.occlusion = NULL; /* rsm__grid_finish applies it, at full resolution */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
     gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
@@ -5324,11 +5564,11 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     total->clamped_share += stats.clamped_share * (double)stats.evaluated;
     total->outside_share += stats.outside_share * (double)stats.evaluated;
     if (g->step > 1)
-        rsm__run(&gather->desc.system, (g->height + g->step - 1) / g->step, rsm__interpolate_cells, g);
+        rsm__run_tasks(&gather->desc.system, (g->height + g->step - 1) / g->step, rsm__interpolate_cells, g);
     return RSM_OK;
 }
 
-/* Writes the mask, and applies occlusion, which is for full resolution. Returns the number of bad points. */
+/* Writes the mask, applies occlusion to all pixels, and returns the number of bad points. */
 static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
 {
     const rsm_points *p = g->points;
@@ -5340,13 +5580,14 @@ static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
     for (at = 0; at < pixels && p->occlusion; at++) {
         float f;
         if (g->state[at] < RSM__INTERPOLATED) continue;
-        f = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+        f = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
         f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
         for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
     }
     return bad;
 }
 
+/* Sets the states of a row before the first level. */
 static inline void rsm__grid_start_row(void *context, size_t y)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -5354,19 +5595,20 @@ static inline void rsm__grid_start_row(void *context, size_t y)
     for (at = y * g->width; at < (y + 1) * g->width; at++) {
         rsm__v3 x, n;
         uint64_t bad = 0;
-        int lit = rsm__receiver(g->points, at, &x, &n, &bad);
+        int lit = rsm__load_receiver(g->points, at, &x, &n, &bad);
         g->state[at] = lit ? RSM__OPEN : bad ? RSM__BAD : RSM__NONE;
         if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
     }
 }
 
+/* Runs all levels, from the coarsest grid to single pixels. */
 static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels,
                                               rsm_gather_stats *total)
 {
     uint32_t level, steps = 0;
     rsm_result result = RSM_OK;
     while (steps < levels && g->step >> steps > 1u) steps++;
-    rsm__run(&gather->desc.system, g->height, rsm__grid_start_row, g);
+    rsm__run_tasks(&gather->desc.system, g->height, rsm__grid_start_row, g);
     for (level = 0; level <= steps && result == RSM_OK; level++, g->step /= 2) {
         float begin = (float)level / (float)(steps + 1u), end = (float)(level + 1u) / (float)(steps + 1u);
         if (level == steps) g->step = 1;
@@ -5383,7 +5625,8 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
 {
     rsm_result result = rsm__points_check(log, points, out);
     if (result != RSM_OK) return result;
-    if (points->indices) return rsm__refuse(log, RSM_ERR_ARGUMENT, "points.indices", "is not NULL");
+    if (points->indices)
+        return rsm__refuse(log, RSM_ERR_ARGUMENT, "points.indices", "is not NULL, as it must be here");
     if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu) {
         rsm__log_value(log, "points.width", points->width,
                        "the pixels in a row, of which points.count is a multiple");
@@ -5392,12 +5635,14 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
     result = rsm__gather_check(log, desc, points, gather);
     if (result == RSM_OK) result = rsm__interpolation_check(log, interpolation, how);
     if (result != RSM_OK) return result;
-    if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "noise", "is not NULL");
-    if (gather->interleave != 1) return rsm__refuse(log, RSM_ERR_DESC, "interleave", "is above 1");
-    if (gather->add) return rsm__refuse(log, RSM_ERR_DESC, "add", "is not 0");
+    if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "desc.noise", "is not NULL, as it must be here");
+    if (!rsm__check_range(log, "desc.interleave", gather->interleave, 1, 1, "0 or 1 here"))
+        return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.add", gather->add, 0, 0, "0 here")) return RSM_ERR_DESC;
     return RSM_OK;
 }
 
+/* Allocates what the levels need, runs them, and fills in the statistics. */
 static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps,
                                               size_t map_count, rsm_gather_stats *stats)
 {
@@ -5411,7 +5656,8 @@ static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather,
     g->reach2 = (float *)rsm__alloc_array(&a, count + 1, sizeof *g->reach2);
     result = g->list && g->state && g->reach2 ? rsm__gather_open(gather, maps, map_count, NULL, 0, &a)
                                               : RSM_ERR_ALLOC;
-    if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* none is left to fail once levels write */
+    if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* all memory is there before levels write
+                                                                     */
     if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->level_count, &total);
     rsm__gather_close(gather, &a);
     if (result == RSM_OK) {
@@ -5467,7 +5713,7 @@ typedef struct rsm__direct {
     float            *out;
 } rsm__direct;
 
-/* Returns the irradiance at p without shadow, for a light of value 1; 0 outside of a cone or behind a
+/* Returns the irradiance at p without shadow, for a light of value 1. It is 0 outside of a cone and behind a
    patch. */
 static inline float rsm__unshadowed_light(const rsm_map *map, rsm__v3 p, rsm__v3 n, rsm__v3 to_light)
 {
@@ -5488,8 +5734,8 @@ static inline float rsm__unshadowed_light(const rsm_map *map, rsm__v3 p, rsm__v3
     return cosine / d2;
 }
 
-/* Returns the lit share of taps x taps texels about p, weighted as a box moved by fractions of a texel; 2
-   taps: bilinear. */
+/* Returns the lit share of tap_side x tap_side texels about p, weighted as by a box whose place is not bound
+   to texels. With 2 x 2 the weights are bilinear. */
 static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *desc, rsm__v3 p, float cosine)
 {
     uint32_t face = rsm__face_of(map, p);
@@ -5506,7 +5752,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     slope = slope < 10.0f ? slope : 10.0f;
     bias = texel * (desc->bias +
                     desc->slope_bias * slope * 0.7072f * (float)desc->tap_side); /* the farthest tap */
-    x = (q.x * 0.5f + 0.5f) * side - radius; /* the first tap's texel is floor(x) */
+    x = (q.x * 0.5f + 0.5f) * side - radius; /* floor(x) is the column of the first tap */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);
     fy = y - floorf(y);
@@ -5530,6 +5776,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     return total > 0.0f ? sum / total : 0.0f;
 }
 
+/* Lights a batch of 256 receivers. */
 static inline void rsm__direct_batch(void *context, size_t batch)
 {
     const rsm__direct *w = (const rsm__direct *)context;
@@ -5542,7 +5789,7 @@ static inline void rsm__direct_batch(void *context, size_t batch)
         rsm__v3 x, n;
         uint64_t bad = 0;
         int c;
-        if (rsm__receiver(p, at, &x, &n, &bad)) {
+        if (rsm__load_receiver(p, at, &x, &n, &bad)) {
             rsm__v3 to_light = rsm__to_light(w->map, x);
             light = rsm__unshadowed_light(w->map, x, n, to_light);
             if (light > 0.0f) light *= rsm__lit_share(w->map, &w->desc, x, rsm__v3_dot(n, to_light));
@@ -5557,9 +5804,10 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
-    if (!rsm__within(log, "tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6"))
+        return RSM_ERR_DESC;
     if (!rsm__system_valid(log, &out->system)) return RSM_ERR_DESC;
     if (out->tap_side == 0) out->tap_side = 2;
     if (out->bias == 0.0f) out->bias = 0.5f;
@@ -5575,8 +5823,11 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
     rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_direct");
     rsm__direct w;
     size_t count;
-    rsm_result result = rsm__maps_check(&log, &map, 1);
-    if (result == RSM_OK) result = rsm__points_check(&log, points, irradiance);
+    rsm_result result;
+    if (!map) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "map", "is NULL");
+    if (!map->finished)
+        return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is not finished: rsm_finish must come first");
+    result = rsm__points_check(&log, points, irradiance);
     if (result == RSM_OK) result = rsm__direct_check(&log, desc, &w.desc);
     if (result != RSM_OK) return result;
     w.map = map;

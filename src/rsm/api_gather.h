@@ -1,18 +1,19 @@
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {          /* which texels a receiver takes its light from, where it does not take
-                                       all */
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if it does not take all
+                                       */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
     RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
                                        receivers */
     RSM_PATTERN_EQUATION3,          /* the paper's pattern about the receiver's projection, of density 1/r */
-    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 from r_min out, even inside */
-    RSM_PATTERN_POISSON,            /* an even disc about the projection, in which samples keep a least
-                                       distance from each other; 4096 samples at most */
-    RSM_PATTERN_LOW_DISCREPANCY,    /* an even disc about the projection, by a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two fifths of the samples by FLUX, three by LOG_RADIAL with r_min
-                                       1/192, put together by multiple importance sampling: the least error in
-                                       corners, but slower. r_max and r_min are not used */
+    RSM_PATTERN_LOG_RADIAL,         /* about the projection, of density 1/r^2 beyond r_min and even inside */
+    RSM_PATTERN_POISSON,            /* about the projection, of even density over a disc, with a least
+                                       distance between samples; 4096 samples at most */
+    RSM_PATTERN_LOW_DISCREPANCY,    /* about the projection, of even density over a disc, by a
+                                       (0, 2)-sequence */
+    RSM_PATTERN_MIXED,              /* two fifths of the samples as in FLUX, three fifths as in LOG_RADIAL
+                                       with r_min 1/192, put together by multiple importance sampling: the
+                                       least error in corners, but slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
@@ -94,9 +95,9 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
                                        this share of their mean. 0 = 0.25; negative = never, as in the
                                        paper */
-    float    light_share;           /* a sample counts up to this share of its distance from the nearest pixel
-                                       light, so that no bright spot between samples is missed. 0 = 0.25;
-                                       negative = no limit */
+    float    light_share;           /* a sample is used only for pixels within this share of the distance from
+                                       the sample to its nearest pixel light, so that no bright spot between
+                                       samples is missed. 0 = 0.25; negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
                                        NULL = not wanted */
 } rsm_interpolation;
@@ -107,11 +108,13 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 /* Writes the irradiance of all pixels of a picture, as rsm_gather does, but faster: light is gathered on a
    coarse grid of pixels, and interpolated for a pixel if 3 or 4 samples about it lie on a surface like its
    own. The grid is refined for the other pixels, and light is gathered for what is left.
-   desc     NULL = all defaults; noise, interleave and add must be off (RSM_ERR_DESC)
+   desc     NULL = all defaults; noise, interleave and add must be off
    interpolation   NULL = all defaults
-   points   a picture: width is set, count a multiple of it below 2^32, and indices NULL (RSM_ERR_ARGUMENT)
+   points   a picture: width is set, count is a multiple of width below 2^32, and indices is NULL
    stats    may be NULL; evaluated / points->count is the share of pixels for which light was gathered
-   Errors   as rsm_gather */
+   Errors   those of rsm_gather, and these.
+            RSM_ERR_ARGUMENT: the points are no picture.
+            RSM_ERR_DESC: a field of interpolation is out of range, or noise, interleave or add is not off. */
 #endif
 
 #ifndef RSM_WITHOUT_LISTS
@@ -125,7 +128,8 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
             beyond 1e9, of negative flux or above 1e18 W are left out
    desc     NULL = all defaults. pattern, sample_count, r_max, r_min, seed, noise, near_field and materials
             are not used
-   Errors   as rsm_gather; RSM_ERR_INPUT also for a light's normal */
+   Errors   those of rsm_gather.
+            RSM_ERR_INPUT: also if a light's normal is not unit, nor 0 0 0. */
 
 RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t sample_count,
                                     uint32_t seed, rsm_texel *lights, size_t capacity, size_t *count);
@@ -135,7 +139,10 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
    seed          chooses between equally good samples
    lights        room for capacity lights; may be NULL if capacity is 0
    count         how many lights there are, written on RSM_OK and on RSM_ERR_MEMORY: ask first with capacity 0
-   Errors        RSM_ERR_ARGUMENT, RSM_ERR_ORDER (a map is not finished), RSM_ERR_MEMORY (capacity) */
+   Errors        the log is that of the first map.
+                 RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or sample_count is above 2^20.
+                 RSM_ERR_ORDER: a map is not finished.
+                 RSM_ERR_MEMORY: capacity is below *count. */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
@@ -146,7 +153,9 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
    cluster_count  1..65536
    system    may be NULL
    clusters  room for cluster_count lights, of which *count are written; none if there is no flux
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ALLOC
+   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, a count is out of range, or the allocator is not whole.
+             RSM_ERR_INPUT: a light's normal is not unit, nor 0 0 0.
+             RSM_ERR_ALLOC: there is no memory.
    Cost      scratch of 4 bytes a light and 128 a cluster */
 #endif
 
@@ -160,7 +169,8 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count,
    sample_count   1..2^20, of POISSON 1..4096
    r_min, paper_weights, seed   as in rsm_gather_desc
    points         3 floats for each sample: x, y and weight
-   Errors         RSM_ERR_ARGUMENT */
+   Errors         this call has no log.
+                  RSM_ERR_ARGUMENT: points is NULL, or pattern, sample_count or r_min is out of range. */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
 /* Makes noise for rsm_gather_desc.noise whose neighbours differ as much as can be, by void and cluster
@@ -168,7 +178,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
    side      4..64
    system    may be NULL
    values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC
+   Errors    RSM_ERR_ARGUMENT: values is NULL, side is out of range, or the allocator is not whole.
+             RSM_ERR_ALLOC: there is no memory.
    Cost      a time of O(side^4), scratch of 4 bytes a value */
 
 #ifdef __cplusplus

@@ -31,24 +31,29 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
 /* Empties a map for the next frame, in the memory that the map has.
    light    the light as it is now; NULL = as it was. The map keeps its side, and it cannot have more faces
             than it was made with: a spot that widens to a cube needs a map that was made for a cube
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with). The
-            map is then as it was */
+   Errors   after these the map is as it was.
+            RSM_ERR_ARGUMENT: map is NULL.
+            RSM_ERR_DESC: a field of light is out of range.
+            RSM_ERR_MEMORY: the light needs more faces than the map was made with. */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
-/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. Returns 0 if the
-   desc is refused. */
+/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and at most 1 KB more. Returns 0
+   if desc is NULL, and also, with a line in the log, if a field of desc is out of range. */
 
 RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memory_bytes, rsm_map **out);
 /* Makes an empty map inside memory of yours. Nothing is allocated, and rsm_map_free leaves the map alone.
    memory   at least rsm_map_bytes(desc) bytes, 8-byte aligned; they must outlive *out
-   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_LIMIT, RSM_ERR_MEMORY (too small, not aligned) */
+   Errors   RSM_ERR_ARGUMENT: desc, memory or out is NULL.
+            RSM_ERR_DESC: a field of desc is out of range.
+            RSM_ERR_LIMIT: size_t cannot count the bytes.
+            RSM_ERR_MEMORY: the memory is too small, or not 8-byte aligned. */
 
 /* ---- maps from your renderer ---- */
 
 RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
 /* Writes the matrix, world to clip, with which your renderer draws a face of the map. The faces of a cube
    look forward, right, left, up, down and back in the orientation of the light's direction and up.
-   Errors   RSM_ERR_ARGUMENT (NULL, face) */
+   Errors   RSM_ERR_ARGUMENT: map or world_to_clip is NULL, or there is no such face. */
 
 RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
                                    float *depth);
@@ -57,20 +62,20 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
    uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
    depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
             is then 0 and uv the middle
-   Errors   RSM_ERR_ARGUMENT (NULL) */
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, or the point is not finite or beyond 1e9. */
 
-typedef struct rsm_buffers {        /* one face as your renderer drew it: side rows of side pixels, nothing
-                                       between */
+typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
+                                       row after row */
     const float    *positions;      /* world; NULL: computed from depth */
     size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4; 0 = 12 */
-    const float    *depth;          /* of a depth buffer, as clip_depth says. Beside positions it only marks
-                                       the background (the far value), and may be NULL */
+    const float    *depth;          /* what a depth buffer holds, as clip_depth says. If there are positions,
+                                       depth only marks the background, by the far value, and may be NULL */
     size_t          depth_stride;   /* bytes; 0 = 4 */
     const float    *normals;        /* world, any length. 0 0 0 marks the background */
     size_t          normal_stride;  /* bytes; 0 = 12 */
     const float    *albedo;         /* linear reflectance, 0..1: more is not refused */
     size_t          albedo_stride;  /* bytes; 0 = 12 */
-    const uint8_t  *albedo_srgb;    /* or 8-bit sRGB. If both are NULL the albedo is 1 */
+    const uint8_t  *albedo_srgb;    /* 8-bit sRGB, used if albedo is NULL. If both are NULL the albedo is 1 */
     size_t          albedo_srgb_stride; /* bytes; 0 = 4 */
     const uint32_t *materials;      /* numbers of Phong lobes; NULL: none */
     size_t          material_stride; /* bytes; 0 = 4 */
@@ -79,28 +84,33 @@ typedef struct rsm_buffers {        /* one face as your renderer drew it: side r
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
 /* Fills one face from your renderer's buffers. Pixels with a value that is not finite or a negative albedo
    become empty and are counted.
-   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished),
-            RSM_ERR_CANCELLED: the face is then empty */
+   Errors   RSM_ERR_ARGUMENT: map, buffers or normals are NULL, there are neither positions nor depth, there
+            is no such face, or a stride is out of range.
+            RSM_ERR_ORDER: the map is finished.
+            RSM_ERR_CANCELLED: the face is empty. */
 
-typedef struct rsm_stats {          /* of rsm_finish */
-    uint64_t lit_texels;            /* with flux */
-    uint64_t bad_texels;            /* not finite, negative or above 1e18: empty */
-    uint64_t skipped_triangles;
-    double   incident[3];           /* W that fall on texels with a surface */
-    double   reflected[3];          /* sum of flux */
+typedef struct rsm_stats {          /* what rsm_finish counts */
+    uint64_t lit_texels;            /* texels that have flux */
+    uint64_t bad_texels;            /* texels that were left empty, since a value of theirs was not finite,
+                                       negative or above 1e18 */
+    uint64_t skipped_triangles;     /* triangles of rsm_rasterize without area, or with a vertex that is not
+                                       finite or beyond 1e9 */
+    double   incident[3];           /* light that falls on texels with a surface, r, g, b, W */
+    double   reflected[3];          /* light that leaves these: the sum of their flux, r, g, b, W */
 } rsm_stats;
 
 #ifndef RSM_WITHOUT_DIRECT
 /* ---- direct light by the same map ---- */
 
-typedef struct rsm_direct_desc {
+typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
     rsm_system system;
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
-    float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps;
-                                       0 = 1, negative = none */
-    int        add;                 /* not 0: results are added to what is there */
+    float      slope_bias;          /* a factor on the further bias that keeps a plane out of its own shadow:
+                                       what its slope, counted up to 10, makes over all taps. 0 = 1, negative
+                                       = none */
+    int        add;                 /* not 0: results are added to what the output holds */
 } rsm_direct_desc;
 
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
@@ -108,5 +118,5 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
 /* Writes the irradiance of the light itself, shadowed by the map: 3 floats for each point. A point that lies
    outside the map is lit by a sun, dark otherwise. occlusion is not used.
    desc     NULL = all defaults
-   Errors   as rsm_gather */
+   Errors   those of rsm_gather, without RSM_ERR_ALLOC */
 #endif

@@ -25,27 +25,30 @@ typedef struct rsm_map rsm_map;     /* a reflective shadow map: what one light s
 struct rsm_desc;                    /* the light, and how fine its map is */
 struct rsm_mesh;                    /* triangles */
 struct rsm_points;                  /* receivers: the points to be lit */
-struct rsm_gather_desc;             /* which texels light them, and how: ---- bounced light ---- */
-struct rsm_stats;                   /* what was counted: ---- maps ---- */
-struct rsm_gather_stats;
+struct rsm_gather_desc;             /* which texels light the receivers, and how: see "bounced light" below */
+struct rsm_stats;                   /* what rsm_finish counts: see "maps from your renderer" below */
+struct rsm_gather_stats;            /* what rsm_gather counts: see "bounced light" below */
 
 RSM_DEF rsm_result rsm_map_create(const struct rsm_desc *desc, rsm_map **out);
-/* Makes an empty map for one light, which rsm_map_free takes back.
+/* Makes an empty map for one light. Give it back by rsm_map_free.
    out      written on RSM_OK only
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_ALLOC, RSM_ERR_LIMIT */
+   Errors   RSM_ERR_ARGUMENT: desc or out is NULL. RSM_ERR_DESC: a field of desc is out of range.
+            RSM_ERR_LIMIT: size_t cannot count the bytes. RSM_ERR_ALLOC: there is no memory. */
 
 RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, size_t mesh_count);
 /* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
    and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
    left out and counted.
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (an index beyond the vertices, counts, albedo), RSM_ERR_LIMIT
-            (2^32 triangles), RSM_ERR_ALLOC, RSM_ERR_CANCELLED, RSM_ERR_ORDER (the map is finished). After
-            RSM_ERR_ALLOC and RSM_ERR_CANCELLED the map is empty; else it is as it was
+   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, or vertex_stride or tap_side is out of range.
+            RSM_ERR_INPUT: an index is not below vertex_count, a count is no multiple of 3, or an albedo or
+            transform is out of range. RSM_ERR_LIMIT: there are 2^32 - 1 triangles or more. RSM_ERR_ORDER: the
+            map is finished. After these the map is as it was; after RSM_ERR_ALLOC (there is no memory) and
+            RSM_ERR_CANCELLED it is empty
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
 /* Ends the filling of a map, which any number of threads may use from then on. stats may be NULL.
-   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_ORDER (the map is finished) */
+   Errors   RSM_ERR_ARGUMENT: map is NULL. RSM_ERR_ORDER: the map is finished already. */
 
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               const struct rsm_gather_desc *desc,
@@ -53,20 +56,23 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
                               struct rsm_gather_stats *stats);
 /* Writes the irradiance that reaches each receiver from the texels of all maps.
    desc     NULL = all defaults
-   irradiance   W/m^2, 3 floats for each of points->count points; times albedo / pi it is radiance
-   stats    may be NULL; if not, `clamp` and `near_limit` cost a fifth more
-   Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_INPUT (a normal that is not unit), RSM_ERR_ORDER (a map is
-            not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED. Nothing is then written, but that
-            RSM_ERR_CANCELLED may leave some points done
+   irradiance   receives 3 floats for each of points->count points, W/m^2; times albedo / pi that is radiance
+   stats    receives what was counted; may be NULL. A gather that counts takes a fifth longer if desc->clamp
+            or desc->near_limit is set
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride or an index is out of range.
+            RSM_ERR_DESC: a field of desc is out of range. RSM_ERR_INPUT: a normal is not unit.
+            RSM_ERR_ORDER: a map is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is
+            written; after RSM_ERR_CANCELLED some points may have been written
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);
-/* Takes back a map and its memory. Accepts NULL, and maps of rsm_map_init, whose memory stays yours. */
+/* Gives back a map and its memory. NULL is allowed, and so are maps of rsm_map_init, whose memory stays
+   yours. */
+
+/* ---- results; memory, threads, progress, log: the caller's ---- */
 
 RSM_DEF const char *rsm_result_text(rsm_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
-
-/* ---- memory, threads, progress, log: the caller's ---- */
+/* Returns a constant string that says what a result means; "unknown result" for a number that is none. */
 
 typedef struct rsm_allocator {      /* all zero: malloc and free; else both functions */
     void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
@@ -104,7 +110,8 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_depth */
+typedef struct rsm_light {          /* means what it says: only near_depth and far_depth have defaults for 0
+                                       */
     rsm_light_kind kind;
     float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
     float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:
@@ -117,8 +124,9 @@ typedef struct rsm_light {          /* 0 is 0 here, but in near_depth and far_de
     float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
-    float near_depth, far_depth;    /* distances along a face's axis that the map holds, up to 1e9. Both 0 =
-                                       -radius..radius (sun), 0.001..1000 (others); to set one set both */
+    float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
+                                       to 1e9. Both 0 = -radius..radius (sun), 0.001..1000 (others); to set
+                                       one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -185,7 +193,8 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* a factor for each result, 0..1 (more is not refused); NULL = 1 */
+    const float    *occlusion;      /* a factor for each result, 0..1: more counts as 1, less and NaN as 0;
+                                       NULL = 1 */
     size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */

@@ -6,10 +6,10 @@
 enum {
     RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
     RSM__WIDE = 16,          /* lanes of the widest vectors */
-    RSM__BLOCK = 64,         /* of them in one block of arrays */
-    RSM__RUN = 1024,         /* of them in one sum */
+    RSM__BLOCK = 64,         /* pixel lights in one block of arrays */
+    RSM__RUN = 1024,         /* pixel lights in one sum */
     RSM__BATCH = 32,         /* receivers of a task */
-    RSM__FEW = 128,          /* pixel lights, at most, that go one by one to RSM__LANES receivers */
+    RSM__FEW = 128,          /* the most pixel lights of a set that go one by one to a vector of receivers */
     RSM__MAX_SIDE = 4096,
     RSM__MAX_SAMPLES = 1 << 20,
     RSM__MAX_POISSON = 4096
@@ -26,20 +26,27 @@ RSM_DEF const char *rsm_result_text(rsm_result result)
     return "unknown result";
 }
 
-static inline size_t rsm__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
+static inline size_t rsm__stride_or(size_t stride, size_t standard) { return stride ? stride : standard; }
 
-static inline const float *rsm__at(const float *base, size_t stride, size_t i)
+/* Returns the address of element i of an array whose elements lie `stride` bytes apart. */
+static inline const float *rsm__element_at(const float *base, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)(const void *)base + i * stride);
 }
 
-/* Whether a position is finite and small enough for squares and fourth powers of floats. */
-static inline int rsm__usable(rsm__v3 v)
+/* Returns element i of an array of three floats each; stride 0 is 12. */
+static inline rsm__v3 rsm__vector_at(const float *base, size_t stride, size_t i)
+{
+    return rsm__v3_load(rsm__element_at(base, rsm__stride_or(stride, 12), i));
+}
+
+/* Returns whether a vector is finite and small enough for squares and fourth powers of floats. */
+static inline int rsm__is_usable(rsm__v3 v)
 {
     return fabsf(v.x) <= 1e9f && fabsf(v.y) <= 1e9f && fabsf(v.z) <= 1e9f;      /* false for NaN */
 }
 
-/* Where a call says why it fails. system may be NULL. */
+/* Returns where a call says why it fails. system may be NULL. */
 static inline rsm__logger rsm__logger_of(const rsm_system *system, const char *function)
 {
     rsm__logger log;
@@ -49,7 +56,7 @@ static inline rsm__logger rsm__logger_of(const rsm_system *system, const char *f
     return log;
 }
 
-/* Logs "FIELD TEXT" and returns the result, for a call that returns it too. */
+/* Logs that a field is what the text says, as in "map is finished", and returns the result. */
 static inline rsm_result rsm__refuse(const rsm__logger *log, rsm_result result, const char *field,
                                      const char *text)
 {
@@ -57,8 +64,8 @@ static inline rsm_result rsm__refuse(const rsm__logger *log, rsm_result result, 
     return result;
 }
 
-/* Whether a value lies within low..high; logs it otherwise. Not a number does not. */
-static inline int rsm__within(const rsm__logger *log, const char *field, double value, double low,
+/* Returns whether a value lies within low..high, and logs the field if it does not. NaN does not. */
+static inline int rsm__check_range(const rsm__logger *log, const char *field, double value, double low,
                               double high, const char *wanted)
 {
     if (value >= low && value <= high) return 1;
@@ -66,6 +73,17 @@ static inline int rsm__within(const rsm__logger *log, const char *field, double 
     return 0;
 }
 
+/* Returns whether all three components of a vector are finite and at most `most`, and logs one that is not.
+   */
+static inline int rsm__check_vector(const rsm__logger *log, const char *field, const float v[3], double most,
+                                    const char *wanted)
+{
+    return rsm__check_range(log, field, (double)v[0], -most, most, wanted) &&
+           rsm__check_range(log, field, (double)v[1], -most, most, wanted) &&
+           rsm__check_range(log, field, (double)v[2], -most, most, wanted);
+}
+
+/* Returns whether a system's allocator is whole or left out, and logs if it is not. */
 static inline int rsm__system_valid(const rsm__logger *log, const rsm_system *s)
 {
     if (rsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn)) return 1;
@@ -78,7 +96,8 @@ static inline rsm__allocator rsm__allocator_of(const rsm_system *s)
     return rsm__allocator_make(s->allocator.alloc_fn, s->allocator.free_fn, s->allocator.user);
 }
 
-static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, void *context)
+/* Runs count tasks, by the caller's parallel_for if there is one. */
+static inline void rsm__run_tasks(const rsm_system *s, size_t count, rsm_task task, void *context)
 {
     size_t i;
     if (s->parallel_for) s->parallel_for(s->user, count, task, context);
@@ -86,13 +105,14 @@ static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, vo
         for (i = 0; i < count; i++) task(context, i);
 }
 
+/* Tells the caller how far the call is, and returns whether the caller cancels it. */
 static inline int rsm__cancelled(const rsm_system *s, float fraction)
 {
     return s->progress && s->progress(s->user, fraction) != 0;
 }
 
-/* As rsm__run in steps, between which the caller may cancel. begin..end is the share of the whole call that
-   this is. Returns 0 if the caller cancelled. */
+/* Runs count tasks in steps, between which the caller may cancel. begin and end are the fractions of the
+   whole call at which this part begins and ends. Returns 0 if the caller cancelled. */
 static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin,
                                  float end)
 {
@@ -104,13 +124,14 @@ static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task tas
     for (step = 0; step < steps; step++) {
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
-        rsm__run(s, next - batch.first, rsm__batch_task, &batch);
+        rsm__run_tasks(s, next - batch.first, rsm__batch_task, &batch);
         batch.first = next;
     }
     return 1;
 }
 
-static inline int rsm__stride_checked(const rsm__logger *log, const char *field, size_t stride,
+/* Returns whether a stride is in range, and logs the field if it is not. */
+static inline int rsm__check_stride(const rsm__logger *log, const char *field, size_t stride,
                                       size_t standard)
 {
     if (rsm__stride_valid(stride, standard)) return 1;
@@ -119,7 +140,7 @@ static inline int rsm__stride_checked(const rsm__logger *log, const char *field,
     return 0;
 }
 
-/* Whether a vector is unit by the rule of all headers: a length of 0.97 to 1.03, or none, or not finite. */
+/* Returns whether a normal is one that arrays may hold: unit, 0 0 0, or not finite. */
 static inline int rsm__unit_or_none(const float n[3])
 {
     const float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -127,16 +148,16 @@ static inline int rsm__unit_or_none(const float n[3])
     return (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) || !(length2 <= RSM__MAX_FLOAT);
 }
 
-/* Normal i is not unit. */
+/* Logs that normal i of an array is not unit, and returns the result. */
 static inline rsm_result rsm__refuse_normal(const rsm__logger *log, const char *array, size_t i, rsm__v3 n)
 {
     rsm__log_element(log, array, i, "has the length", (double)rsm__v3_length(n), "1 (0.97..1.03), or 0");
     return RSM_ERR_INPUT;
 }
 
-/* Whether all of `count` normals, `stride` floats apart, are unit, as most are. 0 says that each has to be
-   asked: none and not finite are allowed too. Least and largest of four lengths at a time: one after the
-   other would wait. */
+/* Returns 1 if all of `count` normals, `stride` floats apart, are unit, as is the rule. Returns 0 if each has
+   to be looked at by itself, since 0 0 0 and normals that are not finite are allowed too. Keeps the least and
+   the largest of four lengths apart, so that one comparison need not wait for the one before. */
 static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
 {
     float low[4] = { 1, 1, 1, 1 }, high[4] = { 1, 1, 1, 1 };
@@ -152,10 +173,10 @@ static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
     return i == count;
 }
 
-/* Logs the first receiver whose normal is not unit. */
+/* Checks the normals of receivers, 64 at a time, and logs the first that is not unit. */
 static inline rsm_result rsm__normals_check(const rsm__logger *log, const rsm_points *p)
 {
-    const size_t stride = rsm__stride(p->normal_stride, 12) / 4, block = 64;
+    const size_t stride = rsm__stride_or(p->normal_stride, 12) / 4, block = 64;
     size_t i, k, count = p->indices ? p->index_count : p->count;
     for (i = 0; i < count; i += block) {
         const size_t end = count - i < block ? count : i + block;
@@ -169,7 +190,7 @@ static inline rsm_result rsm__normals_check(const rsm__logger *log, const rsm_po
     return RSM_OK;
 }
 
-/* Pointers, strides and indices of receivers, then the lengths of their normals. */
+/* Checks pointers, strides and indices of receivers, then the lengths of their normals. */
 static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_points *p, const float *out)
 {
     const rsm_result bad = RSM_ERR_ARGUMENT;
@@ -178,10 +199,13 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (p->count && !p->positions) return rsm__refuse(log, bad, "points.positions", "is NULL");
     if (p->count && !p->normals) return rsm__refuse(log, bad, "points.normals", "is NULL");
     if (p->count && !out) return rsm__refuse(log, bad, "irradiance", "is NULL");
-    if (!rsm__stride_checked(log, "points.position_stride", p->position_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "points.normal_stride", p->normal_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
-    if (!rsm__mul_size(p->count, 12, &bytes)) return rsm__refuse(log, bad, "points.count", "is too large");
+    if (!rsm__check_stride(log, "points.position_stride", p->position_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "points.normal_stride", p->normal_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
+    if (!rsm__mul_size(p->count, 12, &bytes)) {
+        rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
+        return bad;
+    }
     for (i = 0; p->indices && i < p->index_count; i++)
         if (p->indices[i] >= p->count) {
             rsm__log_element(log, "points.indices", i, "is", p->indices[i], "below points.count");
@@ -190,13 +214,13 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     return p->count ? rsm__normals_check(log, p) : RSM_OK;
 }
 
-/* Loads receiver i; returns 0 where there is none. *bad counts those that are not finite. */
-static inline int rsm__receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
+/* Loads receiver i. Returns 0 if it is none: its normal is 0 0 0, or it is not finite, which *bad counts. */
+static inline int rsm__load_receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
 {
-    *x = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), i));
-    *n = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), i));
+    *x = rsm__vector_at(p->positions, p->position_stride, i);
+    *n = rsm__vector_at(p->normals, p->normal_stride, i);
     if (n->x == 0.0f && n->y == 0.0f && n->z == 0.0f) return 0;
-    if (rsm__usable(*x) && rsm__usable(*n)) return 1;
+    if (rsm__is_usable(*x) && rsm__is_usable(*n)) return 1;
     ++*bad;
     return 0;
 }

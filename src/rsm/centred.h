@@ -1,24 +1,26 @@
 /* ---- centred: samples about the projection of a receiver (equation 3), and MIXED ---- */
 
-/* MIXED has two ways to sample a texel: by flux with n1 P expected samples of it (P its share of the flux),
-   and about the receiver with B / q, q the squared distance in the map (Veach and Guibas 1995, balance
-   heuristic). Where lights are near, q is small and the second way takes over: its samples are dense there,
-   so that no single one is bright. Any q that both sides compute alike leaves the sum unbiased; this one is
-   log-radial density with its inner disc rounded off. */
+/* MIXED samples a texel in two ways, weighted by the balance heuristic (Veach and Guibas 1995). By flux there
+   are n1 P expected samples of the texel, where P is its share of the flux; about the receiver there are B /
+   q, where q is the squared distance from the receiver's projection in the map. This function returns B. If
+   lights are near, q is small and the second way takes over, with samples so dense that no single one is
+   bright. The sum is unbiased by any q that both ways compute alike; this q makes the log-radial density with
+   its inner disc rounded off. */
 static inline float rsm__mixed_scale(const rsm__gather *g, const rsm_map *map)
 {
-    /* density C / r^2 over a disc of unit radius with r_min = 1/192: C = 1 / (2 pi (log 192 + 1/2)); a cube's
-       texel is 1 / (6 side^2) of the disc's area pi */
+    /* The density is C / r^2 over a disc of unit radius with r_min = 1/192, so C is 1 / (2 pi (log 192 +
+       1/2)). A texel of a cube has 1 / (6 side^2) of the disc's area pi. */
     return (float)g->centred * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) /
            ((float)map->side * (float)map->side);
 }
 
-/* r_min of MIXED, small enough that texels about a corner are taken nearly one by one; and its square. */
+/* The r_min of MIXED, which is so small that texels about a corner are taken nearly one by one, and its
+   square. */
 #define RSM__MIXED_MIN (1.0f / 192.0f)
 #define RSM__MIXED_INNER 2.7127e-5f
 
-/* Returns where MIXED measures distances of texel (i, j): in the unit square, or of a cube on a sphere of
-   diameter 1. */
+/* Returns the place of texel (i, j) between which MIXED measures distances: a point of the unit square, or
+   for a cube a point of the sphere of diameter 1. */
 static inline rsm__v3 rsm__mixed_place(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
 {
     float u = rsm__texel_centre(map, i), v = rsm__texel_centre(map, j);
@@ -28,8 +30,8 @@ static inline rsm__v3 rsm__mixed_place(const rsm_map *map, uint32_t face, uint32
     return rsm__v3_scale(rsm__v3_normalize(rsm__v3_madd(rsm__v3_madd(a, r, u), up, v)), 0.5f);
 }
 
-/* Returns the centre of the patterns about a receiver at p: a point of the unit square, or of a cube a
-   direction, whose two sides are written to frame. inside: the centre is moved into the map. */
+/* Returns the centre of the patterns about a receiver at p: a point of the unit square, which with `inside`
+   is moved into the map, or for a cube a direction, of which two axes across are written to frame. */
 static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, rsm__v3 frame[2])
 {
     rsm__v3 centre;
@@ -42,16 +44,16 @@ static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, 
     centre = rsm__to_face(map, 0, p);
     if (!rsm__is_sun(map) && !(centre.z > 0.0f)) centre = rsm__v3_make(0, 0, 0);
     centre = rsm__v3_make(centre.x * 0.5f + 0.5f, centre.y * 0.5f + 0.5f, 0.0f);
-    if (inside) {                                /* any centre in the map will do, near ones do best */
+    if (inside) {                                /* any centre in the map would do; the nearest is best */
         centre.x = centre.x > 0.02f ? centre.x < 0.98f ? centre.x : 0.98f : 0.02f;
         centre.y = centre.y > 0.02f ? centre.y < 0.98f ? centre.y : 0.98f : 0.02f;
     }
     return centre;
 }
 
-/* Returns the number of the texel under a sample of a pattern about the receiver, (size_t)-1 where the sample
+/* Returns the number of the texel under a sample of a pattern about the receiver, or (size_t)-1 if the sample
    lies outside of the map, and writes how many texels the sample stands for. centre and frame are those of
-   rsm__centre_of; place: NULL, or takes the texel's place for MIXED. */
+   rsm__centre_of. place receives the texel's place for MIXED, and may be NULL. */
 static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 centre,
                                        const rsm__v3 frame[2], const float sample[3], float *weight,
                                        rsm__v3 *place)
@@ -60,7 +62,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
     uint32_t i, j, face = 0;
     if (map->faces == 1) {
         float r = r_max;
-        if (!(r > 0.0f)) { /* to the border: the ray's length scales radius and area alike */
+        if (!(r > 0.0f)) { /* the pattern ends at the border: the ray's length scales both radius and area */
             float length = sqrtf(x * x + y * y), dx, dy;
             if (!(length > 0.0f)) length = 1.0f;
             dx = x / length;
@@ -72,14 +74,14 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         x = (centre.x + r * x) * side;
         y = (centre.y + r * y) * side;
         *weight = sample[2] * r * r * side * side;
-        if (!(r_max > 0.0f)) { /* rounding must not lose what ends on the border */
+        if (!(r_max > 0.0f)) { /* rounding must not lose samples that lie on the border */
             x = x < 0.0f ? 0.0f : x >= side ? side - 0.5f : x;
             y = y < 0.0f ? 0.0f : y >= side ? side - 0.5f : y;
         }
         if (!(x >= 0.0f && x < side && y >= 0.0f && y < side)) return (size_t)-1;
         i = (uint32_t)x;
         j = (uint32_t)y;
-    } else { /* equal-area disc of the sphere: r = sin(angle / 2) */
+    } else { /* the disc is mapped to the sphere with equal areas: r = sin(angle / 2) */
         float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height;
         float q, u, v;
         rsm__v3 d, a, right, up;
@@ -101,7 +103,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         j = j < map->side ? j : map->side - 1u;
         u = rsm__texel_centre(map, i);
         v = rsm__texel_centre(map, j);
-        q = 1.0f + u * u + v * v; /* solid angle of the texel: (2 / side)^2 / q^1.5 */
+        q = 1.0f + u * u + v * v; /* the solid angle of the texel is (2 / side)^2 / q^1.5 */
         *weight = sample[2] * 4.0f * r * r * 0.25f * side * side * q * sqrtf(q);
     }
     if (place) *place = rsm__mixed_place(map, face, i, j);
@@ -126,7 +128,7 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
     for (first = 0; first < g->set_samples; first += RSM__BLOCK) {
         const float *pattern = g->pattern + 3 * ((size_t)set * g->set_samples + first);
         n = g->set_samples - first < RSM__BLOCK ? g->set_samples - first : (uint32_t)RSM__BLOCK;
-        for (i = 0; i < n; i++) { /* texels lie all over the map: all of them are asked for at first */
+        for (i = 0; i < n; i++) { /* texels lie all over the map, so all are prefetched before any is read */
             const float *p = pattern + 3 * i, sample[3] = { p[0] * c - p[1] * s, p[0] * s + p[1] * c, p[2] };
             found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, sample, &weights[i],
                                          g->shared ? &places[i] : NULL);

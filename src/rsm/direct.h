@@ -7,7 +7,7 @@ typedef struct rsm__direct {
     float            *out;
 } rsm__direct;
 
-/* Returns the irradiance at p without shadow, for a light of value 1; 0 outside of a cone or behind a
+/* Returns the irradiance at p without shadow, for a light of value 1. It is 0 outside of a cone and behind a
    patch. */
 static inline float rsm__unshadowed_light(const rsm_map *map, rsm__v3 p, rsm__v3 n, rsm__v3 to_light)
 {
@@ -28,8 +28,8 @@ static inline float rsm__unshadowed_light(const rsm_map *map, rsm__v3 p, rsm__v3
     return cosine / d2;
 }
 
-/* Returns the lit share of taps x taps texels about p, weighted as a box moved by fractions of a texel; 2
-   taps: bilinear. */
+/* Returns the lit share of tap_side x tap_side texels about p, weighted as by a box whose place is not bound
+   to texels. With 2 x 2 the weights are bilinear. */
 static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *desc, rsm__v3 p, float cosine)
 {
     uint32_t face = rsm__face_of(map, p);
@@ -46,7 +46,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     slope = slope < 10.0f ? slope : 10.0f;
     bias = texel * (desc->bias +
                     desc->slope_bias * slope * 0.7072f * (float)desc->tap_side); /* the farthest tap */
-    x = (q.x * 0.5f + 0.5f) * side - radius; /* the first tap's texel is floor(x) */
+    x = (q.x * 0.5f + 0.5f) * side - radius; /* floor(x) is the column of the first tap */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);
     fy = y - floorf(y);
@@ -70,6 +70,7 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
     return total > 0.0f ? sum / total : 0.0f;
 }
 
+/* Lights a batch of 256 receivers. */
 static inline void rsm__direct_batch(void *context, size_t batch)
 {
     const rsm__direct *w = (const rsm__direct *)context;
@@ -82,7 +83,7 @@ static inline void rsm__direct_batch(void *context, size_t batch)
         rsm__v3 x, n;
         uint64_t bad = 0;
         int c;
-        if (rsm__receiver(p, at, &x, &n, &bad)) {
+        if (rsm__load_receiver(p, at, &x, &n, &bad)) {
             rsm__v3 to_light = rsm__to_light(w->map, x);
             light = rsm__unshadowed_light(w->map, x, n, to_light);
             if (light > 0.0f) light *= rsm__lit_share(w->map, &w->desc, x, rsm__v3_dot(n, to_light));
@@ -97,9 +98,10 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 {
     memset(out, 0, sizeof *out);
     if (desc) *out = *desc;
-    if (!rsm__within(log, "tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.tap_side", out->tap_side, 0, 15, "0..15")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.bias", (double)out->bias, -1e6, 1e6, "-1e6..1e6")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.slope_bias", (double)out->slope_bias, -1e6, 1e6, "-1e6..1e6"))
+        return RSM_ERR_DESC;
     if (!rsm__system_valid(log, &out->system)) return RSM_ERR_DESC;
     if (out->tap_side == 0) out->tap_side = 2;
     if (out->bias == 0.0f) out->bias = 0.5f;
@@ -115,8 +117,11 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
     rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_direct");
     rsm__direct w;
     size_t count;
-    rsm_result result = rsm__maps_check(&log, &map, 1);
-    if (result == RSM_OK) result = rsm__points_check(&log, points, irradiance);
+    rsm_result result;
+    if (!map) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "map", "is NULL");
+    if (!map->finished)
+        return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is not finished: rsm_finish must come first");
+    result = rsm__points_check(&log, points, irradiance);
     if (result == RSM_OK) result = rsm__direct_check(&log, desc, &w.desc);
     if (result != RSM_OK) return result;
     w.map = map;

@@ -1,6 +1,6 @@
 /* ---- fill: a face from the buffers of a renderer ---- */
 
-/* Returns the depth along the face of what a depth buffer holds, 0..1. */
+/* Returns the depth along the face that a value 0..1 of a depth buffer stands for. */
 static inline float rsm__unproject_depth(const rsm_map *map, float stored)
 {
     float n = map->desc.light.near_depth, f = map->desc.light.far_depth;
@@ -23,32 +23,34 @@ typedef struct rsm__filling {
     float srgb[256];
 } rsm__filling;
 
+/* Fills one texel from the buffers. */
 static inline void rsm__fill_texel(const rsm__filling *f, uint32_t i, uint32_t j)
 {
     rsm_map *map = f->map;
     const rsm_buffers *b = f->buffers;
+    /* If the picture is turned, its first row is the top of the face, v = 1. */
     int turned = (map->desc.rows == RSM_ROWS_TOP_FIRST) != (map->desc.clip_y == RSM_CLIP_Y_DOWN);
-    /* turned: row 0 is the top, v = 1 */
     size_t at = (size_t)(turned ? map->side - 1u - j : j) * map->side + i;
-    rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
-    float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f,
-          albedo[3] = { 1, 1, 1 };
+    rsm__v3 normal = rsm__vector_at(b->normals, b->normal_stride, at), position;
+    float stored = b->depth ? *rsm__element_at(b->depth, rsm__stride_or(b->depth_stride, 4), at) : 0.0f;
+    float albedo[3] = { 1, 1, 1 };
     uint32_t material = 0;
     int c;
     rsm__texel_clear(map->texels + ((size_t)f->face * map->side + j) * map->side + i);
     if (normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f) return;
     if (b->depth && (map->desc.clip_depth == RSM_CLIP_DEPTH_REVERSED ? stored <= 0.0f : stored >= 1.0f))
         return;
-    if (b->positions) position = rsm__v3_load(rsm__at(b->positions, rsm__stride(b->position_stride, 12), at));
+    if (b->positions) position = rsm__vector_at(b->positions, b->position_stride, at);
     else
         position = rsm__from_face(map, f->face, rsm__texel_centre(map, i), rsm__texel_centre(map, j),
                                   rsm__unproject_depth(map, stored));
-    if (b->albedo) memcpy(albedo, rsm__at(b->albedo, rsm__stride(b->albedo_stride, 12), at), sizeof albedo);
+    if (b->albedo) rsm__v3_store(albedo, rsm__vector_at(b->albedo, b->albedo_stride, at));
     else if (b->albedo_srgb)
         for (c = 0; c < 3; c++)
-            albedo[c] = f->srgb[b->albedo_srgb[at * rsm__stride(b->albedo_srgb_stride, 4) + (size_t)c]];
+            albedo[c] = f->srgb[b->albedo_srgb[at * rsm__stride_or(b->albedo_srgb_stride, 4) + (size_t)c]];
     if (b->materials)
-        memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4),
+        memcpy(&material,
+               (const char *)(const void *)b->materials + at * rsm__stride_or(b->material_stride, 4),
                sizeof material);
     rsm__texel_set(map, f->face, i, j, position, normal, albedo, material);
 }
@@ -67,11 +69,11 @@ static inline rsm_result rsm__buffers_check(const rsm__logger *log, const rsm_bu
     if (!b->normals) return rsm__refuse(log, bad, "buffers.normals", "is NULL");
     if (!b->positions && !b->depth)
         return rsm__refuse(log, bad, "buffers.depth", "is NULL, and so is positions");
-    if (!rsm__stride_checked(log, "buffers.position_stride", b->position_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.depth_stride", b->depth_stride, 4)) return bad;
-    if (!rsm__stride_checked(log, "buffers.normal_stride", b->normal_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.albedo_stride", b->albedo_stride, 12)) return bad;
-    if (!rsm__stride_checked(log, "buffers.material_stride", b->material_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "buffers.position_stride", b->position_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.depth_stride", b->depth_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "buffers.normal_stride", b->normal_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.albedo_stride", b->albedo_stride, 12)) return bad;
+    if (!rsm__check_stride(log, "buffers.material_stride", b->material_stride, 4)) return bad;
     if (b->albedo_srgb_stride == 0 || b->albedo_srgb_stride >= 3) return RSM_OK;
     rsm__log_value(log, "buffers.albedo_srgb_stride", (double)b->albedo_srgb_stride, "0 or at least 3");
     return bad;
@@ -86,7 +88,8 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
     if (!map) return RSM_ERR_ARGUMENT;
     result = rsm__buffers_check(&log, buffers);
     if (result != RSM_OK) return result;
-    if (!rsm__within(&log, "face", face, 0, map->faces - 1u, "below face_count")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
+        return RSM_ERR_ARGUMENT;
     if (map->finished) return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is finished");
     f.map = map;
     f.face = face;

@@ -1,9 +1,9 @@
 /* ---- flux: light through a texel, and sums of it ---- */
 
-/* Returns the flux of a light of value 1 through the part (x, y) +- h of a face, in its plane at distance 1:
-   the integral of cos^3 by Gauss points, two an axis where texels are small and four else, which is exact to
-   1e-6 and free of the cancellation of the arctangent form. A patch adds the cosine to its normal. The cone's
-   rim is cut by rsm__texel_incident. */
+/* Returns the flux of a light of value 1 through the square (x, y) +- h in the plane of a face at distance 1.
+   That is the integral of cos^3, for a patch times the cosine to its normal, by Gauss points: two an axis if
+   the square is small, else four. It is exact to 1e-6, and nothing cancels as in the closed form by
+   arctangents. The rim of a cone is left to rsm__texel_incident. */
 static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y,
                                      float h)
 {
@@ -25,12 +25,15 @@ static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, r
     return sum * 4.0f * h * h;
 }
 
+/* Returns whether the direction to (x, y) in the plane of a face at distance 1 lies in the spot's cone. */
 static inline int rsm__in_cone(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y)
 {
     rsm__v3 d = rsm__v3_madd(rsm__v3_madd(a, r, x), u, y);
     return rsm__v3_dot(map->axis, d) >= map->cos_half * rsm__v3_length(d);
 }
 
+/* Returns the flux of a light of value 1 through a texel. A texel across the rim of a cone has the share of
+   64 points that lie in the cone. */
 static inline float rsm__texel_incident(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
 {
     rsm__v3 r, u, a;
@@ -51,7 +54,7 @@ static inline float rsm__texel_incident(const rsm_map *map, uint32_t face, uint3
     return flux * (float)covered * (1.0f / 64.0f);
 }
 
-/* Sets one texel from what a renderer knows of it. */
+/* Sets one texel to a surface at a position, with the light that falls on it and leaves it. */
 static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, rsm__v3 position,
                                   rsm__v3 normal, const float albedo[3], uint32_t material)
 {
@@ -60,12 +63,12 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     float incident = rsm__texel_incident(map, face, i, j), slope, distance;
     int c, bad;
     normal = rsm__v3_normalize(normal);
-    bad = !rsm__usable(position) || !rsm__v3_finite(normal) || !rsm__finite(q.z);
+    bad = !rsm__is_usable(position) || !rsm__v3_finite(normal) || !rsm__finite(q.z);
     for (c = 0; c < 3; c++)
         bad |= !(albedo[c] >= 0.0f && albedo[c] * incident * map->desc.light.value[c] <= 1e18f);
     rsm__texel_clear(t);
     if (bad) {
-        t->material = UINT32_MAX; /* counted by rsm_finish */
+        t->material = UINT32_MAX; /* by this rsm_finish counts the texel as bad */
         return;
     }
     rsm__v3_store(t->position, position);
@@ -73,12 +76,13 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     t->depth = q.z;
     t->material = material == UINT32_MAX ? 0 : material;
     for (c = 0; c < 3; c++) t->flux[c] = incident * map->desc.light.value[c] * albedo[c];
-    /* Surface under the texel: the cross section of its beam over the cosine, grazing ones bounded. */
+    /* The area of surface under the texel: the cross section of its beam over the cosine, which counts as
+       0.05 at least. */
     slope = fabsf(rsm__v3_dot(normal, rsm__to_light(map, position)));
     distance = rsm__is_sun(map) ? 1.0f : q.z * map->extent;
     t->area = 4.0f * distance * distance / ((float)map->side * (float)map->side) *
               (rsm__is_sun(map) ? map->extent * map->extent : 1.0f);
-    if (!rsm__is_sun(map)) { /* a face's plane cuts the beam at an angle */
+    if (!rsm__is_sun(map)) { /* the plane of the face cuts the beam at an angle */
         rsm__v3 r, u, a;
         rsm__face_frame(map, face, &r, &u, &a);
         t->area *= fabsf(rsm__v3_dot(a, rsm__to_light(map, position)));
@@ -86,7 +90,7 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
     t->area /= slope > 0.05f ? slope : 0.05f;
 }
 
-/* Makes the running sums of flux, in double, and the statistics. A texel that is counted bad becomes empty
+/* Makes the running sums of flux, in double, and the statistics. A texel that was marked as bad is counted
    here. */
 static inline void rsm__sum_flux(rsm_map *map, int want_incident)
 {

@@ -1,15 +1,18 @@
 /* ---- gather: bounced light of receivers (equations 1 and 2) ---- */
 
+/* Writes or adds the result of receiver `at`, times its occlusion. */
 static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
 {
     const rsm_points *p = g->points;
     float occlusion = 1.0f, *out = g->out + 3 * at;
     int c;
-    if (p->occlusion) occlusion = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+    if (p->occlusion) occlusion = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
     occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
     for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * occlusion;
 }
 
+/* Gathers for one receiver, the number-th of those asked for. With wants_share it also finds the share of
+   flux that lies beyond r_max. */
 static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tally *tally, int wants_share)
 {
     const rsm_points *p = g->points;
@@ -20,7 +23,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     rsm__sum sum = { { 0, 0, 0 }, 0, 0, 0 };
     rsm__v3 position, normal;
     int c;
-    if (!rsm__receiver(p, at, &position, &normal, &tally->bad)) {
+    if (!rsm__load_receiver(p, at, &position, &normal, &tally->bad)) {
         for (c = 0; c < 3 && !g->desc.add; c++) out[c] = 0.0f;
         return;
     }
@@ -46,6 +49,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     rsm__write_sum(g, at, sum.rgb);
 }
 
+/* Gathers for a batch of receivers. */
 static inline void rsm__gather_batch(void *context, size_t batch)
 {
     const rsm__gather *g = (const rsm__gather *)context;
@@ -56,24 +60,27 @@ static inline void rsm__gather_batch(void *context, size_t batch)
     for (i = first; i < end; i++) rsm__gather_one(g, i, tally, i % every == 0);
 }
 
-/* Whether the pixels of a row that take the same set are gathered for together, as many as a vector has
-   lanes: in interleaved pictures with few lights a set. */
-static inline int rsm__takes_rows(const rsm__gather *g)
+/* Returns whether the pixels of a row that take the same set are gathered for together, as many as a vector
+   has lanes. So it is for interleaved pictures with few lights a set. */
+static inline int rsm__gathers_by_rows(const rsm__gather *g)
 {
     size_t i;
     if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices)
         return 0;
-    for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits, and have lanes enough */
+    for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits; more lights fill the lanes
+                                             anyway */
         if (g->sources[i].reaches || g->sources[i].set_lanes > RSM__FEW) return 0;
     return 1;
 }
 
-static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at, rsm__tally *tally)
+/* Puts receiver `at` into the next lane; a receiver that is none gets its result at once. */
+static inline void rsm__receiver_lanes_add(const rsm__gather *g, rsm__receiver_lanes *p, size_t at,
+                                           rsm__tally *tally)
 {
     rsm__v3 position, normal;
     float x[6];
     int c;
-    if (!rsm__receiver(g->points, at, &position, &normal, &tally->bad)) {
+    if (!rsm__load_receiver(g->points, at, &position, &normal, &tally->bad)) {
         for (c = 0; c < 3 && !g->desc.add; c++) g->out[3 * at + (size_t)c] = 0.0f;
         return;
     }
@@ -84,14 +91,16 @@ static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at
     p->at[p->count++] = at;
 }
 
-static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32_t set, rsm__tally *tally)
+/* Gathers from one set for all lanes that are filled, writes their results and empties the lanes. */
+static inline void rsm__gather_receiver_lanes(const rsm__gather *g, rsm__receiver_lanes *p, uint32_t set,
+                                              rsm__tally *tally)
 {
     size_t i, l;
     float rgb[3];
     int c;
     for (i = 0; i < g->source_count && p->count; i++) {
         const rsm__source *s = g->sources + i;
-        if (s->blocks) g->crowd_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
+        if (s->blocks) g->lanes_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
         tally->pairs += (s->blocks ? s->set_lanes : 0) * p->count;
     }
     for (l = 0; l < p->count; l++) {
@@ -104,6 +113,7 @@ static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32
     memset(p, 0, sizeof *p);
 }
 
+/* Gathers for a row of a picture, set by set. */
 static inline void rsm__gather_row(void *context, size_t y)
 {
     const rsm__gather *g = (const rsm__gather *)context;
@@ -111,16 +121,16 @@ static inline void rsm__gather_row(void *context, size_t y)
     size_t width = g->points->width, first = y * width,
            n = g->count - first < width ? g->count - first : width, x;
     uint32_t k = g->desc.interleave, column;
-    rsm__crowd p;
+    rsm__receiver_lanes p;
     memset(tally, 0, sizeof *tally);
     memset(&p, 0, sizeof p);
     for (column = 0; column < k; column++) {
         uint32_t set = column + k * (uint32_t)(y % k);
         for (x = column; x < n; x += k) {
-            rsm__crowd_add(g, &p, first + x, tally);
-            if (p.count == g->crowd_lanes) rsm__crowd_gather(g, &p, set, tally);
+            rsm__receiver_lanes_add(g, &p, first + x, tally);
+            if (p.count == g->receiver_lane_count) rsm__gather_receiver_lanes(g, &p, set, tally);
         }
-        rsm__crowd_gather(g, &p, set, tally);
+        rsm__gather_receiver_lanes(g, &p, set, tally);
     }
 }
 
@@ -129,14 +139,18 @@ static inline rsm_result rsm__materials_check(const rsm__logger *log, const rsm_
     uint32_t i;
     int c;
     if (!d->materials && d->material_count)
-        return rsm__refuse(log, RSM_ERR_DESC, "materials", "is NULL, and material_count is not 0");
+        return rsm__refuse(log, RSM_ERR_DESC, "desc.materials", "is NULL, and material_count is not 0");
     for (i = 0; i < d->material_count; i++) {
         const rsm_material *m = d->materials + i;
-        if (!rsm__within(log, "materials.exponent", (double)m->exponent, 0, 1e4, "0..1e4"))
+        if (!(m->exponent >= 0.0f && m->exponent <= 1e4f)) {
+            rsm__log_element(log, "desc.materials", i, "has the exponent", (double)m->exponent, "0..1e4");
             return RSM_ERR_DESC;
-        for (c = 0; c < 3; c++)
-            if (!rsm__within(log, "materials.specular", (double)m->specular[c], 0, 1, "0..1"))
-                return RSM_ERR_DESC;
+        }
+        for (c = 0; c < 3; c++) {
+            if (m->specular[c] >= 0.0f && m->specular[c] <= 1.0f) continue;
+            rsm__log_element(log, "desc.materials", i, "has the specular", (double)m->specular[c], "0..1");
+            return RSM_ERR_DESC;
+        }
     }
     return RSM_OK;
 }
@@ -145,10 +159,10 @@ static inline rsm_result rsm__noise_check(const rsm__logger *log, const rsm_gath
 {
     uint32_t i;
     if (!d->noise) return RSM_OK;
-    if (!rsm__within(log, "noise_side", d->noise_side, 1, 4096, "1..4096")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.noise_side", d->noise_side, 1, 4096, "1..4096")) return RSM_ERR_DESC;
     for (i = 0; i < d->noise_side * d->noise_side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) {
-            rsm__log_element(log, "noise", i, "is", (double)d->noise[i], "0..1");
+            rsm__log_element(log, "desc.noise", i, "is", (double)d->noise[i], "0..1");
             return RSM_ERR_DESC;
         }
     return RSM_OK;
@@ -158,19 +172,22 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
 {
     const rsm_result bad = RSM_ERR_DESC;
     const int poisson = d->pattern == RSM_PATTERN_POISSON;
-    if (!rsm__within(log, "pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1, "one of rsm_pattern"))
+    if (!rsm__check_range(log, "desc.pattern", (double)d->pattern, 0, RSM_PATTERN_COUNT - 1,
+                          "one of rsm_pattern"))
         return bad;
-    if (!rsm__within(log, "sample_count", d->sample_count, 0, poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
+    if (!rsm__check_range(log, "desc.sample_count", d->sample_count, 0,
+                          poisson ? RSM__MAX_POISSON : RSM__MAX_SAMPLES,
                      poisson ? "0..4096 with POISSON" : "0..2^20"))
         return bad;
-    if (!rsm__within(log, "r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
-    if (!rsm__within(log, "r_min", (double)d->r_min, 0, 0.99999994, "0 or more, below 1")) return bad;
-    if (!rsm__within(log, "offset", (double)d->offset, 0, 1e9, "0..1e9")) return bad;
-    if (!rsm__within(log, "clamp", (double)d->clamp, 0, (double)1e18f, "0..1e18")) return bad;
-    if (!rsm__within(log, "near_limit", (double)d->near_limit, 0, 1e6, "0..1e6")) return bad;
-    if (!rsm__within(log, "near_field", (double)d->near_field, 0, 32, "0..32")) return bad;
+    if (!rsm__check_range(log, "desc.r_max", (double)d->r_max, 0, 1e3, "0..1000")) return bad;
+    if (!rsm__check_range(log, "desc.r_min", (double)d->r_min, 0, 0.99999994, "0 or more, below 1"))
+        return bad;
+    if (!rsm__check_range(log, "desc.offset", (double)d->offset, 0, 1e9, "0..1e9")) return bad;
+    if (!rsm__check_range(log, "desc.clamp", (double)d->clamp, 0, (double)1e18f, "0..1e18")) return bad;
+    if (!rsm__check_range(log, "desc.near_limit", (double)d->near_limit, 0, 1e6, "0..1e6")) return bad;
+    if (!rsm__check_range(log, "desc.near_field", (double)d->near_field, 0, 32, "0..32")) return bad;
     if (d->interleave <= 8 && (d->interleave & (d->interleave - 1)) == 0) return RSM_OK;
-    rsm__log_value(log, "interleave", d->interleave, "0, 1, 2, 4 or 8");
+    rsm__log_value(log, "desc.interleave", d->interleave, "0, 1, 2, 4 or 8");
     return bad;
 }
 
@@ -194,10 +211,12 @@ static inline rsm_result rsm__gather_check(const rsm__logger *log, const rsm_gat
     }
     if (out->interleave == 0) out->interleave = 1;
     if (out->interleave == 1 || points->width != 0) return RSM_OK;
-    return rsm__refuse(log, RSM_ERR_DESC, "interleave",
-                       "is above 1, and points.width is 0: one row is no picture");
+    rsm__log_value(log, "desc.interleave", out->interleave,
+                   "0 or 1 if points.width is 0: one row is no picture");
+    return RSM_ERR_DESC;
 }
 
+/* Gives back what rsm__gather_open and rsm__make_tallies allocated. */
 static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
 {
     size_t i = g->sources ? g->source_count : 0;
@@ -237,8 +256,8 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         uint32_t n, k;
         float *sorted;
         g->set_samples = (g->centred + g->sets - 1) / g->sets;
-        n = g->set_samples * g->sets; /* rounded up to equal sets: every sample weighs the same.
-                                         RSM__MAX_POISSON is a multiple of all of them */
+        n = g->set_samples * g->sets; /* rounded up to sets of the same size, so that every sample weighs the
+                                         same; RSM__MAX_POISSON is a multiple of any number of sets */
         g->pattern = (float *)rsm__alloc_array(a, n, 3 * sizeof *g->pattern);
         sorted = (float *)rsm__alloc_array(a, n, 3 * sizeof *sorted);
         if (!g->pattern || !sorted) {
@@ -248,7 +267,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         g->centred = n;
         rsm__pattern_make(mixed ? RSM_PATTERN_LOG_RADIAL : g->desc.pattern, n, g->desc.r_min,
                           g->desc.paper_weights, g->desc.seed, sorted);
-        for (k = 0; k < n; k++) { /* sample k to set k % sets */
+        for (k = 0; k < n; k++) { /* sample k goes to set k % sets */
             float *to = g->pattern + 3 * ((size_t)(k % g->sets) * g->set_samples + k / g->sets);
             memcpy(to, sorted + 3 * (size_t)k, 3 * sizeof *to);
         }
@@ -262,6 +281,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     return result;
 }
 
+/* Adds the tallies of all tasks to the statistics. sums collects what shares are made of. */
 static inline void rsm__gather_add_stats(const rsm__gather *g, size_t batches, rsm_gather_stats *stats,
                                          double sums[4])
 {
@@ -284,15 +304,20 @@ static inline rsm_result rsm__maps_check(const rsm__logger *log, const rsm_map *
     size_t i;
     if (!maps) return rsm__refuse(log, RSM_ERR_ARGUMENT, "maps", "is NULL");
     if (map_count == 0) return rsm__refuse(log, RSM_ERR_ARGUMENT, "map_count", "is 0");
-    for (i = 0; i < map_count; i++)
-        if (!maps[i]) return rsm__refuse(log, RSM_ERR_ARGUMENT, "maps", "has an element that is NULL");
-    for (i = 0; i < map_count; i++)
-        if (!maps[i]->finished)
-            return rsm__refuse(log, RSM_ERR_ORDER, "maps", "has one that is not finished");
+    for (i = 0; i < map_count; i++) {
+        if (maps[i]) continue;
+        rsm__log_element_text(log, "maps", i, "is NULL");
+        return RSM_ERR_ARGUMENT;
+    }
+    for (i = 0; i < map_count; i++) {
+        if (maps[i]->finished) continue;
+        rsm__log_element_text(log, "maps", i, "is not finished: rsm_finish must come first");
+        return RSM_ERR_ORDER;
+    }
     return RSM_OK;
 }
 
-/* Logs why a gather failed after its arguments were checked; returns the result. */
+/* Logs why a gather failed after its arguments were checked, and returns the result. */
 static inline rsm_result rsm__gather_logged(const rsm__logger *log, rsm_result result)
 {
     if (result == RSM_ERR_ALLOC)
@@ -301,9 +326,10 @@ static inline rsm_result rsm__gather_logged(const rsm__logger *log, rsm_result r
     return result;
 }
 
-static inline size_t rsm__batches(const rsm__gather *g, size_t count)
+/* Returns how many tasks gather for so many receivers: rows of a picture, or batches. */
+static inline size_t rsm__count_tasks(const rsm__gather *g, size_t count)
 {
-    size_t each = rsm__takes_rows(g) ? g->points->width : (size_t)RSM__BATCH;
+    size_t each = rsm__gathers_by_rows(g) ? g->points->width : (size_t)RSM__BATCH;
     return count / each + (count % each != 0);
 }
 
@@ -311,21 +337,22 @@ static inline size_t rsm__batches(const rsm__gather *g, size_t count)
    rsm__gather_close. */
 static inline rsm_result rsm__make_tallies(rsm__gather *g, const rsm__allocator *a)
 {
-    size_t batches = rsm__batches(g, g->points->indices ? g->points->index_count : g->points->count);
+    size_t batches = rsm__count_tasks(g, g->points->indices ? g->points->index_count : g->points->count);
     g->tallies = (rsm__tally *)rsm__alloc_array(a, batches + 1, sizeof *g->tallies);
     return g->tallies ? RSM_OK : RSM_ERR_ALLOC;
 }
 
-/* Gathers for the receivers of g->points. begin..end is the share of the whole call that this is. */
+/* Gathers for the receivers of g->points. begin and end are the fractions of the whole call at which this
+   part begins and ends. */
 static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, float begin, float end)
 {
     size_t batches;
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
     g->count = g->points->indices ? g->points->index_count : g->points->count;
-    batches = rsm__batches(g, g->count);
-    if (!rsm__run_steps(&g->desc.system, batches, rsm__takes_rows(g) ? rsm__gather_row : rsm__gather_batch, g,
-                        begin, end))
+    batches = rsm__count_tasks(g, g->count);
+    if (!rsm__run_steps(&g->desc.system, batches,
+                        rsm__gathers_by_rows(g) ? rsm__gather_row : rsm__gather_batch, g, begin, end))
         return RSM_ERR_CANCELLED;
     if (!stats) return RSM_OK;
     memset(&s, 0, sizeof s);
@@ -334,6 +361,7 @@ static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *st
     return RSM_OK;
 }
 
+/* Returns whether the light that bounds take off has to be summed. */
 static inline int rsm__loss_wanted(const rsm__gather *g, const rsm_gather_stats *stats)
 {
     return stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f);
@@ -345,7 +373,7 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     rsm__allocator a = rsm__allocator_of(&g->desc.system);
     rsm_result result;
     g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
-    g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats), &g->crowd_lanes);
+    g->lanes_kernel = rsm__choose_receiver_lanes_kernel(rsm__loss_wanted(g, stats), &g->receiver_lane_count);
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
     if (result == RSM_OK) result = rsm__make_tallies(g, &a);
     if (result == RSM_OK) result = rsm__gather_points(g, stats, 0.0f, 1.0f);
@@ -368,6 +396,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     return rsm__gather_logged(&log, rsm__gather_run(&g, maps, map_count, NULL, 0, stats));
 }
 
+/* Checks a list of pixel lights. */
 static inline rsm_result rsm__lights_check(const rsm__logger *log, const rsm_texel *lights, size_t count)
 {
     size_t i;

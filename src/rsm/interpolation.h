@@ -4,51 +4,54 @@ typedef struct rsm__grid {
     const rsm_points       *points;
     const rsm_interpolation *desc;
     float    *out;
-    uint8_t  *state;               /* of each pixel */
-    uint32_t *list;                /* pixels to evaluate */
-    uint32_t  width, height, step;
-    int       lossy;
-    rsm__suit suit;
-    float    *reach2;              /* of samples: squared distance of the nearest light */
-    float     limits[3];           /* least cosine, largest slope^2 and distance^2 of a sample that suits */
+    uint8_t  *state;               /* of each pixel, see below */
+    uint32_t *list;                /* the pixels that are evaluated next */
+    uint32_t  width, height, step; /* pixels; step is that of this level's grid */
+    int       lossy;               /* not 0: the light that bounds take off is summed */
+    rsm__suit_kernel suit;
+    float    *reach2;              /* of each sample the squared distance of its nearest light */
+    float     limits[3];           /* the least cosine, the largest slope^2 and distance^2 of a sample that
+                                      suits a pixel */
 } rsm__grid;
 
-/* The states of a pixel. Those that are still open have bit 0 and no other state has it, so that cells are
-   asked eight pixels at a time. */
+/* The states of a pixel. States that are still open have bit 0 set, and no other state has, so that eight
+   pixels of a cell can be asked at a time. */
 enum {
-    RSM__NONE = 0,
-    RSM__BAD = 2, /* no receiver there; not finite */
-    RSM__OPEN = 1,
-    RSM__WANTED = 3,
+    RSM__NONE = 0,                 /* no receiver */
+    RSM__BAD = 2,                  /* no receiver, since it is not finite */
+    RSM__OPEN = 1,                 /* a receiver without a result as yet */
+    RSM__WANTED = 3,               /* the same, to be evaluated as a corner of a cell */
     RSM__INTERPOLATED = 4,
-    RSM__REPLACED = 6, /* wanted, interpolated before */
+    RSM__REPLACED = 6,             /* interpolated, and to be evaluated as a corner of a cell */
     RSM__EVALUATED = 8
 };
 
-/* Writes the grid lines on both sides of a coordinate: multiples of step, a power of two, and the picture's
-   last pixel. */
+/* Writes the grid lines on both sides of a coordinate. Lines lie at the multiples of step, a power of two,
+   and at the picture's last pixel. */
 static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2])
 {
     line[0] = at & ~(step - 1u);
     line[1] = line[0] + step < size ? line[0] + step : size - 1;
 }
 
+/* Returns where a coordinate lies between two lines, 0..1. */
 static inline float rsm__grid_share(uint32_t at, const uint32_t line[2])
 {
     return line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
 }
 
-enum { RSM__ALL_SUIT = 4 };        /* "the missing sample" of a pixel that has all four */
+enum { RSM__ALL_SUIT = 4 };        /* in place of the number of the missing sample, if all four suit */
 
 typedef struct rsm__cell {
-    uint32_t column[2], row[2];
+    uint32_t column[2], row[2];    /* of its corners */
     float    samples[4][6];        /* positions and normals of the corners */
-    float    rgb[4][3], limits[4][3];
+    float    rgb[4][3];            /* light at the corners */
+    float    limits[4][3];         /* those of rsm__grid, for each corner */
     int      there;                /* bits of the corners that were evaluated */
-    int      agree[5];             /* by the missing sample: do the others? */
+    int      agree[5];             /* agree[k]: the corners without corner k are alike; agree[4]: all are */
 } rsm__cell;
 
-/* Whether the corners are there, but for the missing one, and alike in brightness. */
+/* Returns whether all corners but the missing one were evaluated and are alike in brightness. */
 static inline int rsm__corners_agree(int there, const float mean[4], int missing, float contrast)
 {
     float low = RSM_FAR, high = 0.0f, sum = 0.0f;
@@ -63,7 +66,7 @@ static inline int rsm__corners_agree(int there, const float mean[4], int missing
     return !(contrast >= 0.0f && high - low > contrast * sum / (missing < 4 ? 3.0f : 4.0f));
 }
 
-/* Loads the samples at the corners of a cell; returns 0 if they can do for no pixel. */
+/* Loads the samples at the corners of a cell. Returns 0 if no pixel can be interpolated from them. */
 static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
 {
     const rsm_points *p = g->points;
@@ -81,8 +84,8 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
     for (k = 0; k <= RSM__ALL_SUIT; k++)
         any |= cell->agree[k] = rsm__corners_agree(cell->there, mean, k, g->desc->contrast);
     for (k = 0; k < 4 && any; k++) {
-        memcpy(cell->samples[k], rsm__at(p->positions, rsm__stride(p->position_stride, 12), at[k]), 12);
-        memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
+        rsm__v3_store(cell->samples[k], rsm__vector_at(p->positions, p->position_stride, at[k]));
+        rsm__v3_store(cell->samples[k] + 3, rsm__vector_at(p->normals, p->normal_stride, at[k]));
         memcpy(cell->rgb[k], g->out + 3 * at[k], 12);
         memcpy(cell->limits[k], g->limits, sizeof g->limits);
         if (g->desc->light_share > 0.0f &&
@@ -92,9 +95,9 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
     return any;
 }
 
-/* Writes the bilinear value of a cell. A missing fourth sample is completed to a plane, the sum of its
-   neighbours less the one across: the paper's normalised weights pull the result towards the other three, 6 %
-   at a crease (T39). */
+/* Writes the bilinear value at (u, v) of a cell. A missing sample counts as the sum of its neighbours less
+   the one across, which makes the four a plane. The paper normalises the other weights in its place, which
+   pulls the result towards these three, by 6 % at a crease (T39). */
 static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, float v, float *out)
 {
     float w[4];
@@ -116,7 +119,8 @@ static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, 
     }
 }
 
-/* Applies section 4's rule to the pixels of a tile: three samples that suit, or all four, interpolate. */
+/* Interpolates those pixels of a tile for which three of the cell's samples suit, or all four: the rule of
+   section 4. */
 static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rsm__tile *t, size_t count)
 {
     size_t i, end = (count + 3) & ~(size_t)3;
@@ -137,7 +141,7 @@ static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rs
     }
 }
 
-/* Whether a cell has pixels that no sample did for yet. */
+/* Returns whether a cell has a pixel without a result. */
 static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
                                  uint32_t bottom)
 {
@@ -157,15 +161,17 @@ static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top
     return 0;
 }
 
-/* Adds the open pixels of a row to the tile, which has room for all: without branches, since which are open
-   is anybody's guess. */
+/* Adds the open pixels of a row to the tile, which has room for all of the row. Every pixel is written, and
+   an open one moves the end on: a branch would be mispredicted, since which pixels are open follows no
+   pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {
     const rsm_points *p = g->points;
-    size_t first = (size_t)y * g->width + left, ps = rsm__stride(p->position_stride, 12),
-           ns = rsm__stride(p->normal_stride, 12);
-    const float *position = rsm__at(p->positions, ps, first), *normal = rsm__at(p->normals, ns, first);
+    size_t first = (size_t)y * g->width + left, ps = rsm__stride_or(p->position_stride, 12),
+           ns = rsm__stride_or(p->normal_stride, 12);
+    const float *position = rsm__element_at(p->positions, ps, first);
+    const float *normal = rsm__element_at(p->normals, ns, first);
     const uint8_t *state = g->state + first;
     uint32_t x;
     for (x = left; x < right; x++) {
@@ -178,12 +184,13 @@ static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t coun
         t->x[count] = x;
         t->y[count] = y;
         count += *state++ == RSM__OPEN;
-        position = rsm__at(position, ps, 1);
-        normal = rsm__at(normal, ns, 1);
+        position = rsm__element_at(position, ps, 1);
+        normal = rsm__element_at(normal, ns, 1);
     }
     return count;
 }
 
+/* Interpolates the open pixels of a cell, a tile of them at a time. */
 static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top,
                                          uint32_t right, uint32_t bottom)
 {
@@ -203,8 +210,8 @@ static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t
     rsm__tile_interpolate(g, &cell, tile, count);
 }
 
-/* Interpolates a row of cells. Corners are looked at only where a cell has open pixels: others may belong to
-   another thread. */
+/* Interpolates a row of cells. Corners are looked at only if a cell has open pixels, since another thread may
+   be writing the state of others. */
 static inline void rsm__interpolate_cells(void *context, size_t number)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -218,8 +225,8 @@ static inline void rsm__interpolate_cells(void *context, size_t number)
     }
 }
 
-/* Marks a corner that a cell with open pixels needs as wanted, unless it was evaluated before. A coarse grid
-   wants pixels that are interpolated already too: what was evaluated replaces them. */
+/* Marks the corners of the cell at (x, y) as wanted, unless they were evaluated before. A pixel that an
+   earlier level interpolated is wanted too: an evaluated value replaces the interpolated one. */
 static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
 {
     uint32_t column[2], row[2], k;
@@ -232,13 +239,14 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     }
 }
 
+/* Returns the grid line after `at`, or size if there is none. */
 static inline uint32_t rsm__next_line(const rsm__grid *g, uint32_t at, uint32_t size)
 {
     return at + g->step < size ? at + g->step : at + 1 < size ? size - 1 : size;
 }
 
-/* Lists the wanted pixels in order and marks them as evaluated; without a grid all open ones. Returns their
-   number. */
+/* Lists the pixels that this level evaluates, marks them as evaluated, and returns how many they are: the
+   corners of cells with open pixels, or on the last level, whose step is 1, all open pixels. */
 static inline size_t rsm__list_wanted(rsm__grid *g)
 {
     uint32_t x, y;
@@ -272,15 +280,15 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
         rsm__log_value(log, "interpolation.step", out->step, "0 or a power of two, 2..64");
         return bad;
     }
-    if (!rsm__within(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
-    if (!rsm__within(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
+    if (!rsm__check_range(log, "interpolation.level_count", out->level_count, 0, 6, "0..6")) return bad;
+    if (!rsm__check_range(log, "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1, "-1..1"))
         return bad;
-    if (!rsm__within(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
+    if (!rsm__check_range(log, "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6, "0..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
-    if (!rsm__within(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
+    if (!rsm__check_range(log, "interpolation.distance", (double)out->distance, 0, 1e9, "0..1e9")) return bad;
+    if (!rsm__check_range(log, "interpolation.contrast", (double)out->contrast, -1e6, 1e6, "-1e6..1e6"))
         return bad;
-    if (!rsm__within(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
+    if (!rsm__check_range(log, "interpolation.light_share", (double)out->light_share, -1e6, 1e6, "-1e6..1e6"))
         return bad;
     if (out->level_count == 0) out->level_count = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
@@ -290,8 +298,9 @@ static inline rsm_result rsm__interpolation_check(const rsm__logger *log, const 
     return RSM_OK;
 }
 
-/* Runs one level: evaluates the grid of g->step (1: every pixel left), then interpolates where it does.
-   begin..end is the share of the whole call that this is. */
+/* Runs one level: evaluates the grid of g->step (1: every pixel that is left), then interpolates the pixels
+   for which samples suit. begin and end are the fractions of the whole call at which this level begins and
+   ends. */
 static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_gather_stats *total,
                                          float begin, float end)
 {
@@ -300,7 +309,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     rsm_result result;
     points.indices = g->list;
     points.index_count = rsm__list_wanted(g);
-    points.occlusion = NULL; /* applied at full resolution, after interpolation */
+    points.occlusion = NULL; /* rsm__grid_finish applies it, at full resolution */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
     gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
@@ -313,11 +322,11 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     total->clamped_share += stats.clamped_share * (double)stats.evaluated;
     total->outside_share += stats.outside_share * (double)stats.evaluated;
     if (g->step > 1)
-        rsm__run(&gather->desc.system, (g->height + g->step - 1) / g->step, rsm__interpolate_cells, g);
+        rsm__run_tasks(&gather->desc.system, (g->height + g->step - 1) / g->step, rsm__interpolate_cells, g);
     return RSM_OK;
 }
 
-/* Writes the mask, and applies occlusion, which is for full resolution. Returns the number of bad points. */
+/* Writes the mask, applies occlusion to all pixels, and returns the number of bad points. */
 static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
 {
     const rsm_points *p = g->points;
@@ -329,13 +338,14 @@ static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
     for (at = 0; at < pixels && p->occlusion; at++) {
         float f;
         if (g->state[at] < RSM__INTERPOLATED) continue;
-        f = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+        f = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
         f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
         for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
     }
     return bad;
 }
 
+/* Sets the states of a row before the first level. */
 static inline void rsm__grid_start_row(void *context, size_t y)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -343,19 +353,20 @@ static inline void rsm__grid_start_row(void *context, size_t y)
     for (at = y * g->width; at < (y + 1) * g->width; at++) {
         rsm__v3 x, n;
         uint64_t bad = 0;
-        int lit = rsm__receiver(g->points, at, &x, &n, &bad);
+        int lit = rsm__load_receiver(g->points, at, &x, &n, &bad);
         g->state[at] = lit ? RSM__OPEN : bad ? RSM__BAD : RSM__NONE;
         if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
     }
 }
 
+/* Runs all levels, from the coarsest grid to single pixels. */
 static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels,
                                               rsm_gather_stats *total)
 {
     uint32_t level, steps = 0;
     rsm_result result = RSM_OK;
     while (steps < levels && g->step >> steps > 1u) steps++;
-    rsm__run(&gather->desc.system, g->height, rsm__grid_start_row, g);
+    rsm__run_tasks(&gather->desc.system, g->height, rsm__grid_start_row, g);
     for (level = 0; level <= steps && result == RSM_OK; level++, g->step /= 2) {
         float begin = (float)level / (float)(steps + 1u), end = (float)(level + 1u) / (float)(steps + 1u);
         if (level == steps) g->step = 1;
@@ -372,7 +383,8 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
 {
     rsm_result result = rsm__points_check(log, points, out);
     if (result != RSM_OK) return result;
-    if (points->indices) return rsm__refuse(log, RSM_ERR_ARGUMENT, "points.indices", "is not NULL");
+    if (points->indices)
+        return rsm__refuse(log, RSM_ERR_ARGUMENT, "points.indices", "is not NULL, as it must be here");
     if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu) {
         rsm__log_value(log, "points.width", points->width,
                        "the pixels in a row, of which points.count is a multiple");
@@ -381,12 +393,14 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
     result = rsm__gather_check(log, desc, points, gather);
     if (result == RSM_OK) result = rsm__interpolation_check(log, interpolation, how);
     if (result != RSM_OK) return result;
-    if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "noise", "is not NULL");
-    if (gather->interleave != 1) return rsm__refuse(log, RSM_ERR_DESC, "interleave", "is above 1");
-    if (gather->add) return rsm__refuse(log, RSM_ERR_DESC, "add", "is not 0");
+    if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "desc.noise", "is not NULL, as it must be here");
+    if (!rsm__check_range(log, "desc.interleave", gather->interleave, 1, 1, "0 or 1 here"))
+        return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.add", gather->add, 0, 0, "0 here")) return RSM_ERR_DESC;
     return RSM_OK;
 }
 
+/* Allocates what the levels need, runs them, and fills in the statistics. */
 static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps,
                                               size_t map_count, rsm_gather_stats *stats)
 {
@@ -400,7 +414,8 @@ static inline rsm_result rsm__interpolate_run(rsm__grid *g, rsm__gather *gather,
     g->reach2 = (float *)rsm__alloc_array(&a, count + 1, sizeof *g->reach2);
     result = g->list && g->state && g->reach2 ? rsm__gather_open(gather, maps, map_count, NULL, 0, &a)
                                               : RSM_ERR_ALLOC;
-    if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* none is left to fail once levels write */
+    if (result == RSM_OK) result = rsm__make_tallies(gather, &a); /* all memory is there before levels write
+                                                                     */
     if (result == RSM_OK) result = rsm__interpolate_all(g, gather, g->desc->level_count, &total);
     rsm__gather_close(gather, &a);
     if (result == RSM_OK) {

@@ -30,20 +30,20 @@ static inline rsm__kernel rsm__choose_kernel(int lossy, int nearby)
     return lossy ? rsm__sum_lights_lossy_plain : rsm__sum_lights_plain;
 }
 
-static inline rsm__crowd_kernel rsm__choose_crowd(int lossy, size_t *lanes)
+static inline rsm__receiver_lanes_kernel rsm__choose_receiver_lanes_kernel(int lossy, size_t *lanes)
 {
     *lanes = 8;
 #if RSM__SIMD_SETS
     if (rsm__simd_level() == 2) {
         *lanes = 16;
-        return lossy ? rsm__light_crowd_lossy_avx512 : rsm__light_crowd_avx512;
+        return lossy ? rsm__light_receivers_lossy_avx512 : rsm__light_receivers_avx512;
     }
-    if (rsm__simd_level()) return lossy ? rsm__light_crowd_lossy_avx2 : rsm__light_crowd_avx2;
+    if (rsm__simd_level()) return lossy ? rsm__light_receivers_lossy_avx2 : rsm__light_receivers_avx2;
 #endif
-    return lossy ? rsm__light_crowd_lossy_plain : rsm__light_crowd_plain;
+    return lossy ? rsm__light_receivers_lossy_plain : rsm__light_receivers_plain;
 }
 
-static inline rsm__suit rsm__choose_suit(void)
+static inline rsm__suit_kernel rsm__choose_suit(void)
 {
 #if RSM__SIMD_SETS
     if (rsm__simd_level()) return rsm__suit_tile_avx2;

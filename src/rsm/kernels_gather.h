@@ -1,6 +1,6 @@
 /* ---- kernels of gather ---- */
 
-/* As many pixel lights as there are lanes, or one of them in every lane; likewise receivers. */
+/* As many pixel lights as there are lanes, or one light in every lane; and receivers in the same way. */
 typedef struct rsm__lights { rsm__lanes3 position, normal, flux; rsm__lanes rounding, bound; } rsm__lights;
 typedef struct rsm__receivers { rsm__lanes3 position, normal; rsm__lanes rounding; } rsm__receivers;
 
@@ -15,6 +15,7 @@ static inline RSM__IN_KERNEL rsm__lights rsm__lights_load(const rsm__block *k, s
     return lights;
 }
 
+/* Returns the light of one lane of a block, in all lanes. */
 static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, size_t i)
 {
     rsm__lights lights;
@@ -26,15 +27,15 @@ static inline RSM__IN_KERNEL rsm__lights rsm__light_in_all(const rsm__block *k, 
     return lights;
 }
 
-/* What equation (1) says of light and receiver: flux cos cos / d^2, computed as cosines times d over d^4. The
-   caller applies the 1/pi that the equation lacks, and the flux. */
+/* The factor cos cos / d^2 of equation (1) for lights and receivers, computed as two cosines times d over
+   d^4. The caller multiplies it by the flux, and by the 1 / pi that the equation lacks. */
 typedef struct rsm__forms {
-    rsm__lanes whole, bounded;     /* without and within the light's bound */
-    rsm__lanes d2, inverse;        /* squared distance, and one over it */
+    rsm__lanes whole, bounded;     /* the factor without the light's bound and with it */
+    rsm__lanes d2, inverse;        /* the squared distance, and one over it */
 } rsm__forms;
 
-/* Cosines times d must exceed the rounding of either position, so that a plane does not light itself
-   (T40). */
+/* Computes the factors. Cosines times d must exceed the rounding of both positions, so that a plane does not
+   light itself (T40). */
 static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *lights,
                                                         const rsm__receivers *receivers)
 {
@@ -53,7 +54,8 @@ static inline RSM__IN_KERNEL rsm__forms rsm__forms_make(const rsm__lights *light
     return f;
 }
 
-/* Lanes are added up in one order at the end, so that all builds give the same bits. */
+/* Sums of each lane, which are added up in one order at the end, so that all instruction sets give the same
+   bits. */
 typedef struct rsm__lane_sums { rsm__lanes red, green, blue, full, lost, nearby; } rsm__lane_sums;
 
 static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_zero(void)
@@ -63,6 +65,7 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_zero(void)
     return s;
 }
 
+/* Adds lights by their factors. */
 static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, const rsm__lights *lights,
                                                           const rsm__forms *f, int lossy)
 {
@@ -79,7 +82,8 @@ static inline RSM__IN_KERNEL rsm__lane_sums rsm__sums_add(rsm__lane_sums s, cons
 }
 
 #if RSM__LANE_COUNT == 8                          /* in AVX-512 too, so that sums have the same bits */
-static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lossy, int nearest,
+/* Adds up the lanes, and adds them to a receiver's sum. */
+static inline RSM__IN_KERNEL void rsm__sums_reduce(const rsm__lane_sums *s, int lossy, int nearest,
                                                  rsm__sum *sum)
 {
     float red[8], green[8], blue[8];
@@ -103,8 +107,9 @@ static inline RSM__IN_KERNEL void rsm__sums_give(const rsm__lane_sums *s, int lo
     }
 }
 
-/* Pixel lights on one receiver, block by block. */
-static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t count, const float x[7],
+/* Adds the light of pixel lights, block by block, to one receiver's sum. lossy also sums what bounds take
+   off; nearest finds the nearest light. */
+static inline RSM__IN_KERNEL void rsm__sum_blocks(const rsm__block *k, size_t count, const float x[7],
                                                 int lossy, int nearest, rsm__sum *sum)
 {
     rsm__receivers receiver;
@@ -119,42 +124,43 @@ static inline RSM__IN_KERNEL void rsm__sum_some(const rsm__block *k, size_t coun
             const rsm__lights lights = rsm__lights_load(k, i);
             const rsm__forms f = rsm__forms_make(&lights, &receiver);
             s = rsm__sums_add(s, &lights, &f, lossy);
-            if (nearest) {                       /* of lights that are not edge-on */
+            if (nearest) {                       /* lights that are edge-on do not count */
                 rsm__lane_mask seen = rsm__lanes_greater(rsm__lanes_mul(f.whole, f.d2),
                                                          rsm__lanes_all(1e-3f));
                 s.nearby = rsm__lanes_max(rsm__lanes_keep(seen, f.inverse), s.nearby);
             }
         }
     }
-    rsm__sums_give(&s, lossy, nearest, sum);
+    rsm__sums_reduce(&s, lossy, nearest, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 0, 0, sum);
+    rsm__sum_blocks(k, count, x, 0, 0, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_lossy(const rsm__block *k, size_t count, const float x[7],
                                               rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 1, 0, sum);
+    rsm__sum_blocks(k, count, x, 1, 0, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_near(const rsm__block *k, size_t count, const float x[7],
                                              rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 0, 1, sum);
+    rsm__sum_blocks(k, count, x, 0, 1, sum);
 }
 
 RSM__KERNEL static void rsm__sum_lights_near_lossy(const rsm__block *k, size_t count, const float x[7],
                                                    rsm__sum *sum)
 {
-    rsm__sum_some(k, count, x, 1, 1, sum);
+    rsm__sum_blocks(k, count, x, 1, 1, sum);
 }
 #endif
 
-/* Few lights, one after the other, on as many receivers as there are lanes. */
-static inline RSM__IN_KERNEL void rsm__light_some(const rsm__block *k, size_t count, int lossy, rsm__crowd *p)
+/* Adds a few lights, one after the other, to the sums of as many receivers as there are lanes. */
+static inline RSM__IN_KERNEL void rsm__sum_on_receivers(const rsm__block *k, size_t count, int lossy,
+                                                        rsm__receiver_lanes *p)
 {
     rsm__receivers receivers;
     rsm__lane_sums s = rsm__sums_zero();
@@ -174,12 +180,12 @@ static inline RSM__IN_KERNEL void rsm__light_some(const rsm__block *k, size_t co
     rsm__lanes_store(p->sums[4], rsm__lanes_add(rsm__lanes_load(p->sums[4]), s.lost));
 }
 
-RSM__KERNEL static void rsm__light_crowd(const rsm__block *k, size_t count, rsm__crowd *p)
+RSM__KERNEL static void rsm__light_receivers(const rsm__block *k, size_t count, rsm__receiver_lanes *p)
 {
-    rsm__light_some(k, count, 0, p);
+    rsm__sum_on_receivers(k, count, 0, p);
 }
 
-RSM__KERNEL static void rsm__light_crowd_lossy(const rsm__block *k, size_t count, rsm__crowd *p)
+RSM__KERNEL static void rsm__light_receivers_lossy(const rsm__block *k, size_t count, rsm__receiver_lanes *p)
 {
-    rsm__light_some(k, count, 1, p);
+    rsm__sum_on_receivers(k, count, 1, p);
 }

@@ -1,8 +1,8 @@
 /* ---- kernel of interpolation ---- */
 
 #if RSM__LANE_COUNT == 8
-/* Sets bit in every pixel of a tile that the sample suits. Lanes behind the last pixel hold anything: nobody
-   asks for their bits. */
+/* Does what rsm__suit_kernel says, eight pixels at a time. Lanes behind the last pixel may hold any values,
+   since their bits are never read. */
 RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                        int32_t bit)
 {

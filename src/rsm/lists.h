@@ -10,7 +10,7 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     if (result != RSM_OK) return result;
     if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
     if (!lights && capacity) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "lights", "is NULL");
-    if (!rsm__within(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
+    if (!rsm__check_range(&log, "sample_count", sample_count, 0, RSM__MAX_SAMPLES, "0..2^20"))
         return RSM_ERR_ARGUMENT;
     for (m = 0; m < map_count; m++) {
         float weight;
@@ -19,7 +19,10 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
             needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, sample_count, seed, &at, &weight);
     }
     *count = needed;
-    if (capacity < needed) return rsm__refuse(&log, RSM_ERR_MEMORY, "capacity", "is below *count");
+    if (capacity < needed) {
+        rsm__log_value(&log, "capacity", (double)capacity, "at least *count, which was written");
+        return RSM_ERR_MEMORY;
+    }
     for (m = 0, needed = 0; m < map_count; m++)
         for (i = 0; i < (sample_count ? sample_count : rsm__texel_count(maps[m])); i++) {
             float weight = 1.0f;
@@ -36,16 +39,21 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     return RSM_OK;
 }
 
-/* A group of lights: `count` entries of the order from `first` on. */
-typedef struct rsm__group { size_t first, count; double flux, mean[6], spread[6], cost; } rsm__group;
+typedef struct rsm__group {        /* a group of lights: `count` entries of the order from `first` on */
+    size_t first, count;
+    double flux;
+    double mean[6], spread[6];     /* of positions and normals, weighted by flux */
+    double cost;                   /* flux x spread: the costliest group is cut next */
+} rsm__group;
 
+/* Returns coordinate k of a light: 0 to 2 of its position, 3 to 5 of its normal. */
 static inline float rsm__coordinate(const rsm_texel *t, int k)
 {
     return k < 3 ? t->position[k] : t->normal[k - 3];
 }
 
-/* Measures the means and spreads of a group's positions and normals by flux, and its cost, flux x spread.
-   Spreads of normals are scaled to those of positions by the squared size of the scene. */
+/* Measures the means and spreads of a group, and its cost. Spreads of normals are scaled to those of
+   positions by size2, the squared size of the scene. */
 static inline void rsm__measure_group(rsm__group *g, const rsm_texel *lights, const uint32_t *order,
                                       double size2)
 {
@@ -72,9 +80,9 @@ static inline void rsm__measure_group(rsm__group *g, const rsm_texel *lights, co
     if (g->count < 2) g->cost = 0.0;
 }
 
-/* Cuts a group at the mean of its widest coordinate; returns 0 where all lights fall on one side. */
+/* Cuts a group at the mean of its widest coordinate. Returns 0 if all lights fall on one side. */
 static inline int rsm__cut_group(rsm__group *g, rsm__group *other, const rsm_texel *lights, uint32_t *order,
-                           double size2)
+                                 double size2)
 {
     size_t low = g->first, high = g->first + g->count;
     int k, widest = 0;
@@ -97,6 +105,7 @@ static inline int rsm__cut_group(rsm__group *g, rsm__group *other, const rsm_tex
     return 1;
 }
 
+/* Writes the light that stands for a group. */
 static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights, const uint32_t *order,
                                     rsm_texel *out)
 {
@@ -119,7 +128,7 @@ static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights
     out->area = (float)area;
     out->depth = 0.0f;
     if (!(rsm__v3_length(normal) > 1e-6f))
-        normal = rsm__v3_load(brightest->normal); /* opposite ones cancel out */
+        normal = rsm__v3_load(brightest->normal); /* since opposite normals cancel out */
     rsm__v3_store(out->normal, rsm__v3_normalize(normal));
 }
 
@@ -138,10 +147,11 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     log = rsm__logger_of(system, "rsm_cluster");
-    if (!clusters || !count)
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, clusters ? "count" : "clusters", "is NULL");
-    if (!rsm__within(&log, "cluster_count", cluster_count, 1, 65536, "1..65536")) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
+    if (!clusters) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "clusters", "is NULL");
+    if (!count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "count", "is NULL");
+    if (!rsm__check_range(&log, "cluster_count", cluster_count, 1, 65536, "1..65536"))
+        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
         return RSM_ERR_ARGUMENT;
     if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
     result = rsm__lights_check(&log, lights, light_count);
@@ -156,8 +166,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     }
     for (at = 0; at < light_count; at++) {
         float f = rsm__mean3(lights[at].flux);
-        if (f > 0.0f && f <= 1e18f && rsm__usable(rsm__v3_load(lights[at].position)) &&
-            rsm__usable(rsm__v3_load(lights[at].normal)))
+        if (f > 0.0f && f <= 1e18f && rsm__is_usable(rsm__v3_load(lights[at].position)) &&
+            rsm__is_usable(rsm__v3_load(lights[at].normal)))
             order[used++] = (uint32_t)at;
     }
     groups[0].first = 0;

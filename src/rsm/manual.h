@@ -55,9 +55,11 @@
    Conventions
 
    Space is right-handed. Matrices are column-major float[16]. Distances are in your units, angles in radians,
-   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b.
+   irradiance in W/m^2, intensity in W/sr, flux in W. Colours are linear, three floats r, g, b. A vector that
+   is called unit may have a length from 0.97 to 1.03 and is used as it is; any other length is an error, and
+   the log names the element.
 
-     map        what one light sees: 1 face, or the faces of a cube: 5 about a patch's normal, 6 about a point
+     map        what one light sees: 1 face, 5 faces of a cube (of a patch), or 6 (of a point)
      texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
      light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
                 surface, with the intensity flux / pi x cosine
@@ -90,23 +92,26 @@
 
    From the paper to the code
 
-     section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34, T35
-     eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25, T28, T40
-     section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30, T31, T33
+     section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34 T35
+     eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25 T28 T40
+     section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30 T31 T33
      section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
-     eq. (2)      the sum over texels                      rsm_gather                           T32, T42, T44
-     section 3.3  a receiver's projection into the map     rsm_map_project
-     eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26, T27, T36
+     eq. (2)      the sum over texels                      rsm_gather                           T32 T42 T44
+     section 3.3  a receiver's projection into the map     rsm_map_project                      T34
+     eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26 T27 T36
      section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
-     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)
+     section 3.3  a Poisson pattern                        rsm_pattern (POISSON)                T25 T26 T36
      figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
      section 4    direct light by the same map             rsm_direct                           T29
-     section 6    textures are averaged over a texel       rsm_mesh (tap_side)
-     figure 6     ambient occlusion as a factor            rsm_points (occlusion)
-     section 7    light gathered at vertices               rsm_gather
-     section 7    lamps all round, and area lights         rsm_light_kind                       T37, T43
-     section 7    reflectors that are not diffuse          rsm_material
+     section 6    textures are averaged over a texel       rsm_mesh (tap_side)                  -
+     figure 6     ambient occlusion as a factor            rsm_points (occlusion)               -
+     section 7    light gathered at vertices               rsm_gather                           T25
+     section 7    lamps all round, and area lights         rsm_light_kind                       T30 T37
+     section 7    reflectors that are not diffuse          rsm_material                         -
+
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none. These
+   lines are held to sums by hand in tests/rsm (taps_of_a_texel, sums_agree, glossy).
 
    docs/rsm.md says where the code departs from the paper, and why.
 

@@ -1,16 +1,19 @@
 /* ---- map: orientations of faces, projection, matrices ---- */
 
 struct rsm_map {
-    rsm_desc   desc;               /* defaults filled in */
-    uint32_t   side, faces, room;  /* room: faces that its memory holds */
-    int        finished, owned;
+    rsm_desc   desc;               /* with its defaults filled in */
+    uint32_t   side, faces;        /* texels a side; how many faces there are */
+    uint32_t   room;               /* how many faces the memory holds */
+    int        finished;           /* rsm_finish was called */
+    int        owned;              /* the memory is ours to free */
     rsm__v3    right, up, axis;    /* of face 0; the light travels along axis */
-    float      extent;             /* sun: radius; others: tangent of half the face's angle */
-    float      cos_half;           /* spot: of half the cone */
+    float      extent;             /* half the side of a face: of a sun in world units, of others at distance
+                                      1 */
+    float      cos_half;           /* the cosine of a spot's half angle; -1 for other lights */
     rsm_stats  stats;
     rsm_texel *texels;
-    double    *rows;               /* side * faces + 1 running sums of flux */
-    double    *sums;               /* in each row, flux up to and including the texel */
+    double    *rows;               /* side * faces + 1 running sums: the flux of all rows before each */
+    double    *sums;               /* the flux of each row up to and including the texel */
 };
 
 static inline size_t rsm__texel_count(const rsm_map *map)
@@ -20,7 +23,8 @@ static inline size_t rsm__texel_count(const rsm_map *map)
 
 static inline int rsm__is_sun(const rsm_map *map) { return map->desc.light.kind == RSM_LIGHT_SUN; }
 
-/* Writes the directions of a face. The cube of a patch looks out of its front and to its four sides. */
+/* Writes right, up and axis of a face. Faces 0 to 5 of a cube look along axis, right, left, up, down and
+   back; a patch has no face that looks back. */
 static inline void rsm__face_frame(const rsm_map *map, uint32_t face, rsm__v3 *r, rsm__v3 *u, rsm__v3 *a)
 {
     rsm__v3 right = map->right, up = map->up, axis = map->axis;
@@ -37,17 +41,18 @@ static inline void rsm__face_frame(const rsm_map *map, uint32_t face, rsm__v3 *r
     }
 }
 
-/* Whether a light has a cube; spots have one above a half angle of 1. */
+/* Returns whether a light has a cube, as spots have above a half angle of 1. */
 static inline int rsm__has_cube(const rsm_light *l)
 {
     return l->kind == RSM_LIGHT_POINT || l->kind == RSM_LIGHT_PATCH ||
            (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f);
 }
 
-static inline int rsm__depths_checked(const rsm__logger *log, const rsm_light *l)
+/* Checks the depths between which a face holds surfaces. */
+static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
 {
     const double low = l->kind == RSM_LIGHT_SUN ? -1e9 : 1e-30;
-    if (!rsm__within(log, "light.near_depth", (double)l->near_depth, low, 1e9,
+    if (!rsm__check_range(log, "light.near_depth", (double)l->near_depth, low, 1e9,
                      l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9"))
         return 0;
     if (l->far_depth > l->near_depth && l->far_depth <= 1e9f) return 1;
@@ -55,8 +60,8 @@ static inline int rsm__depths_checked(const rsm__logger *log, const rsm_light *l
     return 0;
 }
 
-/* Checks what a kind of light needs besides: a direction, a radius, a cone. */
-static inline int rsm__shape_checked(const rsm__logger *log, const rsm_light *l)
+/* Checks what a light of this kind needs: a direction, a radius, a cone. */
+static inline int rsm__check_shape(const rsm__logger *log, const rsm_light *l)
 {
     float length = rsm__v3_length(rsm__v3_load(l->direction));
     if (l->kind != RSM_LIGHT_POINT && !(length > 1e-15f && length <= 1e15f)) {
@@ -84,23 +89,23 @@ static inline rsm_result rsm__light_check(const rsm__logger *log, rsm_light *l)
 {
     const rsm_result bad = RSM_ERR_DESC;
     int i;
-    if (!rsm__within(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
+    if (!rsm__check_range(log, "light.kind", (double)l->kind, 0, RSM_LIGHT_COUNT - 1,
                      "one of rsm_light_kind"))
         return bad;
     if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
-    if (!rsm__usable(rsm__v3_load(l->position)))
-        return rsm__refuse(log, bad, "light.position", "is not finite or beyond 1e9");
-    if (!rsm__v3_finite(rsm__v3_load(l->direction)))
-        return rsm__refuse(log, bad, "light.direction", "is not finite");
-    if (!rsm__v3_finite(rsm__v3_load(l->up))) return rsm__refuse(log, bad, "light.up", "is not finite");
+    if (!rsm__check_vector(log, "light.position", l->position, 1e9, "-1e9..1e9")) return bad;
+    if (!rsm__check_vector(log, "light.direction", l->direction, (double)RSM__MAX_FLOAT, "finite"))
+        return bad;
+    if (!rsm__check_vector(log, "light.up", l->up, (double)RSM__MAX_FLOAT, "finite")) return bad;
     for (i = 0; i < 3; i++)
-        if (!rsm__within(log, "light.value", (double)l->value[i], 0, (double)1e12f, "0..1e12")) return bad;
-    if (!rsm__shape_checked(log, l)) return bad;
+        if (!rsm__check_range(log, "light.value", (double)l->value[i], 0, (double)1e12f, "0..1e12"))
+            return bad;
+    if (!rsm__check_shape(log, l)) return bad;
     if (l->near_depth == 0.0f && l->far_depth == 0.0f) {
         l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
         l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
     }
-    return rsm__depths_checked(log, l) ? RSM_OK : bad;
+    return rsm__check_depths(log, l) ? RSM_OK : bad;
 }
 
 /* Checks a desc and fills in its defaults. */
@@ -110,19 +115,21 @@ static inline rsm_result rsm__desc_check(const rsm__logger *log, rsm_desc *d)
     if (result != RSM_OK) return result;
     if (!rsm__system_valid(log, &d->system)) return RSM_ERR_DESC;
     if (d->side == 0) d->side = rsm__has_cube(&d->light) ? 256 : 512;
-    if (!rsm__within(log, "side", d->side, 4, RSM__MAX_SIDE, "0 or 4..4096")) return RSM_ERR_DESC;
-    if (!rsm__within(log, "clip_depth", (double)d->clip_depth, 0, RSM_CLIP_DEPTH_COUNT - 1,
+    if (!rsm__check_range(log, "desc.side", d->side, 4, RSM__MAX_SIDE, "0 or 4..4096")) return RSM_ERR_DESC;
+    if (!rsm__check_range(log, "desc.clip_depth", (double)d->clip_depth, 0, RSM_CLIP_DEPTH_COUNT - 1,
                      "one of rsm_clip_depth"))
         return RSM_ERR_DESC;
-    if (!rsm__within(log, "clip_y", (double)d->clip_y, 0, RSM_CLIP_Y_COUNT - 1, "one of rsm_clip_y"))
+    if (!rsm__check_range(log, "desc.clip_y", (double)d->clip_y, 0, RSM_CLIP_Y_COUNT - 1,
+                          "one of rsm_clip_y"))
         return RSM_ERR_DESC;
-    if (!rsm__within(log, "rows", (double)d->rows, 0, RSM_ROWS_COUNT - 1, "one of rsm_rows"))
+    if (!rsm__check_range(log, "desc.rows", (double)d->rows, 0, RSM_ROWS_COUNT - 1, "one of rsm_rows"))
         return RSM_ERR_DESC;
     return RSM_OK;
 }
 
-/* Copies the desc into the map with its defaults. Nothing else of the map is touched on an error. */
-static inline rsm_result rsm__map_set(const rsm__logger *log, rsm_map *map, const rsm_desc *desc)
+/* Checks a desc and sets the map's orientation and sizes by it. If the desc is refused, the map stays as it
+   is. */
+static inline rsm_result rsm__set_map_desc(const rsm__logger *log, rsm_map *map, const rsm_desc *desc)
 {
     rsm_desc d = *desc;
     rsm__v3 up;
@@ -154,7 +161,7 @@ static inline rsm_result rsm__map_set(const rsm__logger *log, rsm_map *map, cons
     return RSM_OK;
 }
 
-/* Returns a point in a face's orientation: x and y in units of its half side, z the depth. */
+/* Returns where a point lies in a face: x and y in units of half the face's side, z as the depth. */
 static inline rsm__v3 rsm__to_face(const rsm_map *map, uint32_t face, rsm__v3 p)
 {
     rsm__v3 r, u, a, q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
@@ -185,6 +192,7 @@ static inline uint32_t rsm__cube_face(float x, float y, float z)
     return y >= 0.0f ? 3 : 4;
 }
 
+/* Returns the face that a point lies in; 5, which a patch does not have, for points behind the light. */
 static inline uint32_t rsm__face_of(const rsm_map *map, rsm__v3 p)
 {
     rsm__v3 q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
@@ -192,6 +200,7 @@ static inline uint32_t rsm__face_of(const rsm_map *map, rsm__v3 p)
     return rsm__cube_face(rsm__v3_dot(q, map->right), rsm__v3_dot(q, map->up), rsm__v3_dot(q, map->axis));
 }
 
+/* Returns the coordinate, -1..1, of the centre of column or row i of a face. */
 static inline float rsm__texel_centre(const rsm_map *map, uint32_t i)
 {
     return ((float)i + 0.5f) * 2.0f / (float)map->side - 1.0f;
@@ -217,8 +226,10 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     float sy, z[2], row[4][4];
     int i, k, perspective;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
-    if (!map || !world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
-    if (!rsm__within(&log, "face", face, 0, map->faces - 1u, "below face_count")) return RSM_ERR_ARGUMENT;
+    if (!map) return RSM_ERR_ARGUMENT;
+    if (!world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
+    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
+        return RSM_ERR_ARGUMENT;
     rsm__face_frame(map, face, &r, &u, &a);
     p = rsm__v3_load(map->desc.light.position);
     n = map->desc.light.near_depth;
@@ -226,7 +237,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     perspective = !rsm__is_sun(map);
     sx = 1.0f / map->extent;
     sy = map->desc.clip_y == RSM_CLIP_Y_DOWN ? -sx : sx;
-    /* clip z = z[0] depth + z[1], over w = depth in perspective */
+    /* Clip z is z[0] depth + z[1], which perspective divides by w = depth. */
     z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
     z[1] = perspective ? -n * f / (f - n) : -n / (f - n);
     if (map->desc.clip_depth == RSM_CLIP_DEPTH_REVERSED) {
@@ -258,12 +269,14 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
     rsm__v3 q;
     uint32_t f;
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_project");
-    if (!map || !point || !face || !uv || !depth)
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, "a pointer", "is NULL");
-    if (!rsm__usable(rsm__v3_load(point)))
-        return rsm__refuse(&log, RSM_ERR_ARGUMENT, "point", "is not finite or beyond 1e9");
+    if (!map) return RSM_ERR_ARGUMENT;
+    if (!point) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "point", "is NULL");
+    if (!face) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "face", "is NULL");
+    if (!uv) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "uv", "is NULL");
+    if (!depth) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "depth", "is NULL");
+    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_ARGUMENT;
     f = rsm__face_of(map, rsm__v3_load(point));
-    if (f >= map->faces) f = 0; /* behind a patch */
+    if (f >= map->faces) f = 0; /* the point lies behind a patch */
     q = rsm__to_face(map, f, rsm__v3_load(point));
     if (!rsm__is_sun(map) && !(q.z > 0.0f)) q.x = q.y = 0.0f;
     *face = f;

@@ -2,7 +2,7 @@
 
 static inline size_t rsm__align_bytes(size_t bytes) { return (bytes + 15u) & ~(size_t)15u; }
 
-/* Of a map whose desc is set; 0: more than size_t holds. */
+/* Returns the bytes that a map whose desc is set needs, or 0 if that is more than size_t holds. */
 static inline size_t rsm__map_bytes(const rsm_map *map)
 {
     size_t rows = (size_t)map->side * map->faces, texels, bytes, sums;
@@ -18,10 +18,10 @@ RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc)
 {
     rsm_map map;
     rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_map_bytes");
-    return desc && rsm__map_set(&log, &map, desc) == RSM_OK ? rsm__map_bytes(&map) : 0;
+    return desc && rsm__set_map_desc(&log, &map, desc) == RSM_OK ? rsm__map_bytes(&map) : 0;
 }
 
-/* Puts a map whose desc is set into memory that is large enough. */
+/* Lays a map whose desc is set out in memory that is large enough, and empties it. */
 static inline rsm_map *rsm__map_place(rsm_map map, void *memory)
 {
     rsm_map *to = (rsm_map *)memory;
@@ -43,12 +43,15 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memor
     rsm_map map;
     rsm_result result;
     if (!desc) return RSM_ERR_ARGUMENT;
-    if (!memory || !out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, memory ? "out" : "memory", "is NULL");
+    if (!memory) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "memory", "is NULL");
+    if (!out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "out", "is NULL");
     memset(&map, 0, sizeof map);
-    result = rsm__map_set(&log, &map, desc);
+    result = rsm__set_map_desc(&log, &map, desc);
     if (result != RSM_OK) return result;
-    if (rsm__map_bytes(&map) == 0)
-        return rsm__refuse(&log, RSM_ERR_LIMIT, "side", "makes a map beyond size_t");
+    if (rsm__map_bytes(&map) == 0) {
+        rsm__log_value(&log, "desc.side", map.side, "less: size_t cannot count the bytes of the map");
+        return RSM_ERR_LIMIT;
+    }
     if (memory_bytes < rsm__map_bytes(&map)) {
         rsm__log_value(&log, "memory_bytes", (double)memory_bytes, "at least rsm_map_bytes(desc)");
         return RSM_ERR_MEMORY;
@@ -69,10 +72,12 @@ RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out)
     if (!desc) return RSM_ERR_ARGUMENT;
     if (!out) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "out", "is NULL");
     memset(&map, 0, sizeof map);
-    result = rsm__map_set(&log, &map, desc);
+    result = rsm__set_map_desc(&log, &map, desc);
     if (result != RSM_OK) return result;
-    if (rsm__map_bytes(&map) == 0)
-        return rsm__refuse(&log, RSM_ERR_LIMIT, "side", "makes a map beyond size_t");
+    if (rsm__map_bytes(&map) == 0) {
+        rsm__log_value(&log, "desc.side", map.side, "less: size_t cannot count the bytes of the map");
+        return RSM_ERR_LIMIT;
+    }
     a = rsm__allocator_of(&desc->system);
     memory = rsm__alloc(&a, rsm__map_bytes(&map));
     if (!memory) return rsm__refuse(&log, RSM_ERR_ALLOC, "the allocator", "returned no memory for the map");
@@ -92,11 +97,12 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     desc = map->desc;
     if (light) desc.light = *light;
     memset(&next, 0, sizeof next);
-    result = rsm__map_set(&log, &next, &desc);
+    result = rsm__set_map_desc(&log, &next, &desc);
     if (result != RSM_OK) return result;
-    if (next.faces > map->room)
-        return rsm__refuse(&log, RSM_ERR_MEMORY, "light",
-                           "needs a cube, and the map was made with fewer faces");
+    if (next.faces > map->room) {
+        rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
+        return RSM_ERR_MEMORY;
+    }
     next.room = map->room;
     next.owned = map->owned;
     next.texels = map->texels;

@@ -1,8 +1,8 @@
 /* ---- near field: texels as the parallelograms that they are ---- */
 
 /* Writes half the sides of the surface under a texel at p: the cross section of the texel's beam, carried
-   along the beam onto the plane of n. Their area is the texel's, since a surface that the light grazes is
-   bounded alike. */
+   along the beam onto the plane of n. The cosine counts as 0.05 at least, as in rsm_texel.area, so that both
+   have the same area. */
 static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p, rsm__v3 n, rsm__v3 side[2])
 {
     rsm__v3 a, d, along;
@@ -11,7 +11,7 @@ static inline void rsm__texel_sides(const rsm_map *map, uint32_t face, rsm__v3 p
     int k;
     rsm__face_frame(map, face, &side[0], &side[1], &a);
     d = a;
-    if (!rsm__is_sun(map)) { /* from the light, as far as the plane at distance 1 */
+    if (!rsm__is_sun(map)) { /* d goes from the light to the plane at distance 1 */
         d = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
         scale *= rsm__v3_dot(d, a);
         d = rsm__v3_scale(d, 1.0f / rsm__v3_dot(d, a));
@@ -38,9 +38,10 @@ static inline float rsm__lambert_edge(rsm__v3 n, rsm__v3 a, rsm__v3 b)
 }
 
 /* Returns the integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped
-   at the horizon of n: pi times the form factor, half of Lambert's sum over the edges (Baum, Rushmeier and
-   Winget 1989). Convex, so the horizon cuts it once at most: where it leaves and where it comes back are
-   joined. */
+   at the horizon of n. This is pi times the form factor, which is half of Lambert's sum over the edges (Baum,
+   Rushmeier and Winget 1989). A parallelogram is convex, so that its outline goes below the horizon at one
+   point (leave) and comes back at one other (come) at most; an edge from one to the other closes the outline
+   again. */
 static inline float rsm__parallelogram_form(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm__v3 v)
 {
     rsm__v3 corner[4], leave = c, come = c;
@@ -66,9 +67,10 @@ static inline float rsm__parallelogram_form(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm
 }
 
 /* Returns the mean of cos cos / d^2 over the texel in lane i. As with points, a plane does not light itself.
-   A receiver that faces the texel (fully from 120 degrees between their normals) nearer than half its side to
-   its plane gets no more than from a point, by degrees: so lies the back of a bent sheet that is lit from its
-   other side, through which the parallelogram reaches, and depths cannot tell the two apart. */
+   A receiver may lie nearer to the texel's plane than half its side and face it: so lies the back of a bent
+   sheet that is lit from its other side, through which the parallelogram reaches, and depths cannot tell the
+   two apart. For such a receiver the form goes over to that of a point by degrees, and reaches it at distance
+   0 with 120 degrees or more between the normals. */
 static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k, size_t i, const float x[7])
 {
     rsm__v3 p = rsm__v3_make(k->px[i], k->py[i], k->pz[i]), n = rsm__v3_make(k->nx[i], k->ny[i], k->nz[i]),
@@ -84,17 +86,18 @@ static inline float rsm__near_texel_form(const rsm_map *map, const rsm__block *k
     point = above > 0.0f ? (above / d2) * (height / d2) : 0.0f;
     if (form > point && facing > 0.0f && 4.0f * height * height < area)
         form += (facing < 1.0f ? facing : 1.0f) * (1.0f - 2.0f * height / sqrtf(area)) * (point - form);
-    return form > 0.0f ? form : 0.0f; /* not a number: positions beyond what squares of floats hold */
+    return form > 0.0f ? form : 0.0f; /* 0 for NaN, which positions make whose squares floats cannot hold */
 }
 
+/* Returns whether the light in lane i is near the receiver. */
 static inline int rsm__is_near(const rsm__block *k, size_t i, const float x[7])
 {
     float dx = k->px[i] - x[0], dy = k->py[i] - x[1], dz = k->pz[i] - x[2];
     return dx * dx + dy * dy + dz * dz < k->density[i];
 }
 
-/* Runs the kernel on a block some of whose lights may be near. Those are taken out of the block (which stays
-   so) and added one by one as parallelograms. */
+/* Runs the kernel on a block of which some lights may be near. These are taken out of the block, which is not
+   restored, and added one by one as parallelograms. */
 static inline void rsm__kernel_near(const rsm__gather *g, const rsm_map *map, rsm__block *k, size_t count,
                                     const float x[7], rsm__sum *sum)
 {
@@ -121,6 +124,7 @@ static inline void rsm__kernel_near(const rsm__gather *g, const rsm_map *map, rs
     }
 }
 
+/* Returns whether a light of the box may be near the receiver. */
 static inline int rsm__is_within_reach(const rsm__reach *r, const float x[7])
 {
     float d2 = 0.0f;
@@ -143,8 +147,8 @@ static inline void rsm__reach_add(rsm__reach *r, float px, float py, float pz, f
     r->most2 = most2 > r->most2 ? most2 : r->most2;
 }
 
-/* Once a source's lights are in place: makes the boxes of its blocks, then those of its runs, both set by
-   set. */
+/* Makes the boxes of a source's blocks and those of its runs, both set by set, once its lights are in place.
+   */
 static inline rsm_result rsm__find_reaches(const rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     static const rsm__reach nothing = { { 3e38f, 3e38f, 3e38f }, { -3e38f, -3e38f, -3e38f }, 0.0f };
@@ -165,7 +169,7 @@ static inline rsm_result rsm__find_reaches(const rsm__gather *g, rsm__source *s,
     return RSM_OK;
 }
 
-/* Gathers from one run of a set's lights, which begins at lane `first` and holds some that may be near. */
+/* Gathers from one run of a set's lights, of which some may be near. The run begins at lane `first`. */
 static inline void rsm__gather_near(const rsm__gather *g, const rsm__source *s, uint32_t set, size_t first,
                                     size_t lanes, const float x[7], rsm__sum *sum)
 {

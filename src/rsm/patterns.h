@@ -1,5 +1,6 @@
 /* ---- patterns: samples of the unit disc (equation 3), and blue noise ---- */
 
+/* Writes a sample of the unit disc: its place at a radius and a share of a full turn, and its weight. */
 static inline void rsm__disc_point(float *out, float radius, float turn, float weight)
 {
     float s, c;
@@ -9,9 +10,10 @@ static inline void rsm__disc_point(float *out, float radius, float turn, float w
     out[2] = weight;
 }
 
-/* Throws darts on a torus twice the disc's radius wide, with the least distance lowered whenever too many
-   miss, so that every pattern is finished. No place of the torus differs from another, so that the disc is
-   covered evenly up to its rim, where darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
+/* Makes a Poisson pattern by throwing darts on a torus that is twice the disc's radius wide. A dart must keep
+   a least distance from all others; this is lowered whenever 100 darts in a row do not, so that every pattern
+   is finished. No place of the torus differs from another, so that the disc is covered evenly up to its rim.
+   Darts thrown at the disc alone would crowd at the rim (4 % too dark in T25 with 400). */
 static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
 {
     /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the
@@ -50,9 +52,9 @@ static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
     }
 }
 
-/* Makes a pattern of density C / r^2 outside of an inner disc and C / r_min^2 in it, each its share of the
-   samples: two strata. Each is a lattice, radii at even steps and angles by the golden ratio, which is even
-   for any number of samples. */
+/* Makes a pattern of density C / r^2 outside of an inner disc and C / r_min^2 inside. Ring and disc are two
+   strata, each with its share of the samples. A stratum is a lattice, with radii at even steps and angles by
+   the golden ratio, which is even for any number of samples. */
 static inline void rsm__make_log_radial(uint32_t count, float r_min, uint32_t seed, float *out)
 {
     float length = -rsm__log(r_min), u, v, r;
@@ -72,6 +74,7 @@ static inline void rsm__make_log_radial(uint32_t count, float r_min, uint32_t se
     }
 }
 
+/* Makes a pattern about the receiver. With `paper`, samples of EQUATION3 have the paper's weights. */
 static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float r_min, int paper,
                                      uint32_t seed, float *out)
 {
@@ -106,7 +109,8 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t sample_count,
     return RSM_OK;
 }
 
-/* Adds the energy of a set pixel to the torus about it: a Gaussian of sigma 1.9, Ulichney's 1.5 to 2. */
+/* Adds the energy of a set pixel to the pixels about it, round the borders: a Gaussian of sigma 1.9, where
+   Ulichney says 1.5 to 2. A sign of -1 takes the energy away. */
 static inline void rsm__splat_energy(float *energy, uint32_t side, uint32_t at, float sign)
 {
     int32_t reach = side > 20 ? 10 : ((int32_t)side - 1) / 2, i, j;
@@ -117,8 +121,8 @@ static inline void rsm__splat_energy(float *energy, uint32_t side, uint32_t at, 
         }
 }
 
-/* Returns the tightest cluster among set pixels, or the largest void among unset ones. marks hold 0 or rank +
-   1. */
+/* Returns the pixel in the tightest cluster among set pixels, or, without `set`, the pixel in the largest
+   void among those that are not. A pixel is set if its mark is above 0. */
 static inline uint32_t rsm__find_extreme(const float *energy, const float *marks, uint32_t count, int set)
 {
     uint32_t i, best = 0;
@@ -133,6 +137,9 @@ static inline uint32_t rsm__find_extreme(const float *energy, const float *marks
     return best;
 }
 
+/* Writes blue noise to marks, by void and cluster (Ulichney 1993). energy is scratch. While the ranks are
+   found, the mark of a pixel is 0 (not set), 0.5 (set, with a rank that is not known yet), or its rank + 1.
+   */
 static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *energy, float *marks)
 {
     uint32_t count = side * side, first = count / 10 + 1, i, k;
@@ -144,7 +151,8 @@ static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *en
         rsm__splat_energy(energy, side, at, 1.0f);
         i++;
     }
-    for (k = 0; k < count; k++) { /* spread the first ones evenly: tightest into largest void */
+    for (k = 0; k < count; k++) { /* spread them evenly: the pixel in the tightest cluster goes into the
+                                     largest void, until it comes back to where it was */
         uint32_t from = rsm__find_extreme(energy, marks, count, 1), to;
         marks[from] = 0.0f;
         rsm__splat_energy(energy, side, from, -1.0f);
@@ -154,8 +162,9 @@ static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *en
         if (to == from) break;
     }
     for (i = 0; i < count; i++)
-        if (marks[i] > 0.0f) marks[i] = 0.5f; /* set, rank not known yet */
-    for (k = first; k-- > 0;) { /* ranks below: taking away the tightest; 0.5 alone still counts */
+        if (marks[i] > 0.0f) marks[i] = 0.5f;
+    for (k = first; k-- > 0;) { /* ranks of these: the pixel in the tightest cluster is taken away first, and
+                                   those that are left have 0.5 */
         uint32_t at, best = count;
         for (at = 0; at < count; at++)
             if (marks[at] == 0.5f && (best == count || energy[at] > energy[best])) best = at;
@@ -182,7 +191,7 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     if (!values) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "values", "is NULL");
-    if (!rsm__within(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_range(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
     if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
     a = rsm__allocator_of(system);
     energy = (float *)rsm__alloc_array(&a, (size_t)side * side, sizeof *energy);

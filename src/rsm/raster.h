@@ -1,14 +1,15 @@
 /* ---- raster: triangles into a face ---- */
 
-/* Homogeneous edge functions (Olano and Greer 1997): with corners (x, y, w), w the depth in a perspective
-   face and 1 for a sun, the ray (X, Y, 1) meets the triangle where three determinants have one sign; their
-   shares are the weights of the corners. Nothing is clipped. In double, from the same floats on both sides of
-   a shared edge: no cracks. */
+/* Triangles are drawn by homogeneous edge functions (Olano and Greer 1997). A corner is (x, y, w), where w is
+   the depth in a perspective face and 1 for a sun. The ray (X, Y, 1) meets the triangle if three determinants
+   have the same sign, and their shares are the weights of the corners. Nothing has to be clipped. Both
+   triangles at an edge compute it in double from the same floats, so that there are no cracks. */
 typedef struct rsm__corner {
     double x, y, w, z;
 } rsm__corner;
 
-typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;    /* inclusive; x0 > x1: nothing */
+/* Columns x0..x1 and rows y0..y1 of a face, ends included; x0 > x1 if there are none. */
+typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;
 
 typedef struct rsm__raster {
     rsm_map        *map;
@@ -16,31 +17,36 @@ typedef struct rsm__raster {
     size_t          mesh_count, triangles;
     uint32_t        face;
     rsm__box       *boxes;         /* of each triangle on this face */
-    uint32_t       *winners;       /* of each texel, triangle + 1 */
-    rsm__v3         right, up, axis;
+    uint32_t       *winners;       /* for each texel the number + 1 of the triangle that is nearest; 0: none
+                                      */
+    rsm__v3         right, up, axis;    /* of this face */
 } rsm__raster;
 
-enum { RSM__CHUNK = 4096, RSM__BAND = 16 };
+enum {
+    RSM__CHUNK = 4096,             /* triangles whose boxes one task finds */
+    RSM__BAND = 16                 /* rows of a face that one task draws */
+};
 
 static inline size_t rsm__mesh_triangles(const rsm_mesh *m)
 {
     return (m->indices || m->indices16 ? m->index_count : m->vertex_count) / 3;
 }
 
+/* Returns corner k of a triangle, in the world. */
 static inline rsm__v3 rsm__mesh_corner(const rsm_mesh *m, size_t triangle, int k)
 {
     size_t i = 3 * triangle + (size_t)k;
     const float *p, *t = m->transform;
     if (m->indices) i = m->indices[i];
     else if (m->indices16) i = m->indices16[i];
-    p = rsm__at(m->positions, rsm__stride(m->vertex_stride, 12), i);
+    p = rsm__element_at(m->positions, rsm__stride_or(m->vertex_stride, 12), i);
     if (!t) return rsm__v3_load(p);
     return rsm__v3_make(t[0] * p[0] + t[4] * p[1] + t[8] * p[2] + t[12],
                         t[1] * p[0] + t[5] * p[1] + t[9] * p[2] + t[13],
                         t[2] * p[0] + t[6] * p[1] + t[10] * p[2] + t[14]);
 }
 
-/* Returns the mesh of a running number of triangles, and writes the number within the mesh. */
+/* Returns the mesh that holds triangle `number` of all meshes, and writes its number within the mesh. */
 static inline const rsm_mesh *rsm__mesh_of(const rsm__raster *r, size_t number, size_t *triangle)
 {
     const rsm_mesh *m = r->meshes;
@@ -74,8 +80,8 @@ static inline void rsm__widen_box(double box[4], double x, double y)
     if (y > box[3]) box[3] = y;
 }
 
-/* Returns the box of texels whose centres may lie in the triangle. Corners before the near plane count where
-   their edges cross it. */
+/* Returns the box of texels whose centres may lie in the triangle. In place of a corner before the near plane
+   count the points where the corner's edges cross that plane. */
 static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corner c[3])
 {
     double box[4] = { 1e30, 1e30, -1e30, -1e30 }, near_z = (double)r->map->desc.light.near_depth,
@@ -93,7 +99,7 @@ static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corn
                 rsm__widen_box(box, (p->x + t * (q->x - p->x)) / w, (p->y + t * (q->y - p->y)) / w);
             }
         }
-    for (k = 0; k < 4; k++) { /* a hair wider: the edge functions decide */
+    for (k = 0; k < 4; k++) { /* a hair wider than the triangle, since the edge functions decide */
         double t = (box[k] + 1.0) * 0.5 * size - 0.5;
         t = k < 2 ? ceil(t - 1e-6 * size) : floor(t + 1e-6 * size);
         box[k] = t < 0.0 && k < 2 ? 0.0 : t > size - 1.0 && k >= 2 ? size - 1.0 : t;
@@ -106,13 +112,15 @@ static inline rsm__box rsm__bound_triangle(const rsm__raster *r, const rsm__corn
     return out;
 }
 
+/* Returns whether a triangle is drawn: its corners are usable and it has an area. */
 static inline int rsm__corners_usable(const rsm__v3 p[3])
 {
     rsm__v3 n = rsm__v3_cross(rsm__v3_sub(p[1], p[0]), rsm__v3_sub(p[2], p[0]));
-    return rsm__usable(p[0]) && rsm__usable(p[1]) && rsm__usable(p[2]) &&
+    return rsm__is_usable(p[0]) && rsm__is_usable(p[1]) && rsm__is_usable(p[2]) &&
            (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f);
 }
 
+/* Finds the boxes of a chunk of triangles. */
 static inline void rsm__bound_chunk(void *context, size_t chunk)
 {
     rsm__raster *r = (rsm__raster *)context;
@@ -136,10 +144,11 @@ static inline void rsm__bound_chunk(void *context, size_t chunk)
     }
 }
 
+/* The edge functions of a triangle. Edge k at (x, y) is a[k] x + b[k] y + c[k], which is above 0 inside;
+   points on the edge are inside if it is owned. */
 typedef struct rsm__edges { double a[3], b[3], c[3], determinant; int owned[3]; } rsm__edges;
 
-/* Makes the edge functions: edge k at (x, y) is a x + b y + c, positive inside. Returns 0 for a triangle that
-   is seen edge-on. */
+/* Makes the edge functions. Returns 0 for a triangle that is seen edge-on. */
 static inline int rsm__edges_make(rsm__edges *e, const rsm__corner p[3])
 {
     int k;
@@ -161,6 +170,7 @@ static inline int rsm__edges_make(rsm__edges *e, const rsm__corner p[3])
     return e->determinant != 0.0;
 }
 
+/* Writes the weights of the corners at (x, y). Returns 0 if that lies outside of the triangle. */
 static inline int rsm__find_weights(const rsm__edges *e, double x, double y, double w[3])
 {
     double sum;
@@ -175,13 +185,15 @@ static inline int rsm__find_weights(const rsm__edges *e, double x, double y, dou
     return 1;
 }
 
+/* Returns whether the caller's surface_fn has a hole there. */
 static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double w[3])
 {
     float weights[3] = { (float)w[0], (float)w[1], (float)w[2] }, albedo[3] = { 0, 0, 0 };
     return m->has_holes && m->surface_fn && !m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
 }
 
-/* Draws one triangle into the rows y0..y1 of the face. The depth of what wins stands in the texels. */
+/* Draws one triangle into the rows y0..y1 of the face: where it is nearest, its depth goes into the texel and
+   its number among the winners. */
 static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, size_t triangle, size_t number,
                                       uint32_t y0, uint32_t y1)
 {
@@ -225,7 +237,7 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
             float weights[3], albedo[3] = { 0, 0, 0 };
             for (k = 0; k < 3; k++) {
                 w[k] = e->a[k] * s + e->b[k] * t + e->c[k];
-                w[k] = w[k] > 0.0 ? w[k] : 0.0; /* beyond an edge: the edge */
+                w[k] = w[k] > 0.0 ? w[k] : 0.0; /* a point beyond an edge is moved onto the edge */
                 total += w[k];
             }
             for (k = 0; k < 3; k++) weights[k] = total > 0.0 ? (float)(w[k] / total) : 1.0f / 3.0f;
@@ -236,6 +248,7 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
     for (k = 0; k < 3; k++) out[k] = found ? sum[k] / (float)found : 0.0f;
 }
 
+/* Fills in a texel of the triangle that won it. */
 static inline void rsm__resolve_texel(const rsm__raster *r, uint32_t x, uint32_t y)
 {
     uint32_t winner = r->winners[(size_t)y * r->map->side + x];
@@ -264,6 +277,7 @@ static inline void rsm__resolve_texel(const rsm__raster *r, uint32_t x, uint32_t
     rsm__texel_set(r->map, r->face, x, y, position, normal, albedo, m->material);
 }
 
+/* Draws all triangles into a band of rows, and fills in its texels. */
 static inline void rsm__draw_band(void *context, size_t band)
 {
     const rsm__raster *r = (const rsm__raster *)context;
@@ -280,39 +294,76 @@ static inline void rsm__draw_band(void *context, size_t band)
         for (x = 0; x < r->map->side; x++) rsm__resolve_texel(r, x, y);
 }
 
-static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m)
+/* Writes the name of a mesh's field for the log, as in "meshes[2].positions". */
+static inline const char *rsm__mesh_field(rsm__message *name, size_t number, const char *field)
 {
-    size_t k;
+    name->used = 0;
+    rsm__message_text(name, "meshes[");
+    rsm__message_count(name, number);
+    rsm__message_text(name, "]");
+    rsm__message_text(name, field);
+    return name->text;
+}
+
+/* Logs that a field of a mesh is out of its range, and returns the result. */
+static inline rsm_result rsm__refuse_mesh(const rsm__logger *log, rsm_result result, size_t number,
+                                          const char *field, double value, const char *wanted)
+{
+    rsm__message name;
+    rsm__log_value(log, rsm__mesh_field(&name, number, field), value, wanted);
+    return result;
+}
+
+/* Logs that a field of a mesh is what the text says, and returns the result. */
+static inline rsm_result rsm__refuse_mesh_text(const rsm__logger *log, rsm_result result, size_t number,
+                                               const char *field, const char *text)
+{
+    rsm__message name;
+    rsm__log_text(log, rsm__mesh_field(&name, number, field), text);
+    return result;
+}
+
+static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
+{
+    const int indexed = m->indices || m->indices16;
+    size_t k, count = indexed ? m->index_count : m->vertex_count;
+    rsm__message name;
     if (m->indices && m->indices16)
-        return rsm__refuse(log, RSM_ERR_INPUT, "mesh.indices16", "is set beside indices");
-    if ((m->indices || m->indices16 ? m->index_count : m->vertex_count) % 3 != 0)
-        return rsm__refuse(log, RSM_ERR_INPUT,
-                           m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                           "is no multiple of 3");
-    for (k = 0; (m->indices || m->indices16) && k < m->index_count; k++) {
+        return rsm__refuse_mesh_text(log, RSM_ERR_INPUT, number, ".indices16", "is set beside indices");
+    if (count % 3 != 0)
+        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, indexed ? ".index_count" : ".vertex_count",
+                                (double)count, "a multiple of 3");
+    for (k = 0; indexed && k < count; k++) {
         uint32_t index = m->indices ? m->indices[k] : m->indices16[k];
         if (index < m->vertex_count) continue;
-        rsm__log_index(log, "mesh", k, index, m->vertex_count);
+        rsm__log_index(log, rsm__mesh_field(&name, number, ""), k, index, m->vertex_count);
         return RSM_ERR_INPUT;
     }
     return RSM_OK;
 }
 
-static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh *m)
+static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
 {
+    const rsm_result argument = RSM_ERR_ARGUMENT;
     int k;
     if (!m->positions && m->vertex_count)
-        return rsm__refuse(log, RSM_ERR_ARGUMENT, "mesh.positions", "is NULL");
-    if (!rsm__stride_checked(log, "mesh.vertex_stride", m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
-    if (!rsm__within(log, "mesh.tap_side", m->tap_side, 0, 16, "0..16")) return RSM_ERR_ARGUMENT;
+        return rsm__refuse_mesh_text(log, argument, number, ".positions", "is NULL");
+    if (!rsm__stride_valid(m->vertex_stride, 12))
+        return rsm__refuse_mesh(log, argument, number, ".vertex_stride", (double)m->vertex_stride,
+                                "0 or a multiple of 4 from 12 on");
+    if (m->tap_side > 16)
+        return rsm__refuse_mesh(log, argument, number, ".tap_side", m->tap_side, "0..16");
     for (k = 0; k < 3; k++)
-        if (!rsm__within(log, "mesh.albedo", (double)m->albedo[k], 0, 1e6, "0..1e6")) return RSM_ERR_INPUT;
+        if (!(m->albedo[k] >= 0.0f && m->albedo[k] <= 1e6f))
+            return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".albedo", (double)m->albedo[k], "0..1e6");
     for (k = 0; m->transform && k < 16; k++)
         if (!rsm__finite(m->transform[k]))
-            return rsm__refuse(log, RSM_ERR_INPUT, "mesh.transform", "is not finite");
-    return rsm__indices_check(log, m);
+            return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".transform", (double)m->transform[k],
+                                    "finite");
+    return rsm__indices_check(log, m, number);
 }
 
+/* Checks all meshes, and counts their triangles and those that are skipped. */
 static inline rsm_result rsm__meshes_check(const rsm__logger *log, rsm__raster *r, uint64_t *skipped)
 {
     size_t i, triangle;
@@ -321,10 +372,13 @@ static inline rsm_result rsm__meshes_check(const rsm__logger *log, rsm__raster *
     for (i = 0; i < r->mesh_count; i++) {
         const rsm_mesh *m = r->meshes + i;
         size_t count = rsm__mesh_triangles(m);
-        rsm_result result = rsm__mesh_check(log, m);
+        rsm_result result = rsm__mesh_check(log, m, i);
         if (result != RSM_OK) return result;
-        if (count > 0xfffffffeu - r->triangles)
-            return rsm__refuse(log, RSM_ERR_LIMIT, "meshes", "have 2^32 triangles or more");
+        if (count > 0xfffffffeu - r->triangles) {
+            rsm__log_value(log, "the triangles of meshes", (double)r->triangles + (double)count,
+                           "below 2^32 - 1");
+            return RSM_ERR_LIMIT;
+        }
         r->triangles += count;
         for (triangle = 0; triangle < count; triangle++) {
             rsm__v3 p[3];
@@ -343,7 +397,7 @@ static inline rsm_result rsm__raster_faces(rsm__raster *r)
     for (r->face = 0; r->face < r->map->faces; r->face++) {
         rsm__face_frame(r->map, r->face, &r->right, &r->up, &r->axis);
         memset(r->winners, 0, texels * sizeof *r->winners);
-        rsm__run(s, (r->triangles + RSM__CHUNK - 1) / RSM__CHUNK, rsm__bound_chunk, r);
+        rsm__run_tasks(s, (r->triangles + RSM__CHUNK - 1) / RSM__CHUNK, rsm__bound_chunk, r);
         if (!rsm__run_steps(s, (r->map->side + RSM__BAND - 1) / RSM__BAND, rsm__draw_band, r,
                             share * (float)r->face, share * (float)(r->face + 1)))
             return RSM_ERR_CANCELLED;

@@ -1,7 +1,8 @@
 /* ---- shared lights: those that all receivers take ---- */
 
-/* Returns texel number i of a map in tiles of 32 x 32 texels, a run each, of tiles of 8 x 8, a block each, so
-   that near_field looks at few of them. (size_t)-1: in a tile, but outside the map. */
+/* Returns texel number i of a map in an order of tiles: 32 x 32 texels, which are a run, in tiles of 8 x 8,
+   which are a block. So the lights of runs and blocks lie close together, and few of these are near a
+   receiver. Returns (size_t)-1 for a place of a tile that lies outside the map. */
 static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
 {
     size_t tiles = (map->side + 31u) / 32u, tile = i / 1024u, face = tile / (tiles * tiles);
@@ -10,13 +11,14 @@ static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
     return x < map->side && y < map->side ? (face * map->side + y) * map->side + x : (size_t)-1;
 }
 
-/* Whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. */
+/* Returns whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. */
 static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
 {
     return rsm__mean3(t->flux) > 0.0f ||
            (t->material != 0 && t->material <= g->desc.material_count && t->depth < RSM_FAR);
 }
 
+/* Returns how many texels of a map give light. */
 static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
 {
     size_t at, texels = rsm__texel_count(map), count = 0;
@@ -56,7 +58,8 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
             if (at == (size_t)-1 || !rsm__gives_light(g, map->texels + at)) continue;
         }
         set = rsm__hash_combine(g->desc.seed, (uint32_t)(placed / g->sets));
-        set = (placed + set) % g->sets; /* runs of neighbours go to all sets, each run in another order */
+        set = (placed + set) % g->sets; /* each run of `sets` neighbours is dealt out to all sets, in an order
+                                           of its own */
         lane = set * s->set_blocks * RSM__BLOCK + placed / g->sets;
         rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, map->texels + at, weight,
                       (float)g->sets);
@@ -77,6 +80,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     return nearby ? rsm__find_reaches(g, s, a) : RSM_OK;
 }
 
+/* Packs a list of pixel lights into blocks, set by set. A light that cannot be used leaves its lane empty. */
 static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rsm_texel *lights, size_t count,
                                         const rsm__allocator *a)
 {
@@ -91,8 +95,9 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     for (i = 0; i < count; i++) {
         size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
-        if (rsm__usable(rsm__v3_load(lights[i].position)) && rsm__usable(rsm__v3_load(lights[i].normal)) &&
-            lights[i].flux[0] >= 0.0f && lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
+        if (rsm__is_usable(rsm__v3_load(lights[i].position)) &&
+            rsm__is_usable(rsm__v3_load(lights[i].normal)) && lights[i].flux[0] >= 0.0f &&
+            lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
             rsm__mean3(lights[i].flux) <= 1e18f)
             rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, lights + i, 1.0f,
                           (float)g->sets);
@@ -100,6 +105,8 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     return RSM_OK;
 }
 
+/* Gathers from the lights of a source that all receivers share: by runs, or block by block if MIXED weighs
+   each light for this receiver. */
 static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7],
                                       uint32_t set, rsm__sum *sum)
 {
@@ -116,7 +123,7 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
         scale = rsm__mixed_scale(g, s->map);
     }
     for (i = 0; i < s->set_lanes && !(scale > 0.0f); i += RSM__RUN) {
-        /* short sums keep their bits where lights are many */
+        /* Sums are short, since long ones of floats lose bits where lights are many. */
         size_t lanes = s->set_lanes - i < RSM__RUN ? s->set_lanes - i : (size_t)RSM__RUN;
         if (runs && rsm__is_within_reach(runs + i / RSM__RUN, x))
             rsm__gather_near(g, s, set, i, lanes, x, sum);

@@ -1,48 +1,52 @@
 /* ---- sources: what a gather takes its light from ---- */
 
-/* The box of some lights' positions, and most2, the largest squared distance at which one of them is near: a
-   receiver that is farther from the box has none of them near. */
+/* The box about the positions of some lights, and most2, the largest squared distance at which one of them is
+   near. A receiver that is farther from the box than that has none of them near. */
 typedef struct rsm__reach { float low[3], high[3], most2; } rsm__reach;
 
 typedef struct rsm__source {       /* the pixel lights of one map, or of a list */
     const rsm_map *map;            /* NULL: a list */
-    rsm__block    *blocks;         /* lights that all receivers share, set by set */
+    rsm__block    *blocks;         /* the lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* their lobes, or NULL */
     size_t         set_blocks;     /* blocks of one set */
     size_t         set_lights;     /* lights of one set */
-    size_t         set_lanes;      /* their lanes, a multiple of RSM__LANES */
-    rsm__reach    *reaches;        /* of each block, then of each run; NULL: lights are points everywhere */
+    size_t         set_lanes;      /* lanes of these lights, a multiple of RSM__LANES */
+    rsm__reach    *reaches;        /* of each block, then of each run of blocks; NULL: all lights are points
+                                      */
     size_t         set_runs;       /* runs of one set */
 } rsm__source;
 
 typedef struct rsm__tally {        /* what one task has counted */
     uint64_t evaluated, pairs, bad;
-    double   full, lost;           /* sums of rsm__sum's */
-    double   outside, looked;      /* shares of flux outside r_max; receivers that were asked */
+    double   full, lost;           /* sums of those of rsm__sum */
+    double   outside, looked;      /* the sum of shares of flux outside r_max, and of how many receivers */
 } rsm__tally;
 
 typedef struct rsm__gather {       /* one call of rsm_gather, rsm_gather_list or rsm_interpolate */
     const rsm_map *const *maps;
-    rsm_gather_desc   desc;                      /* with its defaults */
+    rsm_gather_desc   desc;                      /* with its defaults filled in */
     const rsm_points *points;
     float            *out;
     rsm__source      *sources;
     size_t            source_count;
     size_t            count;                     /* receivers */
     float            *pattern;                   /* x, y and weight of each sample, set by set */
-    uint32_t          sets, set_samples;
-    uint32_t          shared, centred;           /* samples of each kind; MIXED has both */
+    uint32_t          sets;                      /* interleave^2 */
+    uint32_t          set_samples;               /* samples of the pattern in each set */
+    uint32_t          shared, centred;           /* samples that all receivers share, and samples about each
+                                                    receiver; MIXED has both */
     rsm__kernel       kernel;
-    rsm__crowd_kernel crowd_kernel;
-    size_t            crowd_lanes;
+    rsm__receiver_lanes_kernel lanes_kernel;
+    size_t            receiver_lane_count;
     rsm__tally       *tallies;                   /* one for each batch or row */
-    float             scale;                     /* of results: 1 / pi */
-    float            *reach2;                    /* squared distance of each point's nearest light; may be
-                                                    NULL */
+    float             scale;                     /* the factor of results, 1 / pi */
+    float            *reach2;                    /* receives the squared distance of each point's nearest
+                                                    light; may be NULL */
 } rsm__gather;
 
-/* Puts a light into a lane. weight: how many such texels it stands for; sets: how many sets share the lights.
-   The bound is that of the light among all sets, so that interleaving changes nothing on average. */
+/* Puts a light into lane i. weight says how many such texels the light stands for, sets how many sets share
+   the lights. A light counts `sets` times in its set, but its bound is that of the light among all sets, so
+   that interleaving changes nothing on average. */
 static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t i, const rsm_texel *t,
                                  float weight, float sets)
 {
@@ -64,7 +68,8 @@ static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t
     k->cap[i] = cap;
 }
 
-/* Notes in a lane how near its texel is near, and the face that it lies in. */
+/* Notes in lane i the squared distance within which its texel is near, and the face that the texel lies in.
+   */
 static inline void rsm__lane_near(const rsm_gather_desc *d, const rsm_map *map, rsm__block *k, size_t i,
                                   size_t at)
 {
@@ -81,7 +86,7 @@ static inline void rsm__lane_clear(rsm__block *k, size_t i)
     k->lx[i] = k->ly[i] = k->lz[i] = k->density[i] = 0.0f;
 }
 
-/* Makes the Phong lobe of texel number `at` of a map; a texel without a material gets none. */
+/* Makes the Phong lobe of texel number `at` of a map. The lobe of a texel without a material is 0. */
 static inline void rsm__gloss_set(const rsm_gather_desc *d, const rsm_map *map, rsm__gloss *g, size_t at,
                                   float weight)
 {
@@ -111,7 +116,8 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
     const double *sums;
     float u, v;
     if (!(total > 0.0)) return 0;
-    /* A lattice: rows at even steps, places in them by the golden ratio, both shifted by the seed. */
+    /* Samples are a lattice: rows at even steps of flux, places in a row by the golden ratio, both shifted by
+       the seed. */
     u = rsm__fraction(rsm__to_unit(i * 2654435769u) + rsm__random(seed, 5, 0));
     v = ((float)i + rsm__random(seed, 6, 0)) / (float)n;
     x = (double)(v < 0.99999994f ? v : 0.99999994f) * total;
@@ -124,7 +130,7 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
     sums = map->sums + (size_t)row * map->side;
     x = (double)(u < 0.99999994f ? u : 0.99999994f) * sums[map->side - 1];
     low = 0;
-    high = map->side - 1; /* first texel whose sum exceeds x */
+    high = map->side - 1; /* the first texel whose sum exceeds x is searched */
     while (low < high) {
         uint32_t middle = low + (high - low) / 2u;
         if (sums[middle] > x) high = middle;

@@ -780,17 +780,17 @@ static void vector_units_agree(void **state)
     (void)state;
 }
 
-/* And so for crowds. */
+/* And so for several receivers at a time. */
 static void vector_units_agree_on_pictures(void **state)
 {
 #if RSM__SIMD_SETS
     static rsm__block block[2];
-    rsm__crowd crowds[4], wide;
+    rsm__receiver_lanes groups[4], wide;
     rsm__sum none;
     size_t i, k, l;
     if (!rsm__cpu_has_avx2()) return;
     memset(&none, 0, sizeof none);
-    memset(crowds, 0, sizeof crowds);
+    memset(groups, 0, sizeof groups);
     memset(&wide, 0, sizeof wide);
     for (i = 0; i < 100; i++) {
         rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
@@ -801,30 +801,30 @@ static void vector_units_agree_on_pictures(void **state)
         float x[7] = { 0, 0.9f, 0.2f, 0, -1, 0, 1e-6f };
         rsm__sum one = none;
         x[0] = 0.1f * (float)l;
-        for (k = 0; k < 7; k++) crowds[0].x[k][l] = crowds[1].x[k][l] = crowds[2].x[k][l] = wide.x[k][l] = x[k];
+        for (k = 0; k < 7; k++) groups[0].x[k][l] = groups[1].x[k][l] = groups[2].x[k][l] = wide.x[k][l] = x[k];
         x[1] = 0.7f;
-        for (k = 0; k < 7; k++) crowds[3].x[k][l] = wide.x[k][l + RSM__LANES] = x[k];
+        for (k = 0; k < 7; k++) groups[3].x[k][l] = wide.x[k][l + RSM__LANES] = x[k];
         x[1] = 0.9f;
         rsm__sum_lights_lossy_plain(block, 104, x, &one);
         if (l + 1 < RSM__LANES) continue;
-        rsm__light_crowd_lossy_plain(block, 100, &crowds[0]);
-        rsm__light_crowd_lossy_avx2(block, 100, &crowds[1]);
-        assert_memory_equal(&crowds[0], &crowds[1], sizeof crowds[0]);
-        assert_true(crowds[0].sums[4][l] > 0);
-        for (k = 0; k < 3; k++) assert_float_equal(crowds[0].sums[k][l], one.rgb[k], 1e-5f * one.rgb[k]);
-        rsm__light_crowd_plain(block, 100, &crowds[2]);
-        assert_memory_equal(crowds[0].sums, crowds[2].sums, 3 * sizeof crowds[0].sums[0]);
-        rsm__light_crowd_lossy_plain(block, 100, &crowds[3]);
+        rsm__light_receivers_lossy_plain(block, 100, &groups[0]);
+        rsm__light_receivers_lossy_avx2(block, 100, &groups[1]);
+        assert_memory_equal(&groups[0], &groups[1], sizeof groups[0]);
+        assert_true(groups[0].sums[4][l] > 0);
+        for (k = 0; k < 3; k++) assert_float_equal(groups[0].sums[k][l], one.rgb[k], 1e-5f * one.rgb[k]);
+        rsm__light_receivers_plain(block, 100, &groups[2]);
+        assert_memory_equal(groups[0].sums, groups[2].sums, 3 * sizeof groups[0].sums[0]);
+        rsm__light_receivers_lossy_plain(block, 100, &groups[3]);
     }
     if (!rsm__cpu_has_avx512()) return;
-    rsm__light_crowd_lossy_avx512(block, 100, &wide);
+    rsm__light_receivers_lossy_avx512(block, 100, &wide);
     for (k = 0; k < 5; k++) {
-        assert_memory_equal(wide.sums[k], crowds[0].sums[k], RSM__LANES * sizeof(float));
-        assert_memory_equal(wide.sums[k] + RSM__LANES, crowds[3].sums[k], RSM__LANES * sizeof(float));
+        assert_memory_equal(wide.sums[k], groups[0].sums[k], RSM__LANES * sizeof(float));
+        assert_memory_equal(wide.sums[k] + RSM__LANES, groups[3].sums[k], RSM__LANES * sizeof(float));
     }
     memset(wide.sums, 0, sizeof wide.sums);
-    rsm__light_crowd_avx512(block, 100, &wide);
-    for (k = 0; k < 3; k++) assert_memory_equal(wide.sums[k], crowds[0].sums[k], RSM__LANES * sizeof(float));
+    rsm__light_receivers_avx512(block, 100, &wide);
+    for (k = 0; k < 3; k++) assert_memory_equal(wide.sums[k], groups[0].sums[k], RSM__LANES * sizeof(float));
 #endif
     (void)state;
 }

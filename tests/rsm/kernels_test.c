@@ -65,7 +65,7 @@ static void lights_on_one_receiver_have_the_same_sum(void **state)
         }
 }
 
-static void make_crowd(rsm__crowd *p)
+static void make_receivers(rsm__receiver_lanes *p)
 {
     uint32_t state = 99;
     int c, l;
@@ -74,25 +74,25 @@ static void make_crowd(rsm__crowd *p)
         for (c = 0; c < 7; c++) p->x[c][l] = c == 6 ? 1e-7f : uniform(&state, -1, 1);
 }
 
-static void lights_on_a_crowd_have_the_same_sums(void **state)
+static void lights_on_several_receivers_have_the_same_sums(void **state)
 {
     rsm__block blocks[2];
-    rsm__crowd plain, avx2, avx512;
+    rsm__receiver_lanes plain, avx2, avx512;
     int lossy, c;
     (void)state;
     if (!rsm__simd_level()) skip();
     make_lights(blocks, 100);
     for (lossy = 0; lossy < 2; lossy++) {
-        make_crowd(&plain);
-        make_crowd(&avx2);
-        make_crowd(&avx512);
-        (lossy ? rsm__light_crowd_lossy_plain : rsm__light_crowd_plain)(blocks, 100, &plain);
-        (lossy ? rsm__light_crowd_lossy_avx2 : rsm__light_crowd_avx2)(blocks, 100, &avx2);
+        make_receivers(&plain);
+        make_receivers(&avx2);
+        make_receivers(&avx512);
+        (lossy ? rsm__light_receivers_lossy_plain : rsm__light_receivers_plain)(blocks, 100, &plain);
+        (lossy ? rsm__light_receivers_lossy_avx2 : rsm__light_receivers_avx2)(blocks, 100, &avx2);
         assert_memory_equal(&plain, &avx2, sizeof plain);
         assert_true(plain.sums[0][0] + plain.sums[0][1] + plain.sums[0][2] > 0.0f && plain.sums[0][8] == 0.0f);
         assert_true((plain.sums[3][0] + plain.sums[3][1] + plain.sums[3][2] > 0.0f) == lossy);
         if (rsm__simd_level() < 2) continue;
-        (lossy ? rsm__light_crowd_lossy_avx512 : rsm__light_crowd_avx512)(blocks, 100, &avx512);
+        (lossy ? rsm__light_receivers_lossy_avx512 : rsm__light_receivers_avx512)(blocks, 100, &avx512);
         for (c = 0; c < 5; c++) assert_memory_equal(plain.sums[c], avx512.sums[c], 8 * sizeof(float));
     }
 }
@@ -138,7 +138,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
 #if RSM__SIMD_SETS
         cmocka_unit_test(lights_on_one_receiver_have_the_same_sum),
-        cmocka_unit_test(lights_on_a_crowd_have_the_same_sums),
+        cmocka_unit_test(lights_on_several_receivers_have_the_same_sums),
         cmocka_unit_test(a_sample_suits_the_same_pixels)
 #else
         cmocka_unit_test(there_is_one_set_only)

@@ -4,6 +4,7 @@
 
 #include "rsm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -52,7 +53,7 @@ static void a_desc_names_field_value_and_range(void **state)
     d.system = listening();
     good = d;
     d.side = 3;
-    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC, "rsm_map_create: side is 3; it must be 0 or 4..4096");
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC, "rsm_map_create: desc.side is 3; it must be 0 or 4..4096");
     d = good;
     d.light.value[1] = -2.5f;
     SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC, "rsm_map_create: light.value is -2.5; it must be 0..1e12");
@@ -82,8 +83,9 @@ static void a_bad_mesh_names_index_and_triangle(void **state)
     static const float corners[] = { 0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1 };
     uint32_t wide[6] = { 0, 1, 2, 0, 4, 3 };
     uint16_t narrow[6] = { 0, 1, 2, 0, 2, 70 };
+    const float unending[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, INFINITY, 0, 1 };
     rsm_desc d = sun_desc(1, 1, 8);
-    rsm_mesh mesh;
+    rsm_mesh mesh, two[2];
     rsm_map *map;
     (void)state;
     d.system = listening();
@@ -93,17 +95,39 @@ static void a_bad_mesh_names_index_and_triangle(void **state)
     mesh.vertex_count = 4;
     mesh.indices = wide;
     mesh.index_count = 6;
-    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
-         "rsm_rasterize: mesh: index 1 of triangle 1 is 4, but the mesh has 4 vertices");
+    two[0] = two[1] = mesh;
+    two[0].index_count = 3;
+    SAYS(rsm_rasterize(map, two, 2), RSM_ERR_INPUT,
+         "rsm_rasterize: meshes[1]: index 1 of triangle 1 is 4, but the mesh has 4 vertices");
     mesh.indices16 = narrow;
-    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: mesh.indices16 is set beside indices");
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: meshes[0].indices16 is set beside indices");
     mesh.indices = NULL;
     SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
-         "rsm_rasterize: mesh: index 2 of triangle 1 is 70, but the mesh has 4 vertices");
+         "rsm_rasterize: meshes[0]: index 2 of triangle 1 is 70, but the mesh has 4 vertices");
     mesh.index_count = 5;
-    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: mesh.index_count is no multiple of 3");
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
+         "rsm_rasterize: meshes[0].index_count is 5; it must be a multiple of 3");
+    mesh.index_count = 3;
+    mesh.tap_side = 17;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_ARGUMENT, "rsm_rasterize: meshes[0].tap_side is 17; it must be 0..16");
+    mesh.tap_side = 0;
+    mesh.albedo[1] = -1;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: meshes[0].albedo is -1; it must be 0..1e6");
+    mesh.albedo[1] = 0;
+    mesh.transform = unending;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
+         "rsm_rasterize: meshes[0].transform is infinity; it must be finite");
+    mesh.transform = NULL;
+    mesh.vertex_stride = 14;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_ARGUMENT,
+         "rsm_rasterize: meshes[0].vertex_stride is 14; it must be 0 or a multiple of 4 from 12 on");
+    mesh.vertex_stride = 0;
+    mesh.positions = NULL;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_ARGUMENT, "rsm_rasterize: meshes[0].positions is NULL");
+    SAYS(rsm_rasterize(map, NULL, 1), RSM_ERR_ARGUMENT, "rsm_rasterize: meshes is NULL");
     assert_int_equal(rsm_finish(map, NULL), RSM_OK);
     SAYS(rsm_finish(map, NULL), RSM_ERR_ORDER, "rsm_finish: map is finished already");
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_ORDER, "rsm_rasterize: map is finished");
     rsm_map_free(map);
 }
 
@@ -207,14 +231,15 @@ static void receivers_and_settings_are_named(void **state)
     SAYS(rsm_gather(NULL, 1, &g, &points, e, NULL), RSM_ERR_ARGUMENT, "rsm_gather: maps is NULL");
     SAYS(rsm_gather(maps, 1, &g, &points, NULL, NULL), RSM_ERR_ARGUMENT, "rsm_gather: irradiance is NULL");
     g.near_field = 33;
-    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC, "rsm_gather: near_field is 33; it must be 0..32");
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: desc.near_field is 33; it must be 0..32");
     g.near_field = 0;
     g.interleave = 2;
     SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
-         "rsm_gather: interleave is above 1, and points.width is 0: one row is no picture");
+         "rsm_gather: desc.interleave is 2; it must be 0 or 1 if points.width is 0: one row is no picture");
     g.interleave = 3;
     SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
-         "rsm_gather: interleave is 3; it must be 0, 1, 2, 4 or 8");
+         "rsm_gather: desc.interleave is 3; it must be 0, 1, 2, 4 or 8");
     g.interleave = 0;
     memset(&in, 0, sizeof in);
     SAYS(rsm_interpolate(maps, 1, &g, &in, &points, e, NULL), RSM_ERR_ARGUMENT,
@@ -228,6 +253,159 @@ static void receivers_and_settings_are_named(void **state)
     model_free(&disc);
 }
 
+/* Of several maps, materials and settings the one that is wrong is named, with its number. */
+static void elements_are_named_by_their_numbers(void **state)
+{
+    static const float p[6] = { 0, 1, 0, 0, 1, 1 }, n[6] = { 0, -1, 0, 0, -1, 0 };
+    static const uint32_t one[1] = { 0 };
+    const float noise[4] = { 0, 0.5f, 1.5f, 1 };
+    rsm_material materials[2];
+    float e[6];
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_map *maps[2], *open;
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_direct_desc direct = direct_desc();
+    rsm_points points = points_of(p, n, 2, 0);
+    rsm_texel light;
+    size_t count = 7;
+    (void)state;
+    memset(materials, 0, sizeof materials);
+    d.system = listening();
+    assert_int_equal(rsm_map_create(&d, &maps[0]), RSM_OK);
+    assert_int_equal(rsm_map_create(&d, &open), RSM_OK);
+    assert_int_equal(rsm_finish(maps[0], NULL), RSM_OK);
+    maps[1] = NULL;
+    g.system = direct.system = d.system;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 2, &g, &points, e, NULL), RSM_ERR_ARGUMENT,
+         "rsm_gather: maps[1] is NULL");
+    SAYS(rsm_gather((const rsm_map *const *)maps, 0, &g, &points, e, NULL), RSM_ERR_ARGUMENT,
+         "rsm_gather: map_count is 0");
+    maps[1] = open;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 2, &g, &points, e, NULL), RSM_ERR_ORDER,
+         "rsm_gather: maps[1] is not finished: rsm_finish must come first");
+    SAYS(rsm_direct(NULL, &direct, &points, e), RSM_ERR_ARGUMENT, "rsm_direct: map is NULL");
+    SAYS(rsm_direct(open, &direct, &points, e), RSM_ERR_ORDER,
+         "rsm_direct: map is not finished: rsm_finish must come first");
+    direct.tap_side = 16;
+    SAYS(rsm_direct(maps[0], &direct, &points, e), RSM_ERR_DESC, "rsm_direct: desc.tap_side is 16; it must be 0..15");
+    materials[1].exponent = 2e4f;
+    g.material_count = 2;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: desc.materials is NULL, and material_count is not 0");
+    g.materials = materials;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: desc.materials[1] has the exponent 20000; it must be 0..1e4");
+    materials[1].exponent = 1;
+    materials[0].specular[2] = 1.5f;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: desc.materials[0] has the specular 1.5; it must be 0..1");
+    g.materials = NULL;
+    g.material_count = 0;
+    g.noise = noise;
+    g.noise_side = 2;
+    SAYS(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: desc.noise[2] is 1.5; it must be 0..1");
+    points.width = 2;
+    g.noise_side = 1;
+    SAYS(rsm_interpolate((const rsm_map *const *)maps, 1, &g, NULL, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_interpolate: desc.noise is not NULL, as it must be here");
+    g.noise = NULL;
+    g.interleave = 2;
+    SAYS(rsm_interpolate((const rsm_map *const *)maps, 1, &g, NULL, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_interpolate: desc.interleave is 2; it must be 0 or 1 here");
+    g.interleave = 0;
+    g.add = 1;
+    SAYS(rsm_interpolate((const rsm_map *const *)maps, 1, &g, NULL, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_interpolate: desc.add is 1; it must be 0 here");
+    points.indices = one;
+    points.index_count = 1;
+    SAYS(rsm_interpolate((const rsm_map *const *)maps, 1, &g, NULL, &points, e, NULL), RSM_ERR_ARGUMENT,
+         "rsm_interpolate: points.indices is not NULL, as it must be here");
+    SAYS(rsm_pixel_lights((const rsm_map *const *)maps, 1, 0, 0, NULL, 0, NULL), RSM_ERR_ARGUMENT,
+         "rsm_pixel_lights: count is NULL");
+    SAYS(rsm_pixel_lights((const rsm_map *const *)maps, 1, 0, 0, NULL, 4, &count), RSM_ERR_ARGUMENT,
+         "rsm_pixel_lights: lights is NULL");
+    SAYS(rsm_cluster(&light, 0, 1, &d.system, NULL, &count), RSM_ERR_ARGUMENT, "rsm_cluster: clusters is NULL");
+    SAYS(rsm_cluster(&light, 0, 1, &d.system, &light, NULL), RSM_ERR_ARGUMENT, "rsm_cluster: count is NULL");
+    assert_int_equal(count, 7);
+    rsm_map_free(maps[0]);
+    rsm_map_free(open);
+}
+
+/* Each pointer, coordinate and size of the calls about one map. */
+static void places_and_sizes_are_named(void **state)
+{
+    const float inside[3] = { 0, 0, 0 }, unending[3] = { 0, INFINITY, 0 };
+    static double memory[4096];
+    float uv[2], depth, matrix[16];
+    model disc = model_disc(16, 1);
+    rsm_mesh mesh = mesh_of(&disc, 0.5);
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_light lamp;
+    rsm_buffers b;
+    rsm_map *map;
+    size_t count;
+    uint32_t face;
+    (void)state;
+    d.system = listening();
+    d.light.up[1] = NAN;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC,
+         "rsm_map_create: light.up is not a number; it must be finite");
+    d.light.up[1] = 0;
+    d.light.position[0] = 2e9f;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC,
+         "rsm_map_create: light.position is 2000000000; it must be -1e9..1e9");
+    d.light.position[0] = 0;
+    d.light.far_depth = -1;
+    d.light.near_depth = 1;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC,
+         "rsm_map_create: light.far_depth is -1; it must be above near_depth, at most 1e9");
+    d.light.far_depth = d.light.near_depth = 0;
+    SAYS(rsm_map_create(&d, NULL), RSM_ERR_ARGUMENT, "rsm_map_create: out is NULL");
+    SAYS(rsm_map_init(&d, memory, sizeof memory, NULL), RSM_ERR_ARGUMENT, "rsm_map_init: out is NULL");
+    SAYS(rsm_map_init(&d, (char *)memory + 4, sizeof memory - 4, &map), RSM_ERR_MEMORY,
+         "rsm_map_init: memory is not 8-byte aligned");
+    d.rows = (rsm_rows)9;
+    SAYS((int)rsm_map_bytes(&d), 0, "rsm_map_bytes: desc.rows is 9; it must be one of rsm_rows");
+    d.rows = RSM_ROWS_DEFAULT;
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    lamp = d.light;
+    lamp.kind = RSM_LIGHT_POINT;
+    SAYS(rsm_map_restart(map, &lamp), RSM_ERR_MEMORY,
+         "rsm_map_restart: the face count of light is 6; it must be at most what the map was made with");
+    SAYS(rsm_map_matrix(map, 0, NULL), RSM_ERR_ARGUMENT, "rsm_map_matrix: world_to_clip is NULL");
+    SAYS(rsm_map_project(map, NULL, &face, uv, &depth), RSM_ERR_ARGUMENT, "rsm_map_project: point is NULL");
+    SAYS(rsm_map_project(map, inside, NULL, uv, &depth), RSM_ERR_ARGUMENT, "rsm_map_project: face is NULL");
+    SAYS(rsm_map_project(map, inside, &face, NULL, &depth), RSM_ERR_ARGUMENT, "rsm_map_project: uv is NULL");
+    SAYS(rsm_map_project(map, inside, &face, uv, NULL), RSM_ERR_ARGUMENT, "rsm_map_project: depth is NULL");
+    SAYS(rsm_map_project(map, unending, &face, uv, &depth), RSM_ERR_ARGUMENT,
+         "rsm_map_project: point is infinity; it must be -1e9..1e9");
+    memset(&b, 0, sizeof b);
+    SAYS(rsm_fill(map, 0, NULL), RSM_ERR_ARGUMENT, "rsm_fill: buffers is NULL");
+    SAYS(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT, "rsm_fill: buffers.normals is NULL");
+    b.normals = inside;
+    SAYS(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT, "rsm_fill: buffers.depth is NULL, and so is positions");
+    b.depth = inside;
+    b.albedo_srgb_stride = 2;
+    SAYS(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT,
+         "rsm_fill: buffers.albedo_srgb_stride is 2; it must be 0 or at least 3");
+    b.albedo_srgb_stride = 0;
+    SAYS(rsm_fill(map, 3, &b), RSM_ERR_ARGUMENT, "rsm_fill: face is 3; it must be below face_count");
+    assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    SAYS(rsm_fill(map, 0, &b), RSM_ERR_ORDER, "rsm_fill: map is finished");
+    SAYS(rsm_pixel_lights((const rsm_map *const *)&map, 1, 0, 0, NULL, 0, &count), RSM_ERR_MEMORY,
+         "rsm_pixel_lights: capacity is 0; it must be at least *count, which was written");
+    assert_true(count > 10);
+    lines = 0;                              /* without a system in reach nothing can be said */
+    assert_int_equal(rsm_map_matrix(NULL, 0, matrix), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(NULL, inside, &face, uv, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_pattern_build(RSM_PATTERN_FLUX, 4, 0, 0, 1, matrix), RSM_ERR_ARGUMENT);
+    assert_int_equal(lines, 0);
+    rsm_map_free(map);
+    model_free(&disc);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -236,6 +414,8 @@ int main(void)
         cmocka_unit_test(indices_of_16_bits_draw_the_same),
         cmocka_unit_test(normals_are_unit_or_none),
         cmocka_unit_test(receivers_and_settings_are_named),
+        cmocka_unit_test(elements_are_named_by_their_numbers),
+        cmocka_unit_test(places_and_sizes_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
