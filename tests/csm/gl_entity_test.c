@@ -147,7 +147,7 @@ static void points_of_no_entity_lie_on_none(void **state)
     use.start = light;
     use.kind = sun.kind;
     use.maps = &maps;
-    use.samples = 1;
+    use.sample_count = 1;
     f.lights = &lights;
     f.uses = &use;
     f.use_count = 1;
