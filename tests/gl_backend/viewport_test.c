@@ -71,8 +71,8 @@ static void refused(gl_test *t, resolver resolve, void *renderer, const glbk_tar
     pass.viewport[3] = height;
     t->log[0] = 0;
     assert_int_equal(resolve(&t->gl, renderer, &pass), GLBK_ERR_DESC);
-    assert_non_null(strstr(t->log, width > WIDE || !width ? "the width to draw to is"
-                                                          : "the height to draw to is 8; it must be 0..7"));
+    assert_non_null(strstr(t->log, width > WIDE || !width ? "the width that pass draws to is"
+                                                          : "the height that pass draws to is 8; it must be 0..7"));
 }
 
 static void check_views(gl_test *t, resolver resolve, void *renderer)

@@ -184,11 +184,11 @@ static int is_receiver(const lsamp_points *p, size_t i)
 {
     const float *vector[4] = { p->positions + 3 * i, p->normals + 3 * i, p->to_eye ? p->to_eye + 3 * i : NULL,
                                p->tangents ? p->tangents + 3 * i : NULL };
-    int k;
+    int k, c;
     for (k = 0; k < 4; k++) {
-        float length2 = vector[k] ? vector[k][0] * vector[k][0] + vector[k][1] * vector[k][1] +
-                                    vector[k][2] * vector[k][2] : 1;
-        if (!(length2 <= 3e38f) || (k > 0 && !(length2 > 0))) return 0;
+        for (c = 0; c < 3; c++)
+            if (vector[k] && !(fabsf(vector[k][c]) <= 3.4e38f)) return 0;
+        if (k > 0 && vector[k] && vector[k][0] == 0 && vector[k][1] == 0 && vector[k][2] == 0) return 0;
     }
     return 1;
 }
