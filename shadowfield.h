@@ -112,7 +112,7 @@
      section 3.1  a source radiance field                        sfield_build_emitter                 T73
      section 3.1  S_d, the environment, and its rotation         sfield_scene_environment,
                                                                  sfield_scene_turn                    T11 T12
-     section 3.1  O_p, what an object hides from its own points  sfield_build_self
+     section 3.1  O_p, what an object hides from its own points  sfield_build_self                    -
      section 3.2  incident radiance, from far to near            sfield_incident                      T78
      section 3.2  spheres of lights and objects do not overlap   sfield_scene_desc (strict)           T80
      section 3.3  concentric shells from 0.2 r to 8 r or 20 r    sfield_desc (inner, outer)           T74
@@ -125,11 +125,12 @@
      section 4.1  the double product                             sfield_sh_dot                        T2
      section 4.1  rotations                                      sfield_sh_rotation                   T9 T76
      figure 5     entities from near to far                      sfield_scene_entities, sfield_shade  T78
-     section 4.2  points that the viewer does not see            sfield_points (visible)
-     section 4.2  culling, with a count for each of its rules    sfield_scene_stats
+     section 4.2  points that the viewer does not see            sfield_points (visible)              -
+     section 4.2  culling, with a count for each of its rules    sfield_scene_stats                   -
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
-     section 5    lights that are videos, by key frames          sfield_desc (frame_count), sfield_entity
-     section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread
+     section 5    lights that are videos, by key frames          sfield_desc (frame_count),
+                                                                 sfield_entity                        -
+     section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
 
    Configuration
 

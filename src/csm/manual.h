@@ -121,7 +121,7 @@
                                                                  cohsm__load_tile
      section 4.6            receivers that have no maps          cohsm_visible_scene, entities of     T62
                                                                  cohsm_query
-     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile       T59
+     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile  T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
      table 1                compression rates                    cohsm_get_info                       T63

@@ -74,6 +74,33 @@
    A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is, and any other
    length is an error; in shaders of your own nothing is checked.
 
+   From the paper to the code
+
+   The paper is that of csm.h and lightsampling.h: Ritschel, Grosch, Kautz and Mueller, "Interactive
+   Illumination with Coherent Shadow Maps", EGSR 2007. A line has the function in GLSL or the call, its twin in
+   csm.h or lightsampling.h, and the rows of docs/conformance.md that test both.
+
+     section 3.1  layers, view by view            glbk_csm_builder_draw      cohsm_builder_add       -
+     eq. (1)      segments: one depth for many    glbk_csm_builder_compress  cohsm__compress_view    -
+     section 3.2  project, find segment, compare  cohsm_see, cohsm_lit       cohsm__project_point    T61 T66
+     section 3.2  the search for a segment        cohsm_list_depth           cohsm__block_find       T61
+     section 3.3  six faces of a cube             cohsm_face_coordinates     cohsm__face_of          T70
+     section 4    D, where the maps look from     cohsm_map_parameter        cohsm__map_parameter    T73
+     section 4.1  from a direction to its map     cohsm_domain_position      cohsm__domain_position  T43 T73
+     section 4.3  lights outside the convex hull  cohsm_hull                 cohsm__light_refused    T67 T68
+     section 4.5  filtering                       cohsm_pcf                  cohsm__pcf              T69
+     section 4.5  Russian roulette                cohsm_jitter               cohsm__jitter           -
+     section 4.6  several objects, D times T^-1   cohsm_visible_scene        cohsm_visible_scene     T62 T66
+     section 5    A and L, shape and radiance     cohsm_light_draw           lsamp_light_sample      -
+     section 5.1  the mean of f L V cos / p       cohsm_estimate             lsamp__estimate         -
+     section 5.1  P_L, the inverse of a CDF       cohsm_pick_coords          lsamp__invert_sums      -
+     section 5.1  P_f, lobes by Russian roulette  cohsm_brdf_draw            lsamp__brdf_draw        -
+     section 5.1  256 patterns, one for a pixel   cohsm_numbers              lsamp__random_numbers   -
+     section 5.2  the mean of frames              glbk_csm_resolve           lsamp_progressive_add   -
+
+   Lines without a row are compared with their twins: by tests/csm/gl_build_test.c, gl_shade_test.c and
+   gl_twin_test.c.
+
    Configuration
 
      GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of

@@ -71,6 +71,22 @@
    A vector that is said to be unit may have a length of 0.97 to 1.03 and is used as it is; envshadow.h checks
    those of lights, gl_gbuffer.h those of pixels, and in shaders of your own nothing is checked.
 
+   From the paper to the code
+
+   The paper is that of envshadow.h: Knuth and Fuhrmann, "Self-Shadowing of Dynamic Scenes with Environment
+   Maps using the GPU", WSCG 2005. A line has the function in GLSL or the call, its twin in envshadow.h, and
+   the rows of docs/conformance.md that test both.
+
+     3, algorithm 1, all lights at once  glbk_envsh_shade        envsh_shade             T23
+     3, algorithm 2, clusters of lights  glbk_envsh_illuminate   envsh_illuminate        -
+     3, Fig. 2, maps side by side        glbk_envsh_maps_render  envsh__lay_out_tiles    T24
+     3, Fig. 4, smoothing                envsh_smooth            envsh__filter_smooth    -
+     4, Fig. 5, maps in color channels   envsh_lit               envsh__is_lit           T24
+     4, percentage closer filtering      envsh_taps              envsh__filter_taps      T24
+     6, size of the light source         envsh_penumbra          envsh__filter_penumbra  -
+
+   Lines without a row are compared with their twins by tests/envshadow/gl_twin_test.c.
+
    Configuration
 
      GL_ENVSHADOW_IMPLEMENTATION   compiles the code, in one source file; the implementations of

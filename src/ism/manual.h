@@ -129,10 +129,10 @@
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
      [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
-     -                    light close to a VPL                          ism__patch_kernel     T42..T44
-     -                    clusters of triangles, seen by a VPL          ism__cluster_effect
-     -                    windows                                       ism_zoom, ism_unzoom
-     -                    near points                                   ism_near_points
+     -                    light close to a VPL                          ism__patch_kernel     T42, T43, T44
+     -                    clusters of triangles, seen by a VPL          ism__cluster_effect   -
+     -                    windows                                       ism_zoom, ism_unzoom  -
+     -                    near points                                   ism_near_points       -
 
    docs/ism.md lists where and why the code departs from the paper.
 

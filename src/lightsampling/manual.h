@@ -87,18 +87,18 @@
 
    From the paper to the code
 
-     section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate         T10, T20, T23
-     section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point   T43, T73
-     section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame T18, T22
-     section 5     emitters that are not Lambertian  lsamp__emit                            T43
-     section 4, 5  D, where maps look from           lsamp_light_domain                     -
-     section 5.1   the mean of f L V cos / p         lsamp__estimate                        T10, T73
-     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums      T11, T12, T15
-     section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw    T10, T21
-     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__random_numbers   -
-     section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init  T10
+     section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate           T10, T20, T23
+     section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point     T43, T73
+     section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame   T18, T22
+     section 5     emitters that are not Lambertian  lsamp__emit                              T43
+     section 4, 5  D, where maps look from           lsamp_light_domain                       -
+     section 5.1   the mean of f L V cos / p         lsamp__estimate                          T10, T73
+     section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums   T11, T12, T15
+     section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw      T10, T21
+     section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__random_numbers  -
+     section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init    T10
                    P_f; local lights by P_L
-     section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                  T16
+     section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                    T16
 
    Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
    the paper, and why.
