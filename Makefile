@@ -364,6 +364,7 @@ check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-vocabulary:
 	@sh tools/check-vocabulary $(HEADERS)
+	@sh tests/scripts/vocabulary.sh
 check-papers:
 	@sh tools/check-papers $(HEADERS)
 check-named:

@@ -231,7 +231,7 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     glbk_texture blocks;            /* the table of all blocks */
     glbk_texture instances;         /* the table of instances; none if they fit into the uniform block */
     glbk_buffer  scene;             /* the uniform block */
-    uint32_t     texels;            /* of all blocks */
+    uint32_t     texel_count;       /* of all blocks */
     uint32_t     capacity;          /* the most instances */
     uint32_t     count;             /* instances that are placed */
     char         defines[80];       /* what all blocks have in common, for programs of your own: see
@@ -323,13 +323,13 @@ struct glbk_csm_renderer {              /* read only; zeroed = none */
     glbk_csm_programs shade;            /* private, like resolve, targets and frame */
     glbk_program resolve;
     uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
-    uint32_t     patterns;
+    int          patterns;
     uint32_t     width;
     uint32_t     height;
     glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
     glbk_target  targets[2];
     glbk_buffer  frame;
-    uint32_t     frames;                /* in the sum */
+    uint32_t     frame_count;           /* in the sum */
     uint32_t     passes;                /* 0: the sum has no pass yet */
     uint32_t     now;                   /* which of the two sums is up to date */
     int          compute;               /* not 0: it renders by compute shaders */
@@ -2932,7 +2932,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (capacity > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
     for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
-    out->texels = (uint32_t)texels;
+    out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
     result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
@@ -3004,7 +3004,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
-        if (instances[i].start >= maps->texels)
+        if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
                                               instances[i].start, "one that glbk_csm_maps_create wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
@@ -3455,7 +3455,7 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frames", d->frame_count, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24") &&
            glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 
@@ -3979,11 +3979,11 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
         !glbk__csm_kind_valid(&log, u->kind) ||
-        !glbk__csm_in(&log, ".samples", u->sample_count, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".sample_count", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
         return GLBK_ERR_DESC;
-    if (r->patterns && !glbk__csm_in(&log, ".samples", u->sample_count, d->lights->pattern_length,
+    if (r->patterns && !glbk__csm_in(&log, ".sample_count", u->sample_count, d->lights->pattern_length,
                                      d->lights->pattern_length, "the length of the patterns"))
         return GLBK_ERR_MISMATCH;
     return GLBK_OK;
@@ -4018,7 +4018,7 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
             !glbk__csm_in(&planes, "[3]", (double)d->planes[i][3], -1e39, 1e39, "finite"))
             return GLBK_ERR_DESC;
     }
-    if (r->frames == UINT32_MAX)
+    if (r->frame_count == UINT32_MAX)
         return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames, which are all");
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
         result = glbk__csm_check_use(ctx, function, r, d, i);
@@ -4118,13 +4118,13 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }
     }
-    if (result == GLBK_OK) r->frames++;
+    if (result == GLBK_OK) r->frame_count++;
     return result;
 }
 
 GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *r)
 {
-    if (r) r->frames = r->passes = 0;
+    if (r) r->frame_count = r->passes = 0;
 }
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -4142,7 +4142,7 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
     if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
-    frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    frame.frame_share = r->passes ? 1.0f / (float)r->frame_count : 0.0f;
     result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
@@ -4161,14 +4161,14 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
     if (result != GLBK_OK) return result;
-    if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
+    if (!r->frame_count) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {
         memset(rgba, 0, count * sizeof *rgba);
         return GLBK_OK;
     }
     result = glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
-    scale = 1.0f / (float)r->frames;
+    scale = 1.0f / (float)r->frame_count;
     for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
     return result;
 }

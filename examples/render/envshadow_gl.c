@@ -183,8 +183,9 @@ void es_gl_report(const es_state *s, rd_report *report)
 {
     const glbk_envsh_maps *m = &s->gl->maps;
     size_t texels = (size_t)m->atlas.width * m->atlas.height, cells = (size_t)m->cells.width * m->cells.height;
-    size_t layer = texels * (m->channels == 4 ? 16 : 4) + m->channels * (cells + cells / 3) * 8;
-    report->memory_bytes += layer * m->pages + 128 * (size_t)m->capacity + (m->channels == 4 ? 4 * texels : 0);
+    size_t layer = texels * (m->channel_count == 4 ? 16 : 4) + m->channel_count * (cells + cells / 3) * 8;
+    report->memory_bytes += layer * m->page_count + 128 * (size_t)m->capacity;
+    report->memory_bytes += m->channel_count == 4 ? 4 * texels : 0;
 }
 
 void es_gl_close(es_state *s)

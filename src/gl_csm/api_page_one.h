@@ -99,7 +99,7 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     glbk_texture blocks;            /* the table of all blocks */
     glbk_texture instances;         /* the table of instances; none if they fit into the uniform block */
     glbk_buffer  scene;             /* the uniform block */
-    uint32_t     texels;            /* of all blocks */
+    uint32_t     texel_count;       /* of all blocks */
     uint32_t     capacity;          /* the most instances */
     uint32_t     count;             /* instances that are placed */
     char         defines[80];       /* what all blocks have in common, for programs of your own: see
@@ -191,13 +191,13 @@ struct glbk_csm_renderer {              /* read only; zeroed = none */
     glbk_csm_programs shade;            /* private, like resolve, targets and frame */
     glbk_program resolve;
     uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
-    uint32_t     patterns;
+    int          patterns;
     uint32_t     width;
     uint32_t     height;
     glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
     glbk_target  targets[2];
     glbk_buffer  frame;
-    uint32_t     frames;                /* in the sum */
+    uint32_t     frame_count;           /* in the sum */
     uint32_t     passes;                /* 0: the sum has no pass yet */
     uint32_t     now;                   /* which of the two sums is up to date */
     int          compute;               /* not 0: it renders by compute shaders */

@@ -106,7 +106,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (capacity > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
     for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
-    out->texels = (uint32_t)texels;
+    out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
     result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
@@ -178,7 +178,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
-        if (instances[i].start >= maps->texels)
+        if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
                                               instances[i].start, "one that glbk_csm_maps_create wrote");
         if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||

@@ -140,7 +140,7 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frames", d->frame_count, 0, 16777216, "0..2^24") &&
+           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24") &&
            glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
 }
 

@@ -97,11 +97,11 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
         !glbk__csm_kind_valid(&log, u->kind) ||
-        !glbk__csm_in(&log, ".samples", u->sample_count, 1, 65536, "1..65536") ||
+        !glbk__csm_in(&log, ".sample_count", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
         return GLBK_ERR_DESC;
-    if (r->patterns && !glbk__csm_in(&log, ".samples", u->sample_count, d->lights->pattern_length,
+    if (r->patterns && !glbk__csm_in(&log, ".sample_count", u->sample_count, d->lights->pattern_length,
                                      d->lights->pattern_length, "the length of the patterns"))
         return GLBK_ERR_MISMATCH;
     return GLBK_OK;
@@ -136,7 +136,7 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
             !glbk__csm_in(&planes, "[3]", (double)d->planes[i][3], -1e39, 1e39, "finite"))
             return GLBK_ERR_DESC;
     }
-    if (r->frames == UINT32_MAX)
+    if (r->frame_count == UINT32_MAX)
         return glbk__refuse(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames, which are all");
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
         result = glbk__csm_check_use(ctx, function, r, d, i);
@@ -236,13 +236,13 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
             result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
         }
     }
-    if (result == GLBK_OK) r->frames++;
+    if (result == GLBK_OK) r->frame_count++;
     return result;
 }
 
 GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *r)
 {
-    if (r) r->frames = r->passes = 0;
+    if (r) r->frame_count = r->passes = 0;
 }
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
@@ -260,7 +260,7 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
     if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
     memset(&frame, 0, sizeof frame);
-    frame.frame_share = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    frame.frame_share = r->passes ? 1.0f / (float)r->frame_count : 0.0f;
     result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
@@ -279,14 +279,14 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
     if (result != GLBK_OK) return result;
-    if (!r->frames) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
+    if (!r->frame_count) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
     count = 4 * (size_t)r->width * r->height;
     if (!r->passes) {
         memset(rgba, 0, count * sizeof *rgba);
         return GLBK_OK;
     }
     result = glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
-    scale = 1.0f / (float)r->frames;
+    scale = 1.0f / (float)r->frame_count;
     for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
     return result;
 }

@@ -99,11 +99,11 @@ struct glbk_envsh_maps {                /* read only; zeroed = none */
     uint32_t     map_side;              /* of the desc with its default, like guard and capacity */
     uint32_t     guard;
     uint32_t     capacity;
-    uint32_t     channels;              /* maps that share a texel: 1, or 4 with rgba */
+    uint32_t     channel_count;         /* maps that share a texel: 1, or 4 with rgba */
     uint32_t     count;                 /* lights whose maps were rendered last; 0 after an error */
     uint32_t     across;                /* columns of tiles of a page */
     uint32_t     down;                  /* rows of tiles of a page */
-    uint32_t     pages;
+    uint32_t     page_count;
     uint32_t     cells_side;            /* cells a side of a tile, on the finest level */
     uint32_t     levels;                /* levels of cells */
     uint32_t     first;                 /* private, like step and casts: while casters are drawn, the light

@@ -17,12 +17,12 @@ enum {
 static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
 {
     uint32_t side = ctx->max_side < GLBK__ENVSH_MAX_SIDE ? ctx->max_side : (uint32_t)GLBK__ENVSH_MAX_SIDE;
-    uint32_t slots = (m->capacity + m->channels - 1) / m->channels, most = side / m->map_side;
+    uint32_t slots = (m->capacity + m->channel_count - 1) / m->channel_count, most = side / m->map_side;
     for (side = 1; side < most && side * side < slots;) side++;
     m->across = slots < side ? slots : side;
     m->down = (slots + m->across - 1) / m->across;
     m->down = m->down < most ? m->down : most;
-    m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
+    m->page_count = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
     for (m->cells_side = 1, m->levels = 1; m->cells_side * GLBK__ENVSH_CELL < m->map_side; m->levels++)
         m->cells_side *= 2;
 }
@@ -36,13 +36,13 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
 
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
-    texture.format = m->channels == 4 ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_DEPTH32F;
+    texture.format = m->channel_count == 4 ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_DEPTH32F;
     texture.width = m->across * m->map_side;
     texture.height = m->down * m->map_side;
-    texture.layers = m->pages;
+    texture.layers = m->page_count;
     result = glbk_texture_create(ctx, &texture, &m->atlas);
     target.depth = &m->atlas;
-    if (m->channels == 4 && result == GLBK_OK) {
+    if (m->channel_count == 4 && result == GLBK_OK) {
         texture.format = GLBK_FORMAT_DEPTH32F;
         texture.layers = 0;
         result = glbk_texture_create(ctx, &texture, &m->depth);
@@ -53,7 +53,7 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     texture.format = GLBK_FORMAT_RG32UI;
     texture.width = m->across * m->cells_side;
     texture.height = m->down * m->cells_side;
-    texture.layers = m->pages * m->channels;
+    texture.layers = m->page_count * m->channel_count;
     texture.levels = m->levels;
     if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &m->cells);
     memset(&target, 0, sizeof target);
@@ -69,7 +69,7 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
 static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
                                                glbk_envsh_maps *m)
 {
-    const char *defines = m->channels == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
+    const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
     glbk_result result;
     if (d->vertex) {
         glbk_source source;
@@ -104,7 +104,7 @@ static glbk_result glbk__envsh_check_desc(const glbk_context *ctx, const glbk_en
     out->capacity = d->capacity;
     out->map_side = d->map_side ? d->map_side : 256;
     out->guard = d->guard ? d->guard : 4;
-    out->channels = d->rgba ? 4 : 1;
+    out->channel_count = d->rgba ? 4 : 1;
     if (out->map_side < 16 || out->map_side > 4096)
         return glbk__refuse_range(ctx, bad, function, "desc.map_side", out->map_side, 16, 4096);
     if (out->guard > out->map_side / 4)
@@ -118,12 +118,12 @@ static glbk_result glbk__envsh_check_pages(const glbk_context *ctx, glbk_envsh_m
     static const char function[] = "glbk_envsh_maps_create";
     const uint32_t most = ctx->max_layers < 1024 ? ctx->max_layers : 1024;
     glbk__envsh_lay_out(ctx, m);
-    if (!m->pages)
+    if (!m->page_count)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.map_side", m->map_side, 16,
                                   ctx->max_side);
-    if (m->pages > most)
+    if (m->page_count > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "pages for desc.capacity: their number",
-                                  m->pages, 1, most);
+                                  m->page_count, 1, most);
     return GLBK_OK;
 }
 
@@ -177,7 +177,7 @@ static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *vie
 /* Writes the eight texels of a light, which docs/gpu-layouts.md lists. */
 static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, uint32_t light, uint32_t *words)
 {
-    uint32_t slot = light / m->channels, place;
+    uint32_t slot = light / m->channel_count, place;
     float f[4 * GLBK__ENVSH_RECORD];
     place = slot % m->across | slot / m->across % m->down << 11 | slot / (m->across * m->down) << 22;
     memcpy(f, v->lookup, sizeof v->lookup);
@@ -262,9 +262,9 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     static const uint32_t far_bits[4] = { GLBK__ENVSH_FAR, GLBK__ENVSH_FAR, GLBK__ENVSH_FAR,
                                           GLBK__ENVSH_FAR };
     const uint32_t tiles = m->across * m->down, column = c->column, channel = c->channel;
-    const uint32_t first = (c->page * tiles + column) * m->channels + channel;
-    const uint32_t step = (ctx->es ? m->across : 1) * m->channels;
-    const uint32_t after = (c->page + 1) * tiles * m->channels, end = after < m->count ? after : m->count;
+    const uint32_t first = (c->page * tiles + column) * m->channel_count + channel;
+    const uint32_t step = (ctx->es ? m->across : 1) * m->channel_count;
+    const uint32_t after = (c->page + 1) * tiles * m->channel_count, end = after < m->count ? after : m->count;
     uint32_t instances, i;
     glbk_pass pass;
     glbk_result result;
@@ -274,7 +274,7 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     pass.depth = GLBK_DEPTH_LESS;
     result = glbk_begin(ctx, &pass, &m->cast);
     if (result != GLBK_OK) return result;
-    i = m->channels == 4;
+    i = m->channel_count == 4;
     glbk__attach(ctx, i ? (uint32_t)GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT,
                  &m->atlas, 0, c->page);
     if (!column) glbk_clear_depth(ctx, 1);
@@ -321,7 +321,7 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
         if (result != GLBK_OK) break;
         glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
-        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
+        glbk_bind_texture(ctx, m->channel_count == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
                           &m->atlas);
         glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
@@ -340,7 +340,7 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
 /* Returns how many pages the maps of the frame fill, at least in part. */
 static uint32_t glbk__envsh_page_count(const glbk_envsh_maps *m)
 {
-    const uint32_t page = m->across * m->down * m->channels;
+    const uint32_t page = m->across * m->down * m->channel_count;
     return (m->count + page - 1) / page;
 }
 
@@ -352,10 +352,10 @@ static glbk_result glbk__envsh_draw_all(glbk_context *ctx, glbk_envsh_maps *m, g
     uint32_t layer;
 
     for (c->page = 0; c->page < pages; c->page++)
-        for (c->channel = 0; c->channel < m->channels; c->channel++)
+        for (c->channel = 0; c->channel < m->channel_count; c->channel++)
             for (c->column = 0; c->column < columns && result == GLBK_OK; c->column++)
                 result = glbk__envsh_cast_round(ctx, m, c);
-    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++)
+    for (layer = 0; layer < pages * m->channel_count && result == GLBK_OK; layer++)
         result = glbk__envsh_cell_layer(ctx, m, layer);
     return result;
 }
@@ -363,7 +363,7 @@ static glbk_result glbk__envsh_draw_all(glbk_context *ctx, glbk_envsh_maps *m, g
 /* Writes for each layer a number that all its cells of the finest level determine. */
 static glbk_result glbk__envsh_digest_cells(glbk_context *ctx, glbk_envsh_maps *m, uint64_t *digests)
 {
-    const uint32_t layers = glbk__envsh_page_count(m) * m->channels;
+    const uint32_t layers = glbk__envsh_page_count(m) * m->channel_count;
     const uint32_t wide = m->cells.width, high = m->cells.height;
     const glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
     uint32_t *cells = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)wide * high, 16), layer;
@@ -391,7 +391,7 @@ static glbk_result glbk__envsh_digest_cells(glbk_context *ctx, glbk_envsh_maps *
    again. If only the first ones are, other lights get them now. */
 static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, glbk__envsh_casting *c)
 {
-    const uint32_t layers = glbk__envsh_page_count(m) * m->channels;
+    const uint32_t layers = glbk__envsh_page_count(m) * m->channel_count;
     const glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
     uint64_t *digests = (uint64_t *)glbk_envsh__alloc_array(&memory, (size_t)layers + 1, 2 * sizeof *digests);
     glbk_result result = digests ? GLBK_OK : GLBK_ERR_ALLOC;

@@ -70,7 +70,7 @@ static void glbk__envsh_fill_query(const envsh_query *q, glbk_envsh_query *out)
 static void glbk__envsh_bind_all(glbk_context *ctx, const glbk_envsh_maps *m, const glbk_offset *offset)
 {
     const glbk_offset at = glbk__offset(offset);
-    const uint32_t atlas = m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth;
+    const uint32_t atlas = m->channel_count == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth;
     glbk_bind_texture(ctx, at.unit + atlas, &m->atlas);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_cells, &m->cells);
     glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_envsh_views, &m->views);

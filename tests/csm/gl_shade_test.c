@@ -552,7 +552,7 @@ static void prepared_frames_are_the_same(void **state)
         if (way == 8) use.kind = LSAMP_LIGHT_COUNT;
         assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), GLBK_ERR_DESC);
         assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f), GLBK_ERR_DESC);
-        assert_int_equal(r.renderer.shade.count + r.renderer.frames, 0);
+        assert_int_equal(r.renderer.shade.count + r.renderer.frame_count, 0);
     }
     use = use_of(&r, start, desc.kind);
     f = frame_of(&lights, &use);
@@ -562,7 +562,7 @@ static void prepared_frames_are_the_same(void **state)
 
     assert_glbk(t, glbk_csm_prepare(&t->gl, &r.renderer, &f));
     assert_int_equal(r.renderer.shade.count, 1);
-    assert_int_equal(r.renderer.frames, 0);
+    assert_int_equal(r.renderer.frame_count, 0);
     assert_int_equal(glbk_csm_read(&t->gl, &r.renderer, picture[0]), GLBK_ERR_ORDER);     /* nothing was drawn */
     assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f));
     assert_int_equal(r.renderer.shade.count, 1);                /* the program was there */
@@ -600,9 +600,9 @@ static void errors_of_any_light_are_told(void **state)
     t->gl.check = 1;
     t->gl.gl.Enable(0xffff);
     assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f), GLBK_ERR_PENDING);
-    assert_int_equal(r.renderer.frames, 1);
+    assert_int_equal(r.renderer.frame_count, 1);
     assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f));
-    assert_int_equal(r.renderer.frames, 2);
+    assert_int_equal(r.renderer.frame_count, 2);
     glbk_csm_lights_free(&t->gl, &lights);
     close_rig(t, &r);
 }

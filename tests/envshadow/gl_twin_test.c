@@ -234,7 +234,7 @@ static void tiles_are_those_of_the_rasteriser(void **state)
         t->gl.max_side = 1024;              /* four large tiles a page */
         m = make_maps(t, r.count, r.size, ways[way].rgba);
         t->gl.max_side = max_size;
-        assert_int_equal(m.pages, ways[way].pages);
+        assert_int_equal(m.page_count, ways[way].pages);
         reader =
             make_tool(t, tile_text, "envsh_access", ways[way].rgba ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0", r.size, r.size);
         render_maps(t, &m, &r);

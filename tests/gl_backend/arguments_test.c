@@ -358,7 +358,7 @@ static void csm_blocks_and_instances(void **state)
     REFUSED(glbk_csm_maps_place(gl, &(glbk_csm_maps){ 0 }, NULL, 0));
     REFUSED(glbk_csm_maps_place(gl, &s.maps, &s.plate, 3));
     REFUSED(glbk_csm_maps_place(gl, &s.maps, NULL, 1));
-    BAD(s.plate.start, s.maps.texels, glbk_csm_maps_place(gl, &s.maps, &s.plate, 1));
+    BAD(s.plate.start, s.maps.texel_count, glbk_csm_maps_place(gl, &s.maps, &s.plate, 1));
     for (i = 0; i < wrong_transform_count; i++) {
         memcpy(s.plate.transform, unit, sizeof unit);
         wrong_transform(i, s.plate.transform);
@@ -689,7 +689,7 @@ static void csm_frames(void **state)
     f.planes[1][2] = 0;
     assert_glbk(t, glbk_csm_render(gl, &r, &seen, &f));
     f.plane_count = 0;
-    BAD_IS(GLBK_ERR_LIMIT, r.frames, UINT32_MAX, glbk_csm_render(gl, &r, &seen, &f));
+    BAD_IS(GLBK_ERR_LIMIT, r.frame_count, UINT32_MAX, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.maps, NULL, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.maps, &no_maps, glbk_csm_render(gl, &r, &seen, &f));
     DESC_BAD(use.ask, COHSM_LIGHT_COUNT, glbk_csm_render(gl, &r, &seen, &f));

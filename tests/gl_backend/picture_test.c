@@ -67,7 +67,7 @@ static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, seen));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, seen, 0, HIGH, pixels));
     put_light(t, &r->sums[r->now], light);
-    r->frames = r->passes = 1;
+    r->frame_count = r->passes = 1;
 }
 
 static void make_envsh(gl_test *t, glbk_gbuffer *seen, glbk_envsh_renderer *r)

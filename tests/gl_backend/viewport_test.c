@@ -110,7 +110,7 @@ static void csm(void **state)
     glbk_csm_renderer r;
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r));
     put(t, &r.sums[r.now], 0.5);
-    r.frames = 2;
+    r.frame_count = 2;
     r.passes = 1;
     check_views(t, resolve_csm, &r);
     glbk_csm_renderer_free(&t->gl, &r);
