@@ -94,7 +94,7 @@
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
      4, percentage closer filtering        envsh__filter_taps                                 T24
      4, load balancing                     envsh_cost_fit envsh_cost_cluster                  -
-     6, size of the light source           envsh__filter_penumbra, extents of envsh_lights    -
+     6, size of the light source           envsh__filter_penumbra, axes_u of envsh_lights     -
 
    The last column names the rows of docs/conformance.md that test a line; a - says that there is none. Of
    these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, penumbrae to the

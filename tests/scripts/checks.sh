@@ -1,0 +1,38 @@
+#!/bin/sh
+# checks.sh - faults that the tools/check-... must notice: each is put by sed into a copy of one file, and what the tool
+# prints must have the text behind the last bar. A line: tool | file | sed | text.
+root=$PWD dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+passed=0 failed=0
+
+mkdir "$dir/tree" "$dir/tree/gl_backend"
+tar cf - tools README.md docs/conformance.md src -- *.h gl_backend/*.h | (cd "$dir/tree" && tar xf -)
+cd "$dir/tree" || exit 1
+
+fail() { printf '  FAILED: %s\n' "$1"; failed=$((failed + 1)); }
+noticed() {     # noticed TOOL FILE SED TEXT
+    sed -i "$3" "$2"
+    if cmp -s "$root/$2" "$2"; then fail "$2: nothing is changed by $3"
+    elif said=$(sh "tools/$1" "$2" 2>&1); then fail "$1 does not notice in $2: $3"
+    else case $said in *"$4"*) passed=$((passed + 1)) ;; *) fail "$1 in $2: $3 is not called '$4' but $said" ;; esac
+    fi
+    cp "$root/$2" "$2"
+}
+while IFS='|' read -r tool file expression text; do
+    case $tool in '' | '#'*) continue ;; esac
+    noticed "${tool% }" "$(echo $file)" "${expression# }" "${text# }"
+done << 'END'
+check-papers | rsm.h | s/rsm_gather_desc (offset)/rsm_gather_desc (offsets)/| rsm_gather_desc has no offsets
+check-papers | rsm.h | s/rsm_pattern (POISSON)/rsm_pattern (POISON)/| rsm_pattern has no POISON
+check-papers | rsm.h | s/rsm_mesh (tap_side)/rsm_points (tap_side)/| rsm_points has no tap_side
+check-papers | envshadow.h | s/rgba of envsh_maps_desc/rgb of envsh_maps_desc/| envsh_maps_desc has no rgb
+check-papers | csm.h | s/entities of     T62/entity of       T62/| cohsm_query has no entity
+check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1/| entries with neither rows nor -
+check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1T5/| its table names T5, which has no test of rsm
+check-papers | gl_backend/gl_rsm.h | s/rsm_gloss  /rsm_glass  /| its table names rsm_glass
+check-papers | ism.h | s/From the paper to the code/From the paper/| has no table
+END
+
+echo "checks: $passed passed, $failed failed, 0 skipped"
+[ -n "$TOTALS" ] && echo "$passed $failed 0" >> "$TOTALS"
+[ $failed = 0 ]
