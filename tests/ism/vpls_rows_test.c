@@ -159,9 +159,6 @@ static glide glide_of(float eps, int unstable)
     return g;
 }
 
-/* The way is O(eps): bounded by the same factors for two eps of which one is a quarter of the other. Measured medians
-   1.5 and 1.0; 95th percentiles 16 and 9, where the row of the map that a VPL's number picks changes. A texel would be
-   62 and 250 eps; other random numbers every frame take VPLs right across the floor. */
 /* A sky of three directions of equal flux over a level floor: overhead, 0.2 above the horizon, below it. What a unit of
    flux does to the floor is its cosine, so VPLs go by that and by the share of flux_share, and the flux that they carry
    is the sky's. Rows of the source are drawn in even steps: counts are exact but for 1. */
@@ -218,6 +215,9 @@ static void skies_are_chosen_by_the_cosine(void **state)
     ism_free(maps);
 }
 
+/* The way is O(eps): bounded by the same factors for two eps of which one is a quarter of the other. Measured medians
+   1.5 and 1.0; 95th percentiles 16 and 9, where the row of the map that a VPL's number picks changes. A texel would be
+   62 and 250 eps; other random numbers every frame take VPLs right across the floor. */
 static void vpls_glide(void **state)
 {
     const glide coarse = glide_of(0.002f, 0), fine = glide_of(0.0005f, 0), loose = glide_of(0.002f, 1);
