@@ -80,7 +80,7 @@
 
      pVPL       a texel of a source, which might become a light: position, normal, reflected flux
      BRSM       bidirectional reflective shadow map: the importances of a source's texels, flux times effect
-                on the picture
+                on the picture (ISM_IMPORTANCE_BRSM says which effect)
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
      tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
                 all of them
@@ -102,8 +102,8 @@
        | v4 | v5 | ...                         |  `---'  |  same share of the light that leaves a diffuse VPL
        +----+----                              +---------+
 
-   A tile shows the square unevenly: all its texels but a rim of 8 of 64 a side show the window, that part of
-   the square in which the picture lies (ism_zoom). Each surfel belongs to one VPL.
+   A tile shows the square unevenly: the window, that part of the square in which the picture lies, has all
+   texels of the tile but 8 of 64 a side (ism_zoom). Each surfel belongs to one VPL.
 
    From the paper to the code
 
@@ -112,7 +112,7 @@
      section 3.3          pull and push                                 ism__pull, ism__fill  T49
      section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
      section 4            flux over N and probability                   ism__make_vpl         T41
-     section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl             T15, T16
+     section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl         T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
                                                                         ism__estimate         T41
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
@@ -124,15 +124,20 @@
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
-                                                                        ism__smooth_pixel     T56
+                                                                        ism__smooth_pixel     -
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
      [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
      -                    light close to a VPL                          ism__patch_kernel     T42, T43, T44
+     -                    VPLs that no pixel of a block can see         ism__cull             T56
      -                    clusters of triangles, seen by a VPL          ism__cluster_effect   -
      -                    windows                                       ism_zoom, ism_unzoom  -
      -                    near points                                   ism_near_points       -
+
+   T.. are rows of docs/conformance.md. Where there is a -, the paper says nothing that a row could expect:
+   tests/ism/sums_test.c computes interleaved pictures, clusters and the light of near points anew in doubles,
+   window_test.c tests windows, near_test.c the choice of near points.
 
    docs/ism.md lists where and why the code departs from the paper.
 
@@ -162,18 +167,20 @@
    All memory comes from the allocator in desc.system, called from the thread that called us. It grows to the
    largest frame and is kept, in bytes, with less than 8 KB besides:
 
-     12 N surfels + 4 A + 4 A (if keep_hits) + 2444 tile_side^2 + 16 triangles + 820 clusters of triangles, of
-     which there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 244 N + 112.25 N near points,
-     A = (ceil(sqrt(N)) tile_side)^2               1024 VPLs, 8192 surfels, 64^2 texels: 101 + 17 + 12 MB
+     12 N surfels + 4 A + 4 A (if keep_hits) + 2444 tile_side^2 + 16 triangles + 768 clusters of triangles +
+     832 bundles of clusters + 20 pVPLs + 16 rows of pVPLs + 40 sources + 4 pixels + 244 N + 112.25 N near
+     points. A = (ceil(sqrt(N)) tile_side)^2; clusters are all triangles, or equal numbers of them, 32,768
+     clusters at most; bundles = 1 + clusters / 16, rounded down.
+     1024 VPLs, 8192 surfels, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N
    more.
 
    Every function that can fail returns an ism_result. If the result is not ISM_OK, outputs are untouched,
-   nothing leaks, and desc.system.log gets a line that says which field or element is wrong. There are no
-   globals. An ism_maps belongs to one thread at a time, but calls that take it as const may run together.
-   Results are equal to the bit for the same input, seed and frame index, on every compiler, processor and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   nothing leaks, and desc.system.log gets a line that says which field or element is wrong; where maps is
+   NULL, there is no log. There are no globals. An ism_maps belongs to one thread at a time, but calls that
+   take it as const may run together. Results are equal to the bit for the same input, seed and frame index,
+   on every compiler, processor and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/measured/performance.md and build/bench ism.   History: CHANGELOG.md.
    Licence: end of this file. */
@@ -230,16 +237,18 @@ typedef enum ism_result {
 } ism_result;
 
 typedef struct ism_maps ism_maps;       /* VPLs with their surfels and depth maps, kept from frame to frame */
-typedef struct ism_desc ism_desc;       /* how many VPLs, how large their maps: ---- settings ---- */
-typedef struct ism_shading ism_shading; /* how receivers are shaded: ---- settings ---- */
-typedef struct ism_stats ism_stats;     /* what a call counted: ---- settings ---- */
+typedef struct ism_desc ism_desc;       /* how many VPLs, and how large their maps: see settings, below */
+typedef struct ism_shading ism_shading; /* how receivers are shaded: see settings */
+typedef struct ism_stats ism_stats;     /* what a call counted: see settings */
 typedef struct ism_frame ism_frame;     /* mesh, sources and receivers of one frame: below */
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
 /* Makes maps, which ism_free takes back. One ism_maps serves all frames.
    desc     NULL = all defaults
    out      written on ISM_OK only
-   Errors   ISM_ERR_ARGUMENT (NULL), ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
+   Errors   ISM_ERR_ARGUMENT: out is NULL.
+            ISM_ERR_DESC: a field of desc is out of range, or the allocator has one function of two.
+            ISM_ERR_ALLOC: there is no memory. */
 
 ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats);
@@ -248,13 +257,13 @@ ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_
    out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
             albedos; untouched on failure
    stats    may be NULL
-   Errors   those of the three calls */
+   Errors   those of the three calls, of which ISM_ERR_ORDER cannot occur. */
 
 ISM_DEF void ism_free(ism_maps *maps);
 /* Takes back maps and their memory; NULL is allowed. */
 
 ISM_DEF const char *ism_result_text(ism_result result);
-/* Returns a constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant text that says what a result means; "unknown result" for any other number. */
 
 typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones too, in world space, as of
                                        this frame */
@@ -264,16 +273,16 @@ typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
-    const float    *opacities;      /* of each triangle 0..1, which is drawn for that share of the VPLs; NULL
-                                       = opaque */
-    const float    *albedos;        /* r, g, b of each triangle, for ism_bounce alone; NULL = 0.5 */
+    const float    *opacities;      /* 0..1 for each triangle: the share of the VPLs, in quarters, into whose
+                                       maps the triangle is drawn; NULL = all are opaque */
+    const float    *albedos;        /* r, g, b of each triangle, read by ism_bounce alone; NULL = 0.5 */
 } ism_mesh;
 
 typedef enum ism_source_kind {      /* what sends the light on */
     ISM_SOURCE_DEFAULT,             /* = ISM_SOURCE_SURFACE */
     ISM_SOURCE_SURFACE,             /* texels of a reflective shadow map, points on lamps */
     ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to the sky, fluxes are radiance x
-                                       solid angle, W/m^2. The maps of its VPLs are orthographic, of the
+                                       solid angle, W/m^2. The maps of its VPLs are orthographic and show the
                                        mesh's bounding sphere */
     ISM_SOURCE_COUNT
 } ism_source_kind;
@@ -281,20 +290,20 @@ typedef enum ism_source_kind {      /* what sends the light on */
 typedef struct ism_source {         /* a grid of points that send light on (pVPLs): a lit surface, a lamp or a
                                        sky */
     ism_source_kind kind;
-    uint32_t     width, height;     /* of the grid, 2^26 points at most in all sources; a plain list has
-                                       height 1 and is scattered */
-    int          scattered;         /* not 0: neighbours in the grid are no neighbours in space, and are not
-                                       mixed */
+    uint32_t     width, height;     /* points a row and rows of the grid; all sources have 2^26 points at
+                                       most. A plain list has height 1, and `scattered` is set */
+    int          scattered;         /* not 0: neighbours in the grid are no neighbours in space, so VPLs lie
+                                       on points, not between them, and effects are not blurred */
     const float *positions;         /* x, y, z of each */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *normals;           /* unit; not read of directions */
+    const float *normals;           /* unit; those of directions are not read */
     size_t       normal_stride;     /* as position_stride */
     const float *fluxes;            /* r, g, b, 0..1e30 W: what leaves the surface behind each texel; 0 if
-                                       there is no surface. Texels out of this range are never chosen
-                                       (ism_stats.bad_pvpls) */
+                                       there is no surface. A texel with another flux is never chosen, and
+                                       ism_stats.bad_pvpls counts it */
     size_t       flux_stride;       /* as position_stride */
-    const float *areas;             /* m^2 of surface behind each texel; NULL, and areas that are negative or
-                                       not finite = estimated from the distances between VPLs */
+    const float *areas;             /* m^2 of surface behind each texel. If areas is NULL, and where an area
+                                       is negative or not finite, the distances between VPLs tell it */
     size_t       area_stride;       /* bytes, a multiple of 4; 0 = 4 */
     const float *lobes;             /* axis x, y, z (unit) and exponent 0..1e5 of each: its intensity goes as
                                        cos^exponent about the axis. NULL = diffuse, which is exponent 1 about
@@ -315,24 +324,25 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float *geometric_normals; /* unit, of the triangle without its shading normals, for the bias; NULL =
-                                       normals */
+    const float *geometric_normals; /* unit normals of the triangles, on whose planes depths are compared with
+                                       those of maps; NULL = normals */
     size_t       geometric_normal_stride;   /* as normal_stride */
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
-    uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
-    float        world_to_clip[16]; /* the camera's, world to clip, column-major; all 0 = unknown. It tells
-                                       which pixels lie near a texel of a source. Clip z plays no part */
+    uint32_t     width;             /* pixels in a row of the picture, a divisor of count; 0 = a list */
+    float        world_to_clip[16]; /* the camera's matrix, column-major; all 0 = unknown. The matrix tells
+                                       which pixels lie near a texel of a source; clip z plays no part */
     ism_rows     rows;              /* of the picture */
 } ism_points;
 
 struct ism_frame {
     const ism_mesh   *mesh;         /* NULL: nothing casts shadows */
-    const ism_source *sources;      /* faces of a cube map, several lights; NULL where source_count is 0 */
+    const ism_source *sources;      /* such as the faces of a cube map, or several lights; may be NULL if
+                                       source_count is 0 */
     size_t            source_count;
-    const ism_points *points;       /* the receivers. VPLs are chosen for all of them together: if receivers
-                                       are few, one very near a light draws most VPLs to itself, and the
-                                       others are noisy (though right on the mean) */
+    const ism_points *points;       /* the receivers. VPLs are chosen for all of them together: if there are
+                                       few, one that is very near a light draws most VPLs to itself, and the
+                                       others are noisy, though right on the mean */
     uint32_t          index;        /* number of the frame, which decides which surfels are renewed */
 };
 
@@ -361,36 +371,38 @@ typedef struct ism_system {         /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } ism_system;
 
-typedef enum ism_importance {       /* by what VPLs are chosen among the texels of sources */
+typedef enum ism_importance {       /* by which importance VPLs are chosen among the texels of sources */
     ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
     ISM_IMPORTANCE_FLUX,            /* by the flux that leaves the texel (paper, section 3.2) */
-    ISM_IMPORTANCE_BRSM,            /* by flux x effect: the root mean square of what a unit of the flux adds,
-                                       unshadowed, to view_grid_side^2 receivers from a jittered grid (section
-                                       4.1, which takes the mean: the root mean square gives the picture the
-                                       least variance) */
+    ISM_IMPORTANCE_BRSM,            /* by flux x effect on the picture (section 4.1). The effect is the root
+                                       of a mean square: of what a unit of the texel's flux would add,
+                                       unshadowed, to receivers at view_grid_side^2 jittered places of the
+                                       picture. The paper takes the mean, but the picture's variance is least
+                                       with the root of the mean square. blur_radius blurs the mean square,
+                                       flux_share adds a constant to its root */
     ISM_IMPORTANCE_GUIDED,          /* as BRSM, with half of the receivers near the texel's own place in the
-                                       picture (section 4.2) */
+                                       picture (section 4.2); such samples weigh less where they are denser */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 
 typedef enum ism_spread {           /* how surfels are spread over triangles */
     ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
     ISM_SPREAD_AREA,                /* by area, as in the imperfect shadow maps of 2008 */
-    ISM_SPREAD_VIEW_1,              /* by the solid angle that one receiver, the same for all, sees of each
-                                       triangle (section 5.1) */
-    ISM_SPREAD_VIEW_8,              /* by the solid angle that 8 receivers, drawn for each triangle, see of it
-                                       on the mean (section 5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of what the VPL itself sees of the
-                                       triangle */
+    ISM_SPREAD_VIEW_1,              /* by the triangle's solid angle as seen from one receiver, the same for
+                                       all triangles (section 5.1) */
+    ISM_SPREAD_VIEW_8,              /* by the triangle's mean solid angle as seen from 8 receivers, which are
+                                       drawn for each triangle (section 5.2) */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of the share of the VPL's own map
+                                       that the triangle fills, about */
     ISM_SPREAD_COUNT
 } ism_spread;
 
-typedef enum ism_projection {       /* which direction a texel of a VPL's map shows */
+typedef enum ism_projection {       /* which directions the texels of a VPL's map show */
     ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
     ISM_PROJECTION_COSINE,          /* every texel has an equal share of a diffuse VPL's flux (section 6.1) */
     ISM_PROJECTION_PARABOLOID,      /* a disc in the square, whose corners are never used */
-    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, without trigonometry; texels have 0.6 to
-                                       1.7 times the mean solid angle */
+    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, which takes no trigonometry; texels have
+                                       0.6 to 1.7 times the mean solid angle */
     ISM_PROJECTION_LOBE,            /* every texel has an equal share of the flux of the VPL's own lobe */
     ISM_PROJECTION_COUNT
 } ism_projection;
@@ -405,8 +417,9 @@ struct ism_desc {                   /* zero it, then set what you care about */
     ism_projection projection;
     uint32_t       view_grid_side;  /* a texel's effect is estimated from a grid of receivers with this side,
                                        1..16; 0 = 4 */
-    int32_t        blur_radius;     /* effects are blurred over this many texels along surfaces, at most 16;
-                                       0 = 5 % of the source's shorter side, at most 6; negative = no blur */
+    int32_t        blur_radius;     /* texels of a source along its surface, to either side, over which
+                                       effects are blurred, at most 16; 0 = 5 % of the source's shorter side,
+                                       at most 6; negative = no blur */
     uint32_t       lazy_frames;     /* frames until all surfels are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* share of the choice that is made by flux alone, so that no texel is
                                        forgotten, up to 1; 0 = 0.1 */
@@ -415,10 +428,9 @@ struct ism_desc {                   /* zero it, then set what you care about */
     float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 1. Discs that
                                        are cut off at their triangle's edges have 6 times the area, which
                                        closes gaps between them */
-    int32_t        near_point_count;    /* near points of each VPL, which take its place for receivers close
-                                           by,
-                                       at most 64; 0 = 16; negative = none, and ISM_NEAR_GATHER is
-                                       ISM_NEAR_PATCH then */
+    int32_t        near_point_count;    /* near points for each VPL, at most 64; 0 = 16; negative = none. Near
+                                       points take the VPL's place for receivers close by; if there are none,
+                                       ISM_NEAR_GATHER does what ISM_NEAR_PATCH does */
     int32_t        window_rim;      /* texels a side of a tile that show what lies outside its window
                                        (ism_zoom), 2..tile_side / 2; 0 = tile_side / 8, at least 2; negative =
                                        tiles have no windows and show hemispheres evenly */
@@ -427,71 +439,74 @@ struct ism_desc {                   /* zero it, then set what you care about */
     int            no_fill;         /* not 0: holes of maps stay open, without pull and push (section 3.3) */
     int            unstable;        /* not 0: every frame has new random numbers, so that the mean of many
                                        frames converges and single frames flicker; 0: frames stay alike */
-    int            vary_surfels;    /* not 0: weak VPLs take a half or a quarter of the surfels */
+    int            vary_surfels;    /* not 0: VPLs with less than a half or a quarter of the mean flux take a
+                                       half or a quarter of the surfels */
     int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce, and
                                        tiles have no windows */
     uint32_t       seed;            /* chooses between equally good sets of random numbers */
 };
 
-typedef enum ism_near {             /* what is done about receivers close to a VPL */
+typedef enum ism_near {             /* what is done where a receiver is so close to a VPL that a point's
+                                       light would be a bright speck */
     ISM_NEAR_DEFAULT,               /* = ISM_NEAR_GATHER */
-    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to
-                                       receivers that face the square no brighter than a point, as the backs
-                                       of bent sheets do */
-    ISM_NEAR_SPHERE,                /* the VPL becomes a virtual spherical light, Hasan et al. 2009 */
-    ISM_NEAR_CLAMP,                 /* cos cos / d^2 is `clamp` at most */
-    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light is at most `clamp` times the mean over the receiver's
+    ISM_NEAR_PATCH,                 /* the VPL is taken for a square of its area, whose exact form factor is
+                                       computed. A receiver that faces the square gets no more than from a
+                                       point, since it may be the back of a bent sheet */
+    ISM_NEAR_SPHERE,                /* the VPL is taken for a virtual spherical light (Hasan et al. 2009) */
+    ISM_NEAR_CLAMP,                 /* cos cos / d^2 is cut off at `clamp` */
+    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light is cut off at `clamp` times the mean over the receiver's
                                        VPLs */
-    ISM_NEAR_NONE,                  /* nothing: bright specks */
-    ISM_NEAR_GATHER,                /* near points, each a square too, take the place of VPLs within reach,
-                                       smoothly */
+    ISM_NEAR_NONE,                  /* nothing is done: there are bright specks */
+    ISM_NEAR_GATHER,                /* near points, squares too, take the place of VPLs within their reach,
+                                       and fade in smoothly */
     ISM_NEAR_COUNT
 } ism_near;
 
 typedef void (*ism_visible_fn)(void *user, const float position[3], const float geometric_normal[3],
                                const uint32_t *numbers, size_t count, float *visible);
-/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees.
-   parallel_for's threads may call the function at once.
-   numbers   of count lights: VPLs (of ism_vpls) or near points (of ism_near_points)
+/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees. Several
+   threads of parallel_for may call the function at once.
+   numbers   which lights are asked for: indices of ism_vpls, or of ism_near_points
    visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
     uint32_t       interleave;      /* 1, 2, 4, 8: every pixel takes 1 / interleave^2 of the VPLs, and a blur
-                                       along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
-                                       neighbours: 1 */
+                                       along surfaces mixes neighbours (section 6.2); 0 = 1. A list of
+                                       receivers, which has no neighbours, needs 0 or 1 */
     ism_near       near_mode;
-    float          clamp;           /* of ISM_NEAR_CLAMP in 1/m^2, of ISM_NEAR_CLAMP_MEAN a factor; 0 = 1 */
+    float          clamp;           /* the bound of ISM_NEAR_CLAMP, 1/m^2, and the factor of
+                                       ISM_NEAR_CLAMP_MEAN; 0 = 1 */
     float          bias;            /* receivers count as nearer to the VPL by this share of their distance,
                                        below 1; 0 = 0.02; negative = none */
     int            no_maps;         /* not 0: nothing casts shadows */
-    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped.
-                                       The picture is the same */
-    ism_visible_fn visible_fn;      /* exact visibility of VPLs in place of the maps; NULL = the maps */
+    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped,
+                                       which saves time and changes no picture */
+    ism_visible_fn visible_fn;      /* asked in place of the maps, to see VPLs exactly; NULL = the maps */
     void          *visible_user;
-    ism_visible_fn near_visible_fn; /* the same of near points; NULL: each is seen as its VPL is, by
+    ism_visible_fn near_visible_fn; /* the same for near points; NULL: a near point is seen as its VPL is, by
                                        visible_fn or by the maps */
     void          *near_visible_user;
 };
 
 struct ism_stats {                  /* of the last run of each stage */
-    uint32_t vpls;                  /* VPLs that were chosen: N, but fewer if the sources are black */
+    uint32_t vpls;                  /* VPLs in use: N at most, none if all sources are black */
     uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
-    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative or above 1e30, or whose
-                                       unit vectors are 0 0 0. They are never chosen */
+    uint64_t bad_pvpls;             /* texels that are never chosen, since their flux, place, normal or lobe
+                                       is not finite or out of range, or a unit vector is 0 0 0 */
     uint64_t skipped_triangles;     /* triangles with a vertex that is not finite, or without area */
     uint64_t surfels, renewed;      /* all surfels, and those that this frame made anew */
     uint64_t splats;                /* surfels that were drawn into tiles */
-    uint64_t wide_splats;           /* those of `splats` whose disc was cut, since it would have been wider
-                                       than its distance */
+    uint64_t wide_splats;           /* those of `splats` whose disc was made smaller, since it would have been
+                                       wider than its distance */
     uint64_t filled;                /* texels that pull and push wrote */
     double   surface_area;          /* of the mesh, m^2 */
-    double   flux[3];               /* of all sources, W (surfaces alone) */
+    double   flux[3];               /* r, g, b of all sources that are surfaces, W */
     double   lost_energy;           /* share of the light that the rule for near VPLs took off, as the mean of
-                                       all channels; PATCH counts what would have leaked through bent sheets,
-                                       too */
+                                       all channels. PATCH counts the light that would have leaked through
+                                       bent sheets, too */
     double   culled;                /* share of the pairs of a VPL and a block that culling skipped */
-    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once (from
-                                       ism_shade with its own) */
+    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once, which in
+                                       ism_shade includes the call's own */
     uint32_t near_points;           /* near points of the last ism_choose; 0 after ism_set_vpls */
 };
 
@@ -503,25 +518,41 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
 /* Chooses VPLs among the texels of the frame's sources, by importance (section 4): VPL i is drawn where the
    running sum of all importances reaches (i + 0.5) / N of the whole. Black sources give no VPLs, which is no
    error.
-   Errors   ISM_ERR_ARGUMENT (NULL, the points' arrays or strides), ISM_ERR_INPUT (a source's arrays or
-            strides, vectors that are not unit), ISM_ERR_LIMIT (2^26 texels), ISM_ERR_ALLOC,
-            ISM_ERR_CANCELLED */
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or a count, width or
+            stride is out of range.
+            ISM_ERR_INPUT: a vector is not unit, a source has no such kind, points have no such rows, or
+            world_to_clip is not finite.
+            ISM_ERR_LIMIT: all sources together have more than 2^26 texels.
+            ISM_ERR_ALLOC: there is no memory.
+            ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
 /* Renews surfels (section 5) and draws the depth maps of all VPLs (sections 3.3, 6.1). Surfels are kept as
    barycentric coordinates: if the number of triangles stays the same, surfels that are not renewed follow the
    mesh; if the number changes, all are made anew.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no VPLs were chosen), ISM_ERR_INPUT (strides, an index beyond
-            vertex_count, an opacity, vectors that are not unit), ISM_ERR_LIMIT, ISM_ERR_ALLOC,
-            ISM_ERR_CANCELLED
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, a count, width or stride
+            is out of range, or the mesh has both kinds of indices.
+            ISM_ERR_ORDER: ism_choose or ism_set_vpls must come first.
+            ISM_ERR_INPUT: an index is not below vertex_count, an opacity is beyond 0..1, a receiver's vector
+            is not unit, points have no such rows, or world_to_clip is not finite.
+            ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
+            ISM_ERR_ALLOC: there is no memory.
+            ISM_ERR_CANCELLED: maps must be drawn anew.
    Cost     O(triangles + surfels of all VPLs x texels of their discs) */
 
 ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_points *points, const ism_shading *shading,
                              float *out, ism_stats *stats);
 /* Lights receivers, those of the frame or any others, by all VPLs. shading, out and stats are as in
    ism_render; stats->peak_bytes counts what the call allocates while it runs.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ORDER, ISM_ERR_INPUT (vectors that are not unit),
-            ISM_ERR_LIMIT, ISM_ERR_ALLOC, ISM_ERR_CANCELLED */
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or a count, width or
+            stride is out of range.
+            ISM_ERR_DESC: a field of shading is out of range.
+            ISM_ERR_ORDER: ism_choose and ism_build must come first. Without ism_build, shading.no_maps or
+            shading.visible_fn must be set.
+            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
+            ISM_ERR_LIMIT: size_t cannot count the memory.
+            ISM_ERR_ALLOC: there is no memory.
+            ISM_ERR_CANCELLED: progress asked for it. */
 
 /* ---- VPLs: to look at, to upload, or of your own ---- */
 
@@ -530,30 +561,35 @@ typedef struct ism_vpl {            /* a virtual point light */
     float    normal[3];             /* unit; of directions: away from the light */
     float    flux[3];               /* r, g, b, W; of directions the irradiance of a surface that faces the
                                        light, W/m^2 */
-    float    axis[3], exponent;     /* of the lobe; the normal and 1 if the VPL is diffuse */
+    float    axis[3], exponent;     /* of the lobe; if the VPL is diffuse, the normal and 1 */
     float    area;                  /* m^2 of surface that the VPL stands for; 0 = estimated from the
                                        distances between VPLs */
     float    side;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
                                        ism_set_vpls */
     int32_t  directional;           /* not 0: the VPL is of a source of directions */
     uint32_t source, texel;         /* where the VPL comes from; texel = y * width + x */
-    int32_t  jumped;                /* 1: the VPL is farther than a texel from where it was in the last frame;
-                                       of directions, of scattered sources and with no_inter_texel: it has
-                                       moved */
-    float    reach;                 /* m: near points light receivers within this distance, and all of the
-                                       light is theirs within 0.7 of it. 0 = no near points; set by ism_choose
-                                       and ism_set_vpls */
-    uint32_t window;                /* of the VPL's tile, see ism_zoom; set by ism_build and ism_scatter */
+    int32_t  jumped;                /* 1: the VPL is farther than a texel from where it was in the last frame.
+                                       A VPL of directions, of a scattered source or with no_inter_texel jumps
+                                       wherever it moves */
+    float    reach;                 /* m: near points light receivers within this distance, and receivers
+                                       within 0.7 of it take all light from them. 0 = the VPL has none; set by
+                                       ism_choose and ism_set_vpls */
+    uint32_t window;                /* which part of the square the VPL's tile shows, see ism_zoom; set by
+                                       ism_build and ism_scatter */
 } ism_vpl;
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
-/* Returns the VPLs, *count of them, valid until the next stage. */
+/* Returns the VPLs and writes how many there are. The array is valid until the next stage. If maps is NULL,
+   the array is, too, and the count is 0. count may be NULL. */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
 /* Takes a list of yours in place of ism_choose. There are no near points then.
-   count    at most N
-   vpls     vectors must be finite, flux 0..1e30, normal and axis unit
-   Errors   ISM_ERR_ARGUMENT (NULL), ISM_ERR_INPUT (a VPL), ISM_ERR_LIMIT (count), ISM_ERR_CANCELLED */
+   vpls     positions must be finite, flux 0..1e30, normal and axis unit, exponent 0..1e5, area finite and not
+            negative; side, reach and window are not read
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or vpls is NULL.
+            ISM_ERR_INPUT: a field of a VPL is out of range.
+            ISM_ERR_LIMIT: count is above desc.vpl_count.
+            ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
 #ifndef ISM_WITHOUT_NEAR_POINTS
 typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
@@ -562,26 +598,29 @@ typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they 
     float normal[3];
     float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */
-    float vpl;                      /* number of the nearest VPL, whose map says what sees this point */
+    float vpl;                      /* index of the nearest VPL, whose map says which receivers see the point
+                                       */
 } ism_near_point;
 
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
-/* Returns the near points: a second, finer choice by the same importances, near_point_count times as many as
-   VPLs, among surfaces without lobes. A receiver at distance d takes near points with the weight h = 2 - 2
-   d^2 / reach^2, limited to 0..1, and VPLs with 1 - h, so that close to few VPLs it gets the light of many
-   points. Each 64 points in a row are neighbours in space. There are no near points if fewer than 9 VPLs lie
-   on such surfaces, or after ism_set_vpls. Valid until the next ism_choose or ism_set_vpls. */
+/* Returns the near points and writes how many there are: a second, finer choice by the same importances,
+   near_point_count times as many as VPLs, among surfaces without lobes. A receiver at distance d takes near
+   points with the weight h = 2 - 2 d^2 / reach^2, limited to 0..1, and VPLs with 1 - h, so that close to few
+   VPLs the receiver gets the light of many points. Each 64 points in a row are neighbours in space. There are
+   no near points (the array is NULL) if fewer than 9 VPLs lie on such surfaces, or after ism_set_vpls. The
+   array is valid until the next ism_choose or ism_set_vpls. */
 #endif
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* Returns the importances of a source's texels (its bidirectional reflective shadow map) as ism_choose left
-   them; NULL beyond the last source, and after a choice that failed. */
+   them, and writes how many there are. Returns NULL if there is no such source, or if the choice failed. */
 
 #ifndef ISM_WITHOUT_SURFELS
 /* ---- surfels: for those who draw the maps themselves, as gl_ism.h does ---- */
 
 ISM_DEF ism_result ism_scatter(ism_maps *maps, const ism_frame *frame);
-/* Does the first half of ism_build: makes surfels and windows, but draws no maps. Errors as ism_build. */
+/* Does the first half of ism_build: makes surfels and windows, but draws no maps.
+   Errors   those of ism_build. */
 
 typedef struct ism_surfel {         /* 16 bytes, which gl_ism.h uploads as they are */
     uint32_t triangle;              /* number of the triangle on which the surfel lies */
@@ -592,9 +631,11 @@ typedef struct ism_surfel {         /* 16 bytes, which gl_ism.h uploads as they 
 ISM_DEF ism_result ism_surfels(const ism_maps *maps, uint32_t vpl, ism_surfel *out, size_t capacity,
                                size_t *count);
 /* Writes the surfels of one VPL.
+   vpl      below desc.vpl_count
    out      room for capacity surfels; may be NULL if capacity is 0
    count    how many the VPL has, of which capacity are written at most
-   Errors   ISM_ERR_ARGUMENT (NULL, vpl), ISM_ERR_ORDER (there are no surfels yet) */
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or vpl is too large.
+            ISM_ERR_ORDER: there are no surfels; ism_build or ism_scatter must come first, with a mesh. */
 
 ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_surfel *out, size_t capacity,
                                      size_t *count);
@@ -604,29 +645,31 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_s
    phase    below lazy_frames
    out      room for capacity surfels; may be NULL if capacity is 0
    count    how many surfels the phase has, of which capacity are written at most
-   Errors   ISM_ERR_ARGUMENT (NULL, phase), ISM_ERR_ORDER (there are no surfels yet) */
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or phase is too large.
+            ISM_ERR_ORDER: there are no surfels; ism_build or ism_scatter must come first, with a mesh. */
 #endif
 
 /* ---- maps ---- */
 
-typedef struct ism_info {           /* what maps hold */
+typedef struct ism_info {           /* facts about maps */
     ism_stats stats;                /* of the last ism_choose, ism_build or ism_scatter */
     uint32_t vpl_count;             /* VPLs in use */
     uint32_t near_point_count;      /* near points in use */
     uint32_t surfel_count, tile_side, lazy_frames;  /* as in ism_desc, with defaults in place of zeros */
     float    center[3], radius;     /* the sphere about the mesh of the last ism_build or ism_scatter, which
-                                       maps of directions cover */
+                                       maps of directions show */
 } ism_info;
 
 ISM_DEF void ism_get_info(const ism_maps *maps, ism_info *out);
-/* Writes what the maps hold. If maps or out is NULL, nothing is written. */
+/* Writes facts about the maps. If maps or out is NULL, nothing is written. */
 
-#define ISM_FAR 1e30f               /* depth of a texel that shows nothing */
+#define ISM_FAR 1e30f               /* the depth of a texel in which nothing was drawn */
 
 ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_across);
 /* Returns side * side depths, a tile for each VPL: the distance from the VPL to the surface in the direction
-   of the texel's centre, or ISM_FAR. Tile i lies at column i % tiles_across and row i / tiles_across. Returns
-   NULL before ism_build; side and tiles_across may be NULL. */
+   of the texel's centre, or ISM_FAR. Depths of directions are z + radius, as described below ism_bounce. Tile
+   i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side and
+   tiles_across may be NULL. */
 
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,
                                float *visible);
@@ -634,7 +677,10 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
    get 1, those whose geometric normal points away from the VPL get 0.
    bias     as in ism_shading
    visible  a float for each receiver
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no maps were built), ISM_ERR_INPUT (vectors that are not unit) */
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, there is no such VPL,
+            bias is not below 1, or a count, width or stride of points is out of range.
+            ISM_ERR_ORDER: ism_build must come first.
+            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite. */
 
 /* ==== src/ism/api_tools.h ==== */
 
@@ -643,14 +689,17 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
-/* Writes a source of the next bounce: what the VPLs' maps show, as imperfect reflective shadow maps. Give the
-   source, which is scattered, to other maps. Texels that show nothing, and those of directions, have flux 0.
-   desc.keep_hits must be set.
+/* Writes a source of the next bounce: the surfaces that the VPLs' maps show, as imperfect reflective shadow
+   maps. Give the source, which is scattered, to other maps. Texels that show nothing, and those of
+   directions, have flux 0. desc.keep_hits must be set.
    mesh     that of the last ism_build
    side     texels a side that are taken of every tile, a power of two up to tile_side
    outputs  N * side * side * 3 floats each
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no maps were built, no keep_hits), ISM_ERR_MISMATCH (another
-            number of triangles), ISM_ERR_INPUT (an index beyond vertex_count)
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or side or a count or
+            stride of the mesh is out of range.
+            ISM_ERR_ORDER: ism_build must come first, with desc.keep_hits.
+            ISM_ERR_MISMATCH: the mesh has not as many triangles as that of the last ism_build.
+            ISM_ERR_INPUT: an index is not below vertex_count.
    Cost     O(N side^2 + triangles), on this thread, without progress */
 
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
@@ -663,8 +712,11 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
    count      above 0
    system     may be NULL
    outputs    count * 3 floats each
-   Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_LIMIT,
-              ISM_ERR_ALLOC */
+   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or the allocator has one
+              function of two.
+              ISM_ERR_INPUT: an index is not below vertex_count, there are no triangles, or none emits.
+              ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
+              ISM_ERR_ALLOC: there is no memory. */
 
 ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
                                       float *directions, float *fluxes, uint64_t *bad_texels);
@@ -674,34 +726,38 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
    rotation    radians about +Y; in a scene with Z up turn the directions yourself
    outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
    bad_texels  how many texels had such channels; may be NULL
-   Errors      ISM_ERR_ARGUMENT */
+   Errors      this call has no log.
+               ISM_ERR_ARGUMENT: a pointer is NULL, width or height is 0, or rotation is not finite. */
 #endif
 
 /* ---- where in a tile a direction lies: to read the atlas in code and shaders of your own ---- */
 
-/* world direction -> local direction -> ism_map_coordinates -> ism_zoom -> place in the tile, and back by
-   ism_unzoom and ism_map_direction. The local axis z is the VPL's normal; with ISM_PROJECTION_LOBE it is the
-   VPL's axis, and VPLs with exponent 1 have ISM_PROJECTION_COSINE. For z = (a, b, c), with s = 1 if c >= 0
-   and else -1, and t = -1 / (s + c), the other axes are x = (1 + s t a^2, s t a b, -s a) and y = (t a b, s +
-   t b^2, -b) (Duff et al., JCGT 6(1), 2017). Tiles of directions are orthographic: a place (x, y,
-   z) from ism_info.center lies at uv = 0.5 + 0.5 (x, y) / radius, at the depth z + radius. */
+/* A direction is found in three steps: turn the direction into the VPL's axes, call ism_map_coordinates, and
+   give the result to ism_zoom, which writes a place in the tile. ism_unzoom and ism_map_direction go back.
+   The axis z is the VPL's normal. With ISM_PROJECTION_LOBE z is the VPL's lobe's axis; but tiles of VPLs with
+   exponent 1 are of ISM_PROJECTION_COSINE then, with the normal as z.
+   The axes x and y are made of z = (a, b, c) as by Duff et al., JCGT 6(1), 2017: with s = 1 if c >= 0 and
+   else -1, and t = -1 / (s + c), x = (1 + s t a^2, s t a b, -s a) and y = (t a b, s + t b^2, -b).
+   Tiles of directions are orthographic: a place that lies at (x, y, z) from ism_info.center, in these axes,
+   has uv = 0.5 + 0.5 (x, y) / radius and the depth z + radius. */
 
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3]);
 ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
                                 float uv[2]);
-/* Go from the unit square to unit directions about +z, and back. exponent is read by ISM_PROJECTION_LOBE
-   alone. The second returns 0, with uv untouched, for directions at or below the horizon (z <= 0). Corners of
-   the PARABOLOID give directions below it. */
+/* ism_map_direction goes from a place in the unit square to a unit direction about +z; ism_map_coordinates
+   goes back and returns 1. ism_map_coordinates returns 0, with uv untouched, for directions at or below the
+   horizon (z <= 0). Corners of the PARABOLOID's square give directions below the horizon.
+   exponent  of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
 
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
 ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
-/* Go from that square to the tile that shows it, which is a unit square too, and back. The window is the part
-   of the square that has all texels of the tile but `rim`; in each axis the way is linear below, in and above
-   the window. Both clamp to 0..1.
-   window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above it in u
-            and in v, six bits each from the lowest on; 0 = the whole square, which is then the tile
-   rim      desc.window_rim, or what it is by default */
+/* ism_zoom goes from a place in the square to its place in the tile, which is a unit square too; ism_unzoom
+   goes back. The window is the part of the square that has all texels of the tile but `rim`; along each axis
+   the map is linear below, in and above the window. Results are clamped to 0..1.
+   window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above the
+            window in u and in v, six bits each from the lowest on; 0 = the tile shows the square evenly
+   rim      desc.window_rim, or its default if it is 0 */
 
 #ifdef __cplusplus
 }

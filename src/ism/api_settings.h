@@ -21,36 +21,38 @@ typedef struct ism_system {         /* all zero: malloc and free, this thread al
     void *user;                     /* given to parallel_for, progress and log */
 } ism_system;
 
-typedef enum ism_importance {       /* by what VPLs are chosen among the texels of sources */
+typedef enum ism_importance {       /* by which importance VPLs are chosen among the texels of sources */
     ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
     ISM_IMPORTANCE_FLUX,            /* by the flux that leaves the texel (paper, section 3.2) */
-    ISM_IMPORTANCE_BRSM,            /* by flux x effect: the root mean square of what a unit of the flux adds,
-                                       unshadowed, to view_grid_side^2 receivers from a jittered grid (section
-                                       4.1, which takes the mean: the root mean square gives the picture the
-                                       least variance) */
+    ISM_IMPORTANCE_BRSM,            /* by flux x effect on the picture (section 4.1). The effect is the root
+                                       of a mean square: of what a unit of the texel's flux would add,
+                                       unshadowed, to receivers at view_grid_side^2 jittered places of the
+                                       picture. The paper takes the mean, but the picture's variance is least
+                                       with the root of the mean square. blur_radius blurs the mean square,
+                                       flux_share adds a constant to its root */
     ISM_IMPORTANCE_GUIDED,          /* as BRSM, with half of the receivers near the texel's own place in the
-                                       picture (section 4.2) */
+                                       picture (section 4.2); such samples weigh less where they are denser */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 
 typedef enum ism_spread {           /* how surfels are spread over triangles */
     ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
     ISM_SPREAD_AREA,                /* by area, as in the imperfect shadow maps of 2008 */
-    ISM_SPREAD_VIEW_1,              /* by the solid angle that one receiver, the same for all, sees of each
-                                       triangle (section 5.1) */
-    ISM_SPREAD_VIEW_8,              /* by the solid angle that 8 receivers, drawn for each triangle, see of it
-                                       on the mean (section 5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of what the VPL itself sees of the
-                                       triangle */
+    ISM_SPREAD_VIEW_1,              /* by the triangle's solid angle as seen from one receiver, the same for
+                                       all triangles (section 5.1) */
+    ISM_SPREAD_VIEW_8,              /* by the triangle's mean solid angle as seen from 8 receivers, which are
+                                       drawn for each triangle (section 5.2) */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of the share of the VPL's own map
+                                       that the triangle fills, about */
     ISM_SPREAD_COUNT
 } ism_spread;
 
-typedef enum ism_projection {       /* which direction a texel of a VPL's map shows */
+typedef enum ism_projection {       /* which directions the texels of a VPL's map show */
     ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
     ISM_PROJECTION_COSINE,          /* every texel has an equal share of a diffuse VPL's flux (section 6.1) */
     ISM_PROJECTION_PARABOLOID,      /* a disc in the square, whose corners are never used */
-    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, without trigonometry; texels have 0.6 to
-                                       1.7 times the mean solid angle */
+    ISM_PROJECTION_OCTAHEDRAL,      /* an octahedron's upper half, which takes no trigonometry; texels have
+                                       0.6 to 1.7 times the mean solid angle */
     ISM_PROJECTION_LOBE,            /* every texel has an equal share of the flux of the VPL's own lobe */
     ISM_PROJECTION_COUNT
 } ism_projection;
@@ -65,8 +67,9 @@ struct ism_desc {                   /* zero it, then set what you care about */
     ism_projection projection;
     uint32_t       view_grid_side;  /* a texel's effect is estimated from a grid of receivers with this side,
                                        1..16; 0 = 4 */
-    int32_t        blur_radius;     /* effects are blurred over this many texels along surfaces, at most 16;
-                                       0 = 5 % of the source's shorter side, at most 6; negative = no blur */
+    int32_t        blur_radius;     /* texels of a source along its surface, to either side, over which
+                                       effects are blurred, at most 16; 0 = 5 % of the source's shorter side,
+                                       at most 6; negative = no blur */
     uint32_t       lazy_frames;     /* frames until all surfels are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* share of the choice that is made by flux alone, so that no texel is
                                        forgotten, up to 1; 0 = 0.1 */
@@ -75,10 +78,9 @@ struct ism_desc {                   /* zero it, then set what you care about */
     float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 1. Discs that
                                        are cut off at their triangle's edges have 6 times the area, which
                                        closes gaps between them */
-    int32_t        near_point_count;    /* near points of each VPL, which take its place for receivers close
-                                           by,
-                                       at most 64; 0 = 16; negative = none, and ISM_NEAR_GATHER is
-                                       ISM_NEAR_PATCH then */
+    int32_t        near_point_count;    /* near points for each VPL, at most 64; 0 = 16; negative = none. Near
+                                       points take the VPL's place for receivers close by; if there are none,
+                                       ISM_NEAR_GATHER does what ISM_NEAR_PATCH does */
     int32_t        window_rim;      /* texels a side of a tile that show what lies outside its window
                                        (ism_zoom), 2..tile_side / 2; 0 = tile_side / 8, at least 2; negative =
                                        tiles have no windows and show hemispheres evenly */
@@ -87,70 +89,73 @@ struct ism_desc {                   /* zero it, then set what you care about */
     int            no_fill;         /* not 0: holes of maps stay open, without pull and push (section 3.3) */
     int            unstable;        /* not 0: every frame has new random numbers, so that the mean of many
                                        frames converges and single frames flicker; 0: frames stay alike */
-    int            vary_surfels;    /* not 0: weak VPLs take a half or a quarter of the surfels */
+    int            vary_surfels;    /* not 0: VPLs with less than a half or a quarter of the mean flux take a
+                                       half or a quarter of the surfels */
     int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce, and
                                        tiles have no windows */
     uint32_t       seed;            /* chooses between equally good sets of random numbers */
 };
 
-typedef enum ism_near {             /* what is done about receivers close to a VPL */
+typedef enum ism_near {             /* what is done where a receiver is so close to a VPL that a point's
+                                       light would be a bright speck */
     ISM_NEAR_DEFAULT,               /* = ISM_NEAR_GATHER */
-    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to
-                                       receivers that face the square no brighter than a point, as the backs
-                                       of bent sheets do */
-    ISM_NEAR_SPHERE,                /* the VPL becomes a virtual spherical light, Hasan et al. 2009 */
-    ISM_NEAR_CLAMP,                 /* cos cos / d^2 is `clamp` at most */
-    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light is at most `clamp` times the mean over the receiver's
+    ISM_NEAR_PATCH,                 /* the VPL is taken for a square of its area, whose exact form factor is
+                                       computed. A receiver that faces the square gets no more than from a
+                                       point, since it may be the back of a bent sheet */
+    ISM_NEAR_SPHERE,                /* the VPL is taken for a virtual spherical light (Hasan et al. 2009) */
+    ISM_NEAR_CLAMP,                 /* cos cos / d^2 is cut off at `clamp` */
+    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light is cut off at `clamp` times the mean over the receiver's
                                        VPLs */
-    ISM_NEAR_NONE,                  /* nothing: bright specks */
-    ISM_NEAR_GATHER,                /* near points, each a square too, take the place of VPLs within reach,
-                                       smoothly */
+    ISM_NEAR_NONE,                  /* nothing is done: there are bright specks */
+    ISM_NEAR_GATHER,                /* near points, squares too, take the place of VPLs within their reach,
+                                       and fade in smoothly */
     ISM_NEAR_COUNT
 } ism_near;
 
 typedef void (*ism_visible_fn)(void *user, const float position[3], const float geometric_normal[3],
                                const uint32_t *numbers, size_t count, float *visible);
-/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees.
-   parallel_for's threads may call the function at once.
-   numbers   of count lights: VPLs (of ism_vpls) or near points (of ism_near_points)
+/* A function of yours, such as a ray tracer's, that writes how much of each light a receiver sees. Several
+   threads of parallel_for may call the function at once.
+   numbers   which lights are asked for: indices of ism_vpls, or of ism_near_points
    visible   count floats, 0..1 */
 
 struct ism_shading {                /* zero it, then set what you care about */
     uint32_t       interleave;      /* 1, 2, 4, 8: every pixel takes 1 / interleave^2 of the VPLs, and a blur
-                                       along surfaces mixes neighbours (section 6.2); 0 = 1. Lists have no
-                                       neighbours: 1 */
+                                       along surfaces mixes neighbours (section 6.2); 0 = 1. A list of
+                                       receivers, which has no neighbours, needs 0 or 1 */
     ism_near       near_mode;
-    float          clamp;           /* of ISM_NEAR_CLAMP in 1/m^2, of ISM_NEAR_CLAMP_MEAN a factor; 0 = 1 */
+    float          clamp;           /* the bound of ISM_NEAR_CLAMP, 1/m^2, and the factor of
+                                       ISM_NEAR_CLAMP_MEAN; 0 = 1 */
     float          bias;            /* receivers count as nearer to the VPL by this share of their distance,
                                        below 1; 0 = 0.02; negative = none */
     int            no_maps;         /* not 0: nothing casts shadows */
-    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped.
-                                       The picture is the same */
-    ism_visible_fn visible_fn;      /* exact visibility of VPLs in place of the maps; NULL = the maps */
+    int            cull;            /* not 0: VPLs that face away from a block of 16 x 16 pixels are skipped,
+                                       which saves time and changes no picture */
+    ism_visible_fn visible_fn;      /* asked in place of the maps, to see VPLs exactly; NULL = the maps */
     void          *visible_user;
-    ism_visible_fn near_visible_fn; /* the same of near points; NULL: each is seen as its VPL is, by
+    ism_visible_fn near_visible_fn; /* the same for near points; NULL: a near point is seen as its VPL is, by
                                        visible_fn or by the maps */
     void          *near_visible_user;
 };
 
 struct ism_stats {                  /* of the last run of each stage */
-    uint32_t vpls;                  /* VPLs that were chosen: N, but fewer if the sources are black */
+    uint32_t vpls;                  /* VPLs in use: N at most, none if all sources are black */
     uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
-    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative or above 1e30, or whose
-                                       unit vectors are 0 0 0. They are never chosen */
+    uint64_t bad_pvpls;             /* texels that are never chosen, since their flux, place, normal or lobe
+                                       is not finite or out of range, or a unit vector is 0 0 0 */
     uint64_t skipped_triangles;     /* triangles with a vertex that is not finite, or without area */
     uint64_t surfels, renewed;      /* all surfels, and those that this frame made anew */
     uint64_t splats;                /* surfels that were drawn into tiles */
-    uint64_t wide_splats;           /* those of `splats` whose disc was cut, since it would have been wider
-                                       than its distance */
+    uint64_t wide_splats;           /* those of `splats` whose disc was made smaller, since it would have been
+                                       wider than its distance */
     uint64_t filled;                /* texels that pull and push wrote */
     double   surface_area;          /* of the mesh, m^2 */
-    double   flux[3];               /* of all sources, W (surfaces alone) */
+    double   flux[3];               /* r, g, b of all sources that are surfaces, W */
     double   lost_energy;           /* share of the light that the rule for near VPLs took off, as the mean of
-                                       all channels; PATCH counts what would have leaked through bent sheets,
-                                       too */
+                                       all channels. PATCH counts the light that would have leaked through
+                                       bent sheets, too */
     double   culled;                /* share of the pairs of a VPL and a block that culling skipped */
-    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once (from
-                                       ism_shade with its own) */
+    size_t   bytes, peak_bytes;     /* memory asked of the allocator: now, and the most at once, which in
+                                       ism_shade includes the call's own */
     uint32_t near_points;           /* near points of the last ism_choose; 0 after ism_set_vpls */
 };

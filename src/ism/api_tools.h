@@ -3,14 +3,17 @@
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
-/* Writes a source of the next bounce: what the VPLs' maps show, as imperfect reflective shadow maps. Give the
-   source, which is scattered, to other maps. Texels that show nothing, and those of directions, have flux 0.
-   desc.keep_hits must be set.
+/* Writes a source of the next bounce: the surfaces that the VPLs' maps show, as imperfect reflective shadow
+   maps. Give the source, which is scattered, to other maps. Texels that show nothing, and those of
+   directions, have flux 0. desc.keep_hits must be set.
    mesh     that of the last ism_build
    side     texels a side that are taken of every tile, a power of two up to tile_side
    outputs  N * side * side * 3 floats each
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no maps were built, no keep_hits), ISM_ERR_MISMATCH (another
-            number of triangles), ISM_ERR_INPUT (an index beyond vertex_count)
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or side or a count or
+            stride of the mesh is out of range.
+            ISM_ERR_ORDER: ism_build must come first, with desc.keep_hits.
+            ISM_ERR_MISMATCH: the mesh has not as many triangles as that of the last ism_build.
+            ISM_ERR_INPUT: an index is not below vertex_count.
    Cost     O(N side^2 + triangles), on this thread, without progress */
 
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
@@ -23,8 +26,11 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
    count      above 0
    system     may be NULL
    outputs    count * 3 floats each
-   Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_LIMIT,
-              ISM_ERR_ALLOC */
+   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or the allocator has one
+              function of two.
+              ISM_ERR_INPUT: an index is not below vertex_count, there are no triangles, or none emits.
+              ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
+              ISM_ERR_ALLOC: there is no memory. */
 
 ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
                                       float *directions, float *fluxes, uint64_t *bad_texels);
@@ -34,34 +40,38 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
    rotation    radians about +Y; in a scene with Z up turn the directions yourself
    outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
    bad_texels  how many texels had such channels; may be NULL
-   Errors      ISM_ERR_ARGUMENT */
+   Errors      this call has no log.
+               ISM_ERR_ARGUMENT: a pointer is NULL, width or height is 0, or rotation is not finite. */
 #endif
 
 /* ---- where in a tile a direction lies: to read the atlas in code and shaders of your own ---- */
 
-/* world direction -> local direction -> ism_map_coordinates -> ism_zoom -> place in the tile, and back by
-   ism_unzoom and ism_map_direction. The local axis z is the VPL's normal; with ISM_PROJECTION_LOBE it is the
-   VPL's axis, and VPLs with exponent 1 have ISM_PROJECTION_COSINE. For z = (a, b, c), with s = 1 if c >= 0
-   and else -1, and t = -1 / (s + c), the other axes are x = (1 + s t a^2, s t a b, -s a) and y = (t a b, s +
-   t b^2, -b) (Duff et al., JCGT 6(1), 2017). Tiles of directions are orthographic: a place (x, y,
-   z) from ism_info.center lies at uv = 0.5 + 0.5 (x, y) / radius, at the depth z + radius. */
+/* A direction is found in three steps: turn the direction into the VPL's axes, call ism_map_coordinates, and
+   give the result to ism_zoom, which writes a place in the tile. ism_unzoom and ism_map_direction go back.
+   The axis z is the VPL's normal. With ISM_PROJECTION_LOBE z is the VPL's lobe's axis; but tiles of VPLs with
+   exponent 1 are of ISM_PROJECTION_COSINE then, with the normal as z.
+   The axes x and y are made of z = (a, b, c) as by Duff et al., JCGT 6(1), 2017: with s = 1 if c >= 0 and
+   else -1, and t = -1 / (s + c), x = (1 + s t a^2, s t a b, -s a) and y = (t a b, s + t b^2, -b).
+   Tiles of directions are orthographic: a place that lies at (x, y, z) from ism_info.center, in these axes,
+   has uv = 0.5 + 0.5 (x, y) / radius and the depth z + radius. */
 
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3]);
 ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
                                 float uv[2]);
-/* Go from the unit square to unit directions about +z, and back. exponent is read by ISM_PROJECTION_LOBE
-   alone. The second returns 0, with uv untouched, for directions at or below the horizon (z <= 0). Corners of
-   the PARABOLOID give directions below it. */
+/* ism_map_direction goes from a place in the unit square to a unit direction about +z; ism_map_coordinates
+   goes back and returns 1. ism_map_coordinates returns 0, with uv untouched, for directions at or below the
+   horizon (z <= 0). Corners of the PARABOLOID's square give directions below the horizon.
+   exponent  of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
 
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
 ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
-/* Go from that square to the tile that shows it, which is a unit square too, and back. The window is the part
-   of the square that has all texels of the tile but `rim`; in each axis the way is linear below, in and above
-   the window. Both clamp to 0..1.
-   window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above it in u
-            and in v, six bits each from the lowest on; 0 = the whole square, which is then the tile
-   rim      desc.window_rim, or what it is by default */
+/* ism_zoom goes from a place in the square to its place in the tile, which is a unit square too; ism_unzoom
+   goes back. The window is the part of the square that has all texels of the tile but `rim`; along each axis
+   the map is linear below, in and above the window. Results are clamped to 0..1.
+   window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above the
+            window in u and in v, six bits each from the lowest on; 0 = the tile shows the square evenly
+   rim      desc.window_rim, or its default if it is 0 */
 
 #ifdef __cplusplus
 }

@@ -80,7 +80,7 @@
 
      pVPL       a texel of a source, which might become a light: position, normal, reflected flux
      BRSM       bidirectional reflective shadow map: the importances of a source's texels, flux times effect
-                on the picture
+                on the picture (ISM_IMPORTANCE_BRSM says which effect)
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
      tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
                 all of them
@@ -102,8 +102,8 @@
        | v4 | v5 | ...                         |  `---'  |  same share of the light that leaves a diffuse VPL
        +----+----                              +---------+
 
-   A tile shows the square unevenly: all its texels but a rim of 8 of 64 a side show the window, that part of
-   the square in which the picture lies (ism_zoom). Each surfel belongs to one VPL.
+   A tile shows the square unevenly: the window, that part of the square in which the picture lies, has all
+   texels of the tile but 8 of 64 a side (ism_zoom). Each surfel belongs to one VPL.
 
    From the paper to the code
 
@@ -112,7 +112,7 @@
      section 3.3          pull and push                                 ism__pull, ism__fill  T49
      section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
      section 4            flux over N and probability                   ism__make_vpl         T41
-     section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl             T15, T16
+     section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl         T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
                                                                         ism__estimate         T41
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
@@ -124,15 +124,20 @@
      section 6.1          maps of equal flux, of lobes                  ism_map_direction,
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
-                                                                        ism__smooth_pixel     T56
+                                                                        ism__smooth_pixel     -
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
      [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
      -                    light close to a VPL                          ism__patch_kernel     T42, T43, T44
+     -                    VPLs that no pixel of a block can see         ism__cull             T56
      -                    clusters of triangles, seen by a VPL          ism__cluster_effect   -
      -                    windows                                       ism_zoom, ism_unzoom  -
      -                    near points                                   ism_near_points       -
+
+   T.. are rows of docs/conformance.md. Where there is a -, the paper says nothing that a row could expect:
+   tests/ism/sums_test.c computes interleaved pictures, clusters and the light of near points anew in doubles,
+   window_test.c tests windows, near_test.c the choice of near points.
 
    docs/ism.md lists where and why the code departs from the paper.
 
@@ -162,18 +167,20 @@
    All memory comes from the allocator in desc.system, called from the thread that called us. It grows to the
    largest frame and is kept, in bytes, with less than 8 KB besides:
 
-     12 N surfels + 4 A + 4 A (if keep_hits) + 2444 tile_side^2 + 16 triangles + 820 clusters of triangles, of
-     which there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 244 N + 112.25 N near points,
-     A = (ceil(sqrt(N)) tile_side)^2               1024 VPLs, 8192 surfels, 64^2 texels: 101 + 17 + 12 MB
+     12 N surfels + 4 A + 4 A (if keep_hits) + 2444 tile_side^2 + 16 triangles + 768 clusters of triangles +
+     832 bundles of clusters + 20 pVPLs + 16 rows of pVPLs + 40 sources + 4 pixels + 244 N + 112.25 N near
+     points. A = (ceil(sqrt(N)) tile_side)^2; clusters are all triangles, or equal numbers of them, 32,768
+     clusters at most; bundles = 1 + clusters / 16, rounded down.
+     1024 VPLs, 8192 surfels, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N
    more.
 
    Every function that can fail returns an ism_result. If the result is not ISM_OK, outputs are untouched,
-   nothing leaks, and desc.system.log gets a line that says which field or element is wrong. There are no
-   globals. An ism_maps belongs to one thread at a time, but calls that take it as const may run together.
-   Results are equal to the bit for the same input, seed and frame index, on every compiler, processor and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   nothing leaks, and desc.system.log gets a line that says which field or element is wrong; where maps is
+   NULL, there is no log. There are no globals. An ism_maps belongs to one thread at a time, but calls that
+   take it as const may run together. Results are equal to the bit for the same input, seed and frame index,
+   on every compiler, processor and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/measured/performance.md and build/bench ism.   History: CHANGELOG.md.
    Licence: end of this file. */

@@ -132,6 +132,10 @@
                                                                  sfield_entity                        -
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
 
+   T.. are rows of docs/conformance.md. Where there is a -, the paper has no figure that a row could expect:
+   tests/shadowfield/scene_rows_test.c tests self_visibility, the_same_in_any_order, culling and
+   sparse_points, field_rows_test.c emissive_meshes, which are videos.
+
    Configuration
 
      SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code
