@@ -1,8 +1,8 @@
 # make            the programs: build/render, build/compare, build/bench, build/bake and the examples
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
-# make check      compares what is generated, builds headers and snippets every way (join core vocabulary papers tools
-#                 readme docs config leaks lines named compile size glsl); make check-conformance
+# make check      compares what is generated, builds headers and snippets every way (join core vocabulary papers page-one
+#                 tools readme docs config leaks lines named compile size glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
 #                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make join       writes the headers from their parts under src/; make join csm.h: only this one; make join csm.h
@@ -133,7 +133,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
         check-glsl check-browser readme check-readme assets check-assets install uninstall dist check-package check-farm \
-        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-tools check-compile check-size check conformance check-conformance \
+        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -370,6 +370,8 @@ check-tools:
 	@sh tests/scripts/checks.sh
 check-papers:
 	@sh tools/check-papers $(HEADERS)
+check-page-one:
+	@sh tools/check-page-one $(HEADERS)
 check-named:
 	@CC='$(CC)' sh tools/check-named $(HEADERS)
 # 120 columns of C and GLSL, in what people edit: joined headers have longer names of shared units.
@@ -392,7 +394,7 @@ msan:
 valgrind: export ONLY ?= shared/\|pack_test
 valgrind:
 	@sh tools/plain-tests gcc '-O1 -g' 'valgrind -q --error-exitcode=99 --leak-check=full'
-check: check-join check-core check-vocabulary check-papers check-tools check-readme check-docs check-config check-leaks check-lines check-named check-compile check-size check-glsl check-gpu-cost
+check: check-join check-core check-vocabulary check-papers check-page-one check-tools check-readme check-docs check-config check-leaks check-lines check-named check-compile check-size check-glsl check-gpu-cost
 
 clean:
 	rm -rf build

@@ -31,6 +31,12 @@ check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1/| entries with neither 
 check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1T5/| its table names T5, which has no test of rsm
 check-papers | gl_backend/gl_rsm.h | s/rsm_gloss  /rsm_glass  /| its table names rsm_glass
 check-papers | ism.h | s/From the paper to the code/From the paper/| has no table
+check-page-one | rsm.h | s/---- page one: /---- page 1: /| has no /* ---- page one
+check-page-one | csm.h | s/^struct cohsm_mesh;.*/&\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n/| more than 60
+check-page-one | csm.h | s/^\(COHSM_DEF .*\)cohsm_visible(/\1cohsm_visible_from(/| does not declare its main call
+check-page-one | rsm.h | s/^RSM_DEF rsm_result rsm_finish/\/* ---- more ---- *\/\n&/| has 2 calls, not 4 to 7
+check-page-one | gifilter.h | s/^GIFILT_DEF void gifilt_reset/GIFILT_DEF void gifilt_a(void);\n&/;s/^GIFILT_DEF void gifilt_a.*/&\n&\n&\n&/| has 11 calls
+check-page-one | ism.h | s/^\/\* ---- page one/typedef int ism_early;\n&/| declares something before page one
 END
 
 echo "checks: $passed passed, $failed failed, 0 skipped"
