@@ -1163,7 +1163,8 @@ static void glbk__let_wait(const glbk_context *ctx, const glbk__holders *h, int 
     }
 }
 
-/* Uniforms can be set in the program in use alone before OpenGL 4.1: the program that was in use is put back.
+/* Uniforms can be set in the program in use alone before OpenGL 4.1, and Emscripten finds the places of
+   uniforms, which are read here too, in that program alone: the program that was in use is put back.
    If that one was to be deleted once it is no longer in use, GL has done so by now, and none is in use. */
 GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, const glbk_offset *offset,
                                     uint32_t gl_program)
@@ -1176,17 +1177,19 @@ GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, co
     if (!gl_program) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gl_program", "is 0");
     result = glbk__take_base(ctx, __func__, gl_program, &h);
     if (result == GLBK_OK && part && part != glbk__base()) result = glbk__take_part(ctx, part, offset, &h);
-    if (result == GLBK_OK) result = glbk__check_active(ctx, &h, GLBK__PLACE_UNIT);
-    if (result == GLBK_OK) result = glbk__check_active(ctx, &h, GLBK__PLACE_BLOCK);
     if (result != GLBK_OK) return result;
     used = glbk__get_integer(ctx, GLBK__CURRENT_PROGRAM);
     if (used != gl_program) ctx->gl.UseProgram(gl_program);
-    glbk__let_wait(ctx, &h, GLBK__PLACE_UNIT);
-    glbk__let_wait(ctx, &h, GLBK__PLACE_BLOCK);
-    glbk__set_base_slots(ctx, gl_program);
-    if (part) glbk__set_part_slots(ctx, part, offset, gl_program);
+    result = glbk__check_active(ctx, &h, GLBK__PLACE_UNIT);
+    if (result == GLBK_OK) result = glbk__check_active(ctx, &h, GLBK__PLACE_BLOCK);
+    if (result == GLBK_OK) {
+        glbk__let_wait(ctx, &h, GLBK__PLACE_UNIT);
+        glbk__let_wait(ctx, &h, GLBK__PLACE_BLOCK);
+        glbk__set_base_slots(ctx, gl_program);
+        if (part) glbk__set_part_slots(ctx, part, offset, gl_program);
+    }
     if (used != gl_program) ctx->gl.UseProgram(ctx->gl.IsProgram(used) ? used : 0);
-    return GLBK_OK;
+    return result;
 }
 
 /* ==== src/gl_programs/linking.h ==== */
