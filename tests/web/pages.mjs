@@ -1,0 +1,348 @@
+/* pages.mjs - the pages that web/make has written, in Chromium on its software renderer, driven by puppeteer-core:
+   node pages.mjs FOLDER NATIVE SCRATCH. NATIVE is the program of native.c. Prints as cmocka does, for tools/run-tests. */
+import puppeteer from 'puppeteer-core';
+import { execFileSync } from 'node:child_process';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { inflateSync } from 'node:zlib';
+import { resolve } from 'node:path';
+
+const [folder, native, scratch] = process.argv.slice(2).map((p) => resolve(p));
+const WIDTH = 320, HEIGHT = 180;
+let browser, page, said;
+
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+function must(truth, text) { if (!truth) throw new Error(text); }
+
+/* ---- files ---- */
+
+/* A .glb of boxes, each [x0, y0, z0, x1, y1, z1]. */
+function boxes(...list) {
+    const positions = [], indices = [];
+    for (const b of list) {
+        const at = positions.length / 3;
+        for (let i = 0; i < 8; i++) positions.push(b[i & 1 ? 3 : 0], b[i & 2 ? 4 : 1], b[i & 4 ? 5 : 2]);
+        for (const q of [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+            indices.push(at + q[0], at + q[1], at + q[2], at + q[0], at + q[2], at + q[3]);
+    }
+    const p = Buffer.from(new Float32Array(positions).buffer), n = Buffer.from(new Uint32Array(indices).buffer);
+    const low = [0, 1, 2].map((k) => Math.min(...positions.filter((_, i) => i % 3 === k)));
+    const high = [0, 1, 2].map((k) => Math.max(...positions.filter((_, i) => i % 3 === k)));
+    return glb(JSON.stringify({
+        asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+        meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+        buffers: [{ byteLength: p.length + n.length }],
+        bufferViews: [{ buffer: 0, byteOffset: 0, byteLength: p.length }, { buffer: 0, byteOffset: p.length, byteLength: n.length }],
+        accessors: [{ bufferView: 0, componentType: 5126, count: positions.length / 3, type: 'VEC3', min: low, max: high },
+            { bufferView: 1, componentType: 5125, count: indices.length, type: 'SCALAR' }]
+    }), Buffer.concat([p, n]));
+}
+
+function glb(json, binary) {
+    const text = Buffer.from(json.padEnd(Math.ceil(json.length / 4) * 4, ' '));
+    const head = Buffer.alloc(20), middle = Buffer.alloc(8);
+    head.write('glTF', 0);
+    head.writeUInt32LE(2, 4);
+    head.writeUInt32LE(28 + text.length + binary.length, 8);
+    head.writeUInt32LE(text.length, 12);
+    head.write('JSON', 16);
+    middle.writeUInt32LE(binary.length, 0);
+    middle.write('BIN\0', 4);
+    return Buffer.concat([head, text, middle, binary]);
+}
+
+/* A .hdr of 64 x 32 texels: dim everywhere, and a small sun towards +X, 45 degrees high. */
+function sunnySky() {
+    const out = [Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n')];
+    for (let y = 0; y < 32; y++)
+        for (let x = 0; x < 64; x++) {
+            const sun = (x === 31 || x === 32) && (y === 7 || y === 8);
+            out.push(Buffer.from(sun ? [200, 190, 170, 136] : [128, 140, 160, 126]));
+        }
+    return Buffer.concat(out);
+}
+
+/* Pixels of a PNG as Chromium and our programs write them: 8 bits, RGB or RGBA. */
+function png(data) {
+    const parts = [];
+    let at = 8, width, height, channels;
+    while (at < data.length) {
+        const length = data.readUInt32BE(at), kind = data.toString('latin1', at + 4, at + 8), body = data.subarray(at + 8, at + 8 + length);
+        if (kind === 'IHDR') { width = body.readUInt32BE(0); height = body.readUInt32BE(4); channels = body[9] === 6 ? 4 : 3; }
+        if (kind === 'IDAT') parts.push(body);
+        at += 12 + length;
+    }
+    const raw = inflateSync(Buffer.concat(parts)), row = width * channels, pixels = Buffer.alloc(row * height);
+    for (let y = 0; y < height; y++)
+        for (let x = 0; x < row; x++) {
+            const filter = raw[y * (row + 1)], left = x >= channels ? pixels[y * row + x - channels] : 0;
+            const up = y ? pixels[(y - 1) * row + x] : 0, corner = y && x >= channels ? pixels[(y - 1) * row + x - channels] : 0;
+            const p = left + up - corner, a = Math.abs(p - left), b = Math.abs(p - up), c = Math.abs(p - corner);
+            const guess = [0, left, up, (left + up) >> 1, a <= b && a <= c ? left : b <= c ? up : corner][filter];
+            pixels[y * row + x] = raw[y * (row + 1) + 1 + x] + guess;
+        }
+    return { width, height, at: (x, y) => [...pixels.subarray(y * row + x * channels, y * row + x * channels + 3)] };
+}
+
+/* ---- the page ---- */
+
+async function open(name, from = `file://${folder}`) {
+    if (page) await page.close();
+    page = await browser.newPage();
+    await page.setViewport({ width: WIDTH, height: HEIGHT });
+    said = [];
+    page.on('console', (m) => said.push(m.text()));
+    page.on('pageerror', (e) => said.push(e.message));
+    await page.goto(`${from}/${name}`);
+}
+
+async function until(what, limit = 120000) {
+    for (const end = Date.now() + limit; Date.now() < end; await wait(100)) if (await page.evaluate(what)) return;
+    throw new Error(`not within ${limit / 1000} s: ${what}`);
+}
+
+const message = () => page.evaluate('document.getElementById("message").textContent');
+const built = () => until('state.ready && !state.worker');
+/* The picture is that of now, with so many frames in its mean. */
+const settled = (frames) => until(`!state.anew && window.dappleFrames >= ${frames} && !busy()`);
+const changed = () => page.evaluate('moved(), window.dappleFrames = 0');
+
+/* Gives a file as if it had been dropped. */
+async function drop(name, bytes) {
+    await page.evaluate(async (file, text) => {
+        const binary = atob(text), array = new Uint8Array(binary.length);
+        for (let i = 0; i < array.length; i++) array[i] = binary.charCodeAt(i);
+        await take(new File([array], file));
+    }, name, bytes.toString('base64'));
+}
+
+async function picture() {
+    await page.evaluate('document.getElementById("panel").style.display = "none"');
+    const image = png(Buffer.from(await (await page.$('#picture')).screenshot({ captureBeyondViewport: false })));
+    await page.evaluate('document.getElementById("panel").style.display = ""');
+    return image;
+}
+
+/* Mean brightness of 9 x 9 pixels about the point of the picture that shows a point of the world. */
+async function brightness(image, point) {
+    const at = await page.evaluate((p) => {
+        const c = [0, 0, 0], radius = test.radius;
+        for (let k = 0; k < 3; k++) c[k] = test.center[k];
+        c[1] += view.up * radius;
+        const co = Math.cos(view.elevation), d = view.distance * radius;
+        const f = [-co * Math.cos(view.azimuth), -Math.sin(view.elevation), -co * Math.sin(view.azimuth)];
+        const eye = c.map((v, k) => v - d * f[k]), length = Math.hypot(f[0], f[2]);
+        const r = [-f[2] / length, 0, f[0] / length];
+        const u = [r[1] * f[2] - r[2] * f[1], r[2] * f[0] - r[0] * f[2], r[0] * f[1] - r[1] * f[0]];
+        const v = p.map((x, k) => x - eye[k]), dot = (a) => a[0] * v[0] + a[1] * v[1] + a[2] * v[2];
+        const top = Math.tan(0.3) * dot(f);
+        return [0.5 + 0.5 * dot(r) / (top * canvas.width / canvas.height), 0.5 - 0.5 * dot(u) / top];
+    }, point);
+    const x = Math.round(at[0] * image.width), y = Math.round(at[1] * image.height);
+    let sum = 0;
+    for (let j = -4; j <= 4; j++) for (let i = -4; i <= 4; i++) sum += image.at(x + i, y + j).reduce((a, b) => a + b) / 3 / 81;
+    return sum;
+}
+
+/* ---- tests ---- */
+
+const pole = boxes([-0.15, 0, -0.15, 0.15, 1.2, 0.15], [-0.4, 0, -0.4, 0.4, 0.1, 0.4]);
+
+const tests = {
+    async product_shows_a_model_at_once() {
+        await open('product.html');
+        await until('state.ready');
+        await settled(1);
+        must(await message() === '', `it says: ${await message()}`);
+        must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    },
+    async maps_grow_finer_while_the_picture_is_there() {
+        await until('state.stages.length > 1');
+        must(await page.evaluate('state.stages[0] === 16 && state.stages[1] === 48'), 'the maps that came');
+        must(await page.evaluate('!document.getElementById("save").disabled'), 'the maps cannot be saved');
+    },
+    async building_can_be_cancelled() {
+        await page.evaluate('document.getElementById("cancel").click()');
+        must(await page.evaluate('state.worker === null && state.ready'), 'the worker goes on');
+    },
+    async a_shadow_follows_the_sky() {
+        await open('product.html');
+        await until('state.ready');
+        await drop('sunny.hdr', sunnySky());
+        await drop('pole.glb', pole);
+        must(await message() === '', `it says: ${await message()}`);
+        await built();
+        await page.evaluate('window.test = { center: [0, 0.6, 0], radius: Math.hypot(0.4, 0.6, 0.4) }; view.elevation = 0.9; samples.value = 2, adapt = () => {}');
+        /* The sun stands over +X first, then, turned by 90 degrees about +Y, over -Z. */
+        for (const [angle, dark, lit] of [[0, [-0.8, 0, 0], [0.8, 0, 0]], [90, [0, 0, 0.8], [0, 0, -0.8]], [180, [0.8, 0, 0], [-0.8, 0, 0]]]) {
+            await page.evaluate(`document.getElementById("turn").value = ${angle}`);
+            await changed();
+            await settled(16);
+            const image = await picture(), a = await brightness(image, dark), b = await brightness(image, lit);
+            must(a < 0.75 * b, `turned by ${angle}: shadow ${a}, light ${b}`);
+        }
+    },
+    async dragging_turns_the_sky_and_the_camera() {
+        const before = await page.evaluate('[+document.getElementById("turn").value, view.azimuth]');
+        await page.mouse.move(150, 80);
+        await page.mouse.down({ button: 'right' });
+        await page.mouse.move(190, 80, { steps: 4 });
+        await page.mouse.up({ button: 'right' });
+        const turned = await page.evaluate('[+document.getElementById("turn").value, view.azimuth]');
+        must(turned[0] !== before[0] && turned[1] === before[1], `the sky: ${before} ${turned}`);
+        await page.mouse.down();
+        await page.mouse.move(150, 80, { steps: 4 });
+        await page.mouse.up();
+        must(await page.evaluate('view.azimuth') < before[1], 'the camera did not turn');
+        await page.focus('#picture');
+        await page.keyboard.press('a');
+        must(await page.evaluate('+document.getElementById("turn").value') === turned[0] - 5, 'the key a');
+    },
+    async the_picture_is_the_native_one() {
+        writeFileSync(`${scratch}/pole.glb`, pole);
+        writeFileSync(`${scratch}/sunny.hdr`, sunnySky());
+        await open('product.html');
+        await until('state.ready');
+        await page.evaluate('SIDES.splice(0, 3, [24, 64]); samples.value = 2; FULL = 16; adapt = () => {}');
+        await drop('sunny.hdr', sunnySky());
+        await drop('pole.glb', pole);
+        await built();
+        await changed();
+        await settled(16);
+        const shown = await picture();
+        execFileSync(native, [`${scratch}/pole.glb`, `${scratch}/sunny.hdr`, shown.width, shown.height, 16, 24, 64, 0, `${scratch}/native.png`].map(String));
+        const ours = png(readFileSync(`${scratch}/native.png`));
+        let sum = 0, far = 0;
+        for (let y = 0; y < ours.height; y++)
+            for (let x = 0; x < ours.width; x++) {
+                const a = ours.at(x, y), b = shown.at(x, y), d = Math.max(...a.map((v, k) => Math.abs(v - b[k])));
+                sum += d;
+                far += d > 8;
+            }
+        const pixels = ours.width * ours.height;
+        must(sum / pixels < 0.5 && far / pixels < 0.002, `mean difference ${sum / pixels}, ${far} of ${pixels} pixels beyond 8`);
+    },
+    async hostile_files_give_a_message_and_the_page_lives_on() {
+        const deep = '['.repeat(20000) + ']'.repeat(20000);
+        const files = { 'noise.glb': Buffer.from('glTFnoise'.repeat(50)), 'deep.glb': glb(`{"asset":{"version":"2.0"},"extras":${deep}}`, Buffer.alloc(4)),
+            'cut.hdr': sunnySky().subarray(0, 500), 'cut.csm': Buffer.from('CSM'.repeat(100)), 'some.txt': Buffer.from('text') };
+        for (const [name, bytes] of Object.entries(files)) {
+            await drop(name, bytes);
+            must(await message() !== '', `${name} gave no message`);
+            must(await page.evaluate('state.model') === 'pole.glb', `${name} took the model away`);
+            await changed();
+            await settled(1);
+        }
+    },
+    async a_lost_context_comes_back() {
+        await drop('pole.glb', pole);
+        await built();
+        await changed();
+        await settled(16);
+        const before = await picture();
+        await page.evaluate('window.loser = state.context.getExtension("WEBGL_lose_context"), loser.loseContext()');
+        await until('state.lost');
+        await page.evaluate('loser.restoreContext()');
+        await until('!state.lost && state.ready');
+        await changed();
+        await settled(16);
+        const after = await picture();
+        let sum = 0;
+        for (let y = 0; y < after.height; y += 3)
+            for (let x = 0; x < after.width; x += 3) sum += Math.abs(before.at(x, y)[1] - after.at(x, y)[1]) * 9;
+        must(sum / after.width / after.height < 0.05, `the picture differs by ${sum / after.width / after.height}`);
+        must(await message() === '', `it says: ${await message()}`);
+    },
+    async ten_models_take_the_memory_of_two() {
+        const bytes = [];
+        for (let i = 1; i <= 10; i++) {
+            await drop(`model${i}.glb`, boxes([-0.3, 0, -0.3, 0.3, 0.5 + 0.05 * i, 0.3]));
+            await built();
+            bytes.push(await page.evaluate('state.program.HEAPU8.length'));
+        }
+        must(bytes[9] === bytes[1], `${bytes[1]} bytes after two models, ${bytes[9]} after ten`);
+    },
+    async three_js_draws_with_our_shadows() {
+        await open('three.html', served);
+        await until('window.dappleFrames > 0 || document.getElementById("message").textContent !== ""');
+        must(await message() === '', `it says: ${await message()}`);
+        await page.evaluate('document.getElementById("panel").style.display = "none"');
+        /* The knot's shadow lies on the ground opposite to the sun: dark left of it first, then right of it. */
+        const seen = [];
+        for (const azimuth of [-0.87, 2.27]) {           // the sun from the right, then from the left
+            await page.evaluate(`dapplePage.sun.azimuth = ${azimuth}, dapplePage.sun.height = 0.6, window.dappleFrames = 0, dapplePage.redraw()`);
+            await until('window.dappleFrames > 0');
+            await wait(1500);
+            seen.push(png(Buffer.from(await (await page.$('#picture')).screenshot({ captureBeyondViewport: false }))));
+        }
+        const mean = (image, left) => {
+            let sum = 0;
+            for (let y = 0.62; y < 0.78; y += 0.01)
+                for (let x = 0; x < 0.2; x += 0.01) sum += image.at(Math.floor((left ? 0.08 + x : 0.72 + x) * WIDTH), Math.floor(y * HEIGHT))[0] / 320;
+            return sum;
+        };
+        must(mean(seen[0], true) < mean(seen[1], true) - 8, `left: ${mean(seen[0], true)}, ${mean(seen[1], true)}`);
+        must(mean(seen[1], false) < mean(seen[0], false) - 8, `right: ${mean(seen[1], false)}, ${mean(seen[0], false)}`);
+        must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    },
+    async the_module_refuses_what_is_wrong_by_name() {
+        const text = (code) => page.evaluate(`(async () => { const d = await import('./dapple.mjs'); try { ${code}; return 'nothing'; } catch (e) { return e.message; } })()`);
+        const bad = await text('await d.build({ positions: [0, 0, 0, 1, 0, 0, 0, 1, 0], indices: [0, 1, 7] })');
+        must(/index 2 of triangle 0 is 7/.test(bad), `a bad index: ${bad}`);
+        const cut = await text('const c = document.createElement("canvas").getContext("webgl2"); (await d.attach(c)).maps([new Uint8Array(100)])');
+        must(/cohsm_open/.test(cut), `a block that is none: ${cut}`);
+        const stopped = await text('const a = new AbortController(), p = d.build({ positions: [0, 0, 0, 1, 0, 0, 0, 1, 0] }, { signal: a.signal }); a.abort(); await p');
+        must(stopped === 'cancelled', `an aborted build: ${stopped}`);
+    },
+    async a_browser_without_webgl_2_is_told_why() {
+        if (page) await page.close();
+        page = await browser.newPage();
+        await page.evaluateOnNewDocument('HTMLCanvasElement.prototype.getContext = () => null');
+        await page.goto(`file://${folder}/product.html`);
+        await until('getComputedStyle(document.getElementById("instead")).display === "block"');
+        must(await page.evaluate('document.querySelector("#instead img").naturalWidth > 100'), 'the picture is missing');
+    }
+};
+
+/* Modules may not be loaded from the disk: a plain file server, for this machine alone. */
+const types = { html: 'text/html', mjs: 'text/javascript', js: 'text/javascript', css: 'text/css', wasm: 'application/wasm', png: 'image/png' };
+const server = createServer((request, response) => {
+    const file = `${folder}/${request.url.split('?')[0].replace(/\.\./g, '')}`;
+    try {
+        const bytes = readFileSync(file);
+        response.writeHead(200, { 'content-type': types[file.split('.').pop()] || 'application/octet-stream' });
+        response.end(bytes);
+    } catch {
+        response.writeHead(404);
+        response.end();
+    }
+});
+await new Promise((done) => server.listen(0, '127.0.0.1', done));
+const served = `http://127.0.0.1:${server.address().port}`;
+if (!existsSync(`${folder}/three.html`)) {
+    if (process.env.CI) throw new Error('three.html is missing');
+    console.log('skip: three.html was left out');
+    delete tests.three_js_draws_with_our_shadows;
+    delete tests.the_module_refuses_what_is_wrong_by_name;
+}
+
+browser = await puppeteer.launch({
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, protocolTimeout: 240000,
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage']
+});
+const names = Object.keys(tests), bad = [];
+console.log(`[==========] Running ${names.length} test(s).`);
+for (const name of names) {
+    console.log(`[ RUN      ] ${name}`);
+    try {
+        await tests[name]();
+        console.log(`[       OK ] ${name}`);
+    } catch (error) {
+        console.log(`${error.message}\n[  FAILED  ] ${name}`);
+        bad.push(name);
+    }
+}
+await browser.close();
+server.close();
+console.log(`[==========] ${names.length} test(s) run.`);
+process.exit(bad.length ? 1 : 0);

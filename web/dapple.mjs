@@ -1,0 +1,150 @@
+/* dapple.mjs - coherent shadow maps (csm.h) for pages: built in a worker, asked by shaders of the page's own, on the page's own
+   WebGL 2 context. dapple.d.ts has the types, docs/web.md a tour, three.mjs a page of three.js with it. */
+import createProgram from './dapple.wasm.mjs';
+
+class DappleError extends Error {}
+
+const numbers = (count) => Array(count).fill('number');
+
+/* Copies an array into the program's memory; give it back by program._free. */
+function put(program, array) {
+    const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+    const at = program._malloc(bytes.length || 1);
+    if (!at) throw new DappleError('out of memory');
+    program.HEAPU8.set(bytes, at);
+    return at;
+}
+
+function last(program) {
+    return new DappleError(program.ccall('dp_error', 'string', [], []));
+}
+
+/* ---- building: here, or in a worker ---- */
+
+/* Builds in this thread, which waits: for workers of your own. The block is a file of csm.h. */
+export async function buildHere(mesh, { side = 64, mapSide = 128, layers = 0, onProgress } = {}) {
+    const program = await createProgram({ onProgress: (f) => onProgress && onProgress(f) === false });
+    const positions = put(program, Float32Array.from(mesh.positions)),
+        indices = mesh.indices ? put(program, Uint32Array.from(mesh.indices)) : 0;
+    const maps = program.ccall('dp_build', 'number', numbers(7), [positions, mesh.positions.length / 3, indices,
+        mesh.indices ? mesh.indices.length : 0, side, mapSide, layers]);
+    program._free(positions);
+    program._free(indices);
+    if (!maps) throw last(program);
+    const at = program.ccall('dp_block', 'number', ['number'], [maps]);
+    return program.HEAPU8.slice(at, at + program.ccall('dp_block_bytes', 'number', ['number'], [maps]));
+}
+
+/* Builds in a worker, which ends with the build or when options.signal aborts. */
+export function build(mesh, { onProgress, signal, ...options } = {}) {
+    return new Promise((resolve, reject) => {
+        const worker = new Worker(new URL('./dapple.worker.mjs', import.meta.url), { type: 'module' });
+        const end = (settle, value) => { worker.terminate(); settle(value); };
+        if (signal) signal.addEventListener('abort', () => end(reject, new DappleError('cancelled')), { once: true });
+        worker.onerror = (event) => end(reject, new DappleError(event.message || 'the worker could not be started'));
+        worker.onmessage = ({ data }) => {
+            if (data.fraction !== undefined) { if (onProgress) onProgress(data.fraction); }
+            else if (data.error !== undefined) end(reject, new DappleError(data.error));
+            else end(resolve, data.block);
+        };
+        worker.postMessage({ mesh: { positions: Float32Array.from(mesh.positions),
+            indices: mesh.indices ? Uint32Array.from(mesh.indices) : null }, options });
+    });
+}
+
+/* ---- on a context ---- */
+
+/* Texture units firstUnit and firstUnit + 1 and the uniform buffer binding firstBlock become ours while maps are bound. */
+export async function attach(context, { firstUnit = 12, firstBlock = 6 } = {}) {
+    const program = await createProgram({});
+    const handle = program.GL.registerContext(context, { majorVersion: 2, minorVersion: 0, enableExtensionsByDefault: true });
+    program.GL.makeContextCurrent(handle);
+    const gl = program.ccall('dp_attach', 'number', numbers(2), [firstUnit, firstBlock]);
+    if (!gl) throw last(program);
+    return new Attached(program, handle, gl);
+}
+
+class Attached {
+    #program; #handle; #gl;
+
+    constructor(program, handle, gl) {
+        this.#program = program;
+        this.#handle = handle;
+        this.#gl = gl;
+    }
+
+    #call(name, result, types, values) {
+        this.#program.GL.makeContextCurrent(this.#handle);
+        return this.#program.ccall(name, result, types, values);
+    }
+
+    /* Uploads blocks, with room for so many instances of them; none is placed yet. */
+    maps(blocks, capacity = blocks.length) {
+        const program = this.#program, opened = [];
+        try {
+            for (const block of blocks) {
+                const at = put(program, block), maps = program.ccall('dp_open', 'number', numbers(2), [at, block.length]);
+                program._free(at);
+                if (!maps) throw last(program);
+                opened.push(maps);
+            }
+            const list = put(program, Uint32Array.from(opened));
+            const scene = this.#call('dp_scene_create', 'number', numbers(4), [this.#gl, list, opened.length, capacity]);
+            program._free(list);
+            if (!scene) throw last(program);
+            return new Maps(program, (...a) => this.#call(...a), this.#gl, scene);
+        } finally {
+            for (const maps of opened) program.ccall('dp_free', null, ['number'], [maps]);
+        }
+    }
+
+    /* The library's GLSL for a fragment or vertex shader of GLSL ES 3.00, to stand before your functions and behind #version.
+       defines: those of the maps make it fast, and right for maps with the same defines only. */
+    glsl({ uses = 'csm_visible', defines = '' } = {}) {
+        const text = this.#call('dp_glsl', 'string', ['number', 'string', 'string'], [this.#gl, uses, defines]);
+        if (!text) throw last(this.#program);
+        return text;
+    }
+
+    /* Once for each program that you have linked with glsl(). */
+    setSlots(webglProgram) {
+        const GL = this.#program.GL, name = GL.getNewId(GL.programs);
+        GL.programs[name] = webglProgram;
+        /* What Emscripten's glCreateProgram and glLinkProgram would have noted. */
+        Object.assign(webglProgram, { name, uniformIdCounter: 1, uniformLocsById: 0, uniformSizeAndIdsByName: {},
+            maxUniformLength: 0, maxAttributeLength: 0, maxUniformBlockNameLength: 0 });
+        const result = this.#call('dp_set_slots', 'number', numbers(2), [this.#gl, name]);
+        GL.programs[name] = null;
+        if (result !== 0) throw last(this.#program);
+    }
+
+    /* lost: after the event webglcontextlost. */
+    free({ lost = false } = {}) { this.#call('dp_detach', null, numbers(2), [this.#gl, lost ? 1 : 0]); }
+}
+
+class Maps {
+    #program; #call; #gl; #scene;
+
+    constructor(program, call, gl, scene) {
+        this.#program = program;
+        this.#call = call;
+        this.#gl = gl;
+        this.#scene = scene;
+        this.defines = call('dp_scene_defines', 'string', ['number'], [scene]);
+    }
+
+    /* Replaces all instances: [{ block: 0, matrix: 16 numbers, object to world }]. The shader counts them from 1. */
+    place(instances) {
+        const matrices = put(this.#program, Float32Array.from(instances.flatMap((i) => [...i.matrix]))),
+            blocks = put(this.#program, Uint32Array.from(instances.map((i) => i.block || 0)));
+        const result = this.#call('dp_scene_place', 'number', numbers(5), [this.#gl, this.#scene, matrices, blocks, instances.length]);
+        this.#program._free(matrices);
+        this.#program._free(blocks);
+        if (result !== 0) throw last(this.#program);
+    }
+
+    /* Binds textures and uniform block; they stay bound until somebody takes their units. */
+    bind() { this.#call('dp_bind', null, numbers(2), [this.#gl, this.#scene]); }
+
+    free() { this.#call('dp_scene_free', null, numbers(2), [this.#gl, this.#scene]); }
+}
