@@ -775,8 +775,8 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define ISM_FILE if you renamed
-   it. */
+/* This file includes itself by this name, to compile its kernels once more for AVX2 and for AVX-512. If you
+   renamed the file, define ISM_FILE. */
 #ifndef ISM_FILE
 #define ISM_FILE "ism.h"
 #endif
@@ -1742,55 +1742,60 @@ static inline ISM__COLD void ism__log_index(const ism__logger *logger, const cha
 
 #define ISM__PI 3.14159265f
 #define ISM__MAX_FLOAT 3.402823466e38f
-/* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
+/* The square of a disc's radius is at most this, in squares of its distance from the VPL; ISM__WIDEST_BACK is
+   for discs that are seen from behind. Discs that are made smaller so are counted in wide_splats. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
-#define ISM__EITHER 0.05             /* of points by what only the view sees, by what the VPL sees, to the
-                                        mean's 1 */
+#define ISM__EITHER 0.05            /* weight of what the view alone, or the VPL alone, sees of a cluster; the
+                                       geometric mean of both has the weight 1 */
 #define ISM__CUT_SCALE 6.0f         /* area of discs that their triangle cuts off, over that of the others */
-#define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none
-                                        leaks */
-#define ISM__GRAZING 1e-4f           /* cosine to a receiver's plane below which a VPL is behind it:
-                                        rounding */
-#define ISM__HOLE 2                  /* texels about one that may close it */
+#define ISM__EDGE 1e-4f             /* discs reach over their triangle's edge by this much of a barycentric
+                                       coordinate, so that no light leaks between triangles */
+#define ISM__GRAZING 1e-4f          /* a VPL whose cosine to a receiver's plane is less counts as behind that
+                                       plane, since only rounding tells the sides apart */
+#define ISM__HOLE 2                 /* texels to each side that are searched for surfels around a hole */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
 #define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each interleave's
                                        classes */
-#define ISM__STEPS 64u               /* of a tile's side, at which windows begin and end */
-#define ISM__SLACK 2u                /* of these: so much farther out than need be a window may stay */
-#define ISM__SIGHTS 64u              /* blocks of the picture, of each of which eight receivers make the
-                                        windows */
-#define ISM__PAD 0.015625f           /* of their extent, added at either side: for those between them */
-#define ISM__NEAR_RANK 8u           /* a point's reach is twice the distance to this one of the VPLs about
-                                       it */
+#define ISM__STEPS 64u              /* the square's side has so many steps, at which windows begin and end */
+#define ISM__SLACK 2u               /* a window stays where it was if it reaches no more steps than this
+                                       farther out than it must */
+#define ISM__SIGHTS 64u             /* blocks of the picture; eight receivers of each make the windows */
+#define ISM__PAD 0.015625f          /* share of the extent of those receivers that is added at either side,
+                                       since other receivers may lie a little outside */
+#define ISM__NEAR_RANK 8u           /* the reach of a near point is twice its distance from the VPL that has
+                                       this rank among the nearest */
 
 typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
 
-typedef struct ism__texel {         /* of a tile while it is drawn */
-    float    g[3];                  /* plane of the surfel: 1 / t = g . direction, or t = g . (x, y, 1) */
-    uint32_t triangle, filled;      /* filled: g[0] is the depth that push gave */
+typedef struct ism__texel {         /* a texel of a tile while the tile is drawn */
+    float    g[3];                  /* plane of the surfel: 1 / t = g . direction; in maps of directions t =
+                                       g . (x, y, 1) */
+    uint32_t triangle, filled;      /* filled: push gave the depth, which is g[0] */
 } ism__texel;
 
 typedef struct ism__surfel { uint32_t triangle; uint16_t b1, b2; float weight; } ism__surfel;
 
 typedef struct ism__orientation { ism__v3 x, y, z; } ism__orientation;
 
-/* From the square (lo, hi) to the tile (a, b), and how steeply. Not on: one is the other. */
+/* How one axis of the square is mapped to the tile: the window lo..hi becomes a..b; below, inside and above
+   are the slopes in the three parts. If `on` is 0, the map is the identity. */
 typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } ism__axis;
 typedef struct ism__window { ism__axis u, v; } ism__window;
 
-/* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
 enum { ISM__DISCS = 16,             /* points that are drawn together */
        ISM__AHEAD = 16 };           /* points whose memory is fetched before it is wanted */
+
+/* What shading reads of a VPL: arrays of one float each, so that compilers vectorise the loop over them. */
 enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__FIELDS };
 
 /* Receivers as a picture of width x height; a list is one row. */
 typedef struct ism__view { const ism_points *points; uint32_t width, height; } ism__view;
 
-/* What a public call was given, once it has been checked. */
+/* The arguments of a public call after they were checked, with its progress and its log. */
 typedef struct ism__job {
     const ism_frame *frame;
     ism__view        view;
@@ -1807,26 +1812,28 @@ struct ism_maps {
     ism_vpl        *vpls;           /* N; the first vpl_count are in use */
     uint32_t        vpl_count;
     uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
-    int             chosen, built;
-    ism__buffer     atlas, hits, scratch, directions;       /* maps; what they are drawn with */
+    int             chosen, built;  /* there are VPLs; there are maps */
+    ism__buffer     atlas, hits, scratch, directions;       /* maps, and the memory that drawing them takes */
     ism__buffer     surfels, counts;                        /* points of all VPLs, and how many each has */
-    ism__buffer     sums, clusters, shares, weights;        /* what points are drawn by */
-    ism__buffer     sources, importance, blurred, cdf;      /* what VPLs are drawn by */
+    ism__buffer     sums, clusters, shares, weights;        /* distributions from which points are drawn */
+    ism__buffer     sources, importance, blurred, cdf;      /* distributions from which VPLs are drawn */
     ism__buffer     previous, windows, pixels;              /* VPLs of the last frame; receivers */
     ism__buffer     near_points, near_blocks, near_drawn, near_keys;
-    uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this
-                                       one */
-    uint32_t        near_count;     /* of near_points, in use */
-    uint32_t        blank_from;     /* tiles of the atlas from here on show nothing */
-    size_t          triangles;      /* that the points lie on; 0 = there are none yet */
+    uint32_t        window_count;   /* VPLs of the frame before, whose ism_vpl.window is kept in `windows`
+                                       behind the ism__window of each VPL of this frame */
+    uint32_t        near_count;     /* near points in use */
+    uint32_t        blank_from;     /* tiles of the atlas from this one on show nothing */
+    size_t          triangles;      /* triangles that the points lie on; 0 = there are no points yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
     float           center[3], radius;      /* bounding sphere of the mesh, for directions */
     ism_stats       stats;
 };
 
-/* Where a source's arrays begin in the buffers importance and cdf. */
+/* Where a source's arrays begin in the buffers importance and cdf; the sum of its fluxes, and of its
+   importances. */
 typedef struct ism__source_of { size_t first, cdf_first; double flux, total; } ism__source_of;
 
+/* Makes a buffer large enough; its content is lost if it grows. Returns 0 if there is no memory. */
 static int ism__grow(ism_maps *m, ism__buffer *b, size_t count, size_t item)
 {
     size_t size;
@@ -1852,8 +1859,8 @@ static void ism__release(ism_maps *m, ism__buffer *b)
     b->size = 0;
 }
 
-/* Runs all tasks, in batches between which progress is told: from..to of the part. Returns 0 if the caller
-   cancels. */
+/* Runs all tasks, in batches between which the caller's progress goes from..to of the part. Returns 0 if the
+   caller cancels. */
 static int ism__run(const ism_maps *m, const ism__part *part, float from, float to, size_t count,
                     ism_task task, void *context)
 {
@@ -1878,6 +1885,7 @@ static int ism__run(const ism_maps *m, const ism__part *part, float from, float 
 
 /* ---- inputs: meshes, sources and views as the caller gives them ---- */
 
+/* Returns element i of an array of vectors; stride 0 means that the vectors follow each other. */
 static const float *ism__at(const float *array, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
@@ -1889,7 +1897,7 @@ static const float *ism__lobe(const ism_source *s, size_t i)
     return ism__at(s->lobes, s->lobe_stride ? s->lobe_stride : 16u, i);
 }
 
-/* Fills what a call needs to say why it fails, and how far it is. */
+/* Begins a call: notes where its progress and its log go, and which function the log names. */
 static void ism__begin_job(const ism_system *system, const char *function, const ism_frame *frame,
                            ism__job *job)
 {
@@ -1903,7 +1911,7 @@ static void ism__begin_job(const ism_system *system, const char *function, const
     job->log.function = function;
 }
 
-/* Returns ISM_ERR_ARGUMENT, and says which pointer is NULL. */
+/* Logs that this pointer is NULL, and returns ISM_ERR_ARGUMENT. */
 static ism_result ism__is_null(const ism__logger *log, const char *name)
 {
     ism__log_text(log, name, "is NULL");
@@ -1916,7 +1924,7 @@ static ism_result ism__no_memory(const ism__logger *log)
     return ISM_ERR_ALLOC;
 }
 
-/* Checks the arrays that lists of surfels are written to. */
+/* Checks the array to which surfels are written. */
 static ism_result ism__check_list(const ism__logger *log, const ism_surfel *out, size_t capacity,
                                   const size_t *count)
 {
@@ -1933,8 +1941,8 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
     return ISM_ERR_ARGUMENT;
 }
 
-/* Returns what a vector is that is said to be unit: 1 if it is so (0.97 to 1.03 long), 0 if it is 0 0 0 or
-   not finite, and -1 otherwise. */
+/* Returns 1 if a vector is unit (0.97 to 1.03 long), 0 if it is 0 0 0 or not finite, and -1 if it has another
+   length. */
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
@@ -1986,7 +1994,8 @@ static ism_result ism__check_indices(const ism__logger *log, const ism_mesh *mes
     return ISM_OK;
 }
 
-/* Opacities are 0..1: what is no number would not be drawn, and nobody would know why. */
+/* Checks that opacities are 0..1. A triangle whose opacity is not a number would not be drawn, and nobody
+   would know why. */
 static ism_result ism__check_opacities(const ism__logger *log, const ism_mesh *mesh)
 {
     size_t i, count = mesh->opacities ? ism__mesh_triangles(mesh) : 0;
@@ -2006,6 +2015,7 @@ static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
         p[k] = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, ism__index(mesh, 3u * t + k)));
 }
 
+/* Checks that vectors are unit, or mean that there is no receiver. */
 static ism_result ism__check_units(const ism__logger *log, const char *name, const float *array,
                                    size_t stride, size_t count)
 {
@@ -2019,7 +2029,7 @@ static ism_result ism__check_units(const ism__logger *log, const char *name, con
     return ISM_OK;
 }
 
-/* Checks receivers, and finds the width and height of their picture; a list is one row. */
+/* Checks receivers, and finds the width and height of their picture; a list is a picture of one row. */
 static ism_result ism__open_view(const ism__logger *log, const ism_points *p, ism__view *out)
 {
     ism_result result;
@@ -2085,7 +2095,7 @@ static int ism__flux_ok(const float *f)
     return f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f && f[0] <= 1e30f && f[1] <= 1e30f && f[2] <= 1e30f;
 }
 
-/* "sources[INDEX].NAME", for the log. */
+/* Writes "sources[INDEX].NAME", for the log. */
 static void ism__source_field(ism__message *m, size_t source, const char *name)
 {
     m->used = 0;
@@ -2095,8 +2105,8 @@ static void ism__source_field(ism__message *m, size_t source, const char *name)
     ism__message_text(m, name);
 }
 
-/* Returns the flux of a pVPL, 0 where it cannot be used. *bad: 1 where that is an error in the data, and
-   *wrong the array that holds a vector which is not unit, or else untouched. */
+/* Returns the flux of a pVPL, 0 if the pVPL cannot be used. Sets *bad if the data are at fault. If a vector
+   is not unit, *wrong is set to the name of its array. */
 static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad, const char **wrong)
 {
     const float *f = ism__at(s->fluxes, s->flux_stride, i);
@@ -2118,7 +2128,8 @@ static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad, const 
     return *bad ? 0.0f : ism__luminance(f);
 }
 
-/* The vector of a source's texel that `wrong` names, from ism__pvpl_luminance, is an error. */
+/* Logs that a vector of a source's texel is not unit; `wrong` is the array's name from ism__pvpl_luminance.
+   */
 static ism_result ism__not_unit(const ism__logger *log, const ism_source *s, size_t source, size_t i,
                                 const char *wrong)
 {
@@ -2235,8 +2246,8 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
     return sum * 0.159154943f;
 }
 
-/* Is a pixel of this opacity drawn? Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4
-   (paper 6.4). */
+/* Returns whether a pixel of a surface with this opacity is drawn. Of each 2 x 2 pixels the opacities 0, .25,
+   .5, .75 and 1 draw exactly 0 to 4 (paper 6.4). */
 static int ism__dither(uint32_t x, uint32_t y, float opacity)
 {
     static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
@@ -2247,8 +2258,8 @@ static int ism__dither(uint32_t x, uint32_t y, float opacity)
 
 /* ---- projections: the hemisphere about +z and the unit square (paper 6.1) ---- */
 
-/* Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. a, b in
-   -1..1; returns the radius 0..1. */
+/* Writes the place in the unit disc of a place (a, b) in the square -1..1, and returns its radius. After
+   Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. */
 static float ism__square_to_disc(float a, float b, float *x, float *y)
 {
     float r, phi, s, c;
@@ -2277,7 +2288,8 @@ static void ism__disc_to_square(float x, float y, float *a, float *b)
     }
 }
 
-/* 1 - x^y for x in 0..1, to the last digits where that is small: in floats x^y has lost them. */
+/* Returns 1 - x^y for x in 0..1. A small difference keeps its digits, which x^y as a float would have lost.
+   */
 static float ism__power_gap(float x, float y)
 {
     return x > 0.0f ? (float)(1.0 - ism__exp_core((double)y * ism__log_core(x))) : 1.0f;
@@ -2291,7 +2303,8 @@ static float ism__lobe_stretch(float z, float sine, float exponent)
     return sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
 }
 
-/* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
+/* In the map of a LOBE equal areas have equal integrals of cos^e, which makes the radius in the disc the root
+   of 1 - cos^(e + 1). With e = 1 this is the hemisphere seen from above, the map COSINE. */
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
 {
@@ -2372,8 +2385,9 @@ static ism_projection ism__projection_of(const ism_maps *m, const ism_vpl *v)
     return m->desc.projection;
 }
 
-/* Lobe maps are about the lobe's axis, the others about the normal; sky maps look along the light. */
-static ism__orientation ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
+/* Returns the axes of a VPL's map. z is the lobe's axis in maps of LOBE, the normal in others, and the way
+   that light travels in maps of directions. */
+static ism__orientation ism__vpl_axes(const ism_maps *m, const ism_vpl *v)
 {
     ism__orientation f;
     f.z = ism__v3_load(ism__projection_of(m, v) == ISM_PROJECTION_LOBE && !v->directional ? v->axis
@@ -2382,7 +2396,8 @@ static ism__orientation ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
     return f;
 }
 
-/* The texel of u in 0..1, the nearest one for u beyond; the first if u is not a number. */
+/* Returns the texel in which u, 0..1, lies; the nearest texel for u beyond, and the first for what is not a
+   number. */
 static uint32_t ism__texel_of(float u, uint32_t size)
 {
     float x = u * (float)size;
@@ -2397,19 +2412,17 @@ static uint32_t ism__texel_of(float u, uint32_t size)
 typedef struct ism__choice {
     ism_maps         *m;
     const ism__job   *job;
-    const uint32_t   *valid;        /* pixels that are no background */
-    uint32_t          valid_count;
     float             extent;       /* diagonal of the receivers' box */
-    size_t            source;
-    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
+    size_t            source;       /* the source that is weighed; what follows is its own */
+    float *lum, *effect, *out;      /* flux, mean square effect on the picture, blurred root of the effect */
     uint32_t          seed;
     float             blur_radius;
-    float             from, to;     /* of the call's progress: this source's */
+    float             from, to;     /* share of the call's progress */
 } ism__choice;
 
-/* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
-   hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
-   not be exact. */
+/* Returns how much light a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances
+   below a hundredth of the picture's extent, and for directions the receiver's cosine. Lobes are taken for
+   light that is equal all round, since an importance need not be exact. */
 static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn,
                                   float extent)
 {
@@ -2426,8 +2439,8 @@ static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism
     return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
 }
 
-/* Writes the place of a world position in pixels, and returns 0 if that is at infinity or unknown. A position
-   behind the camera has the mirrored place, as in paper 4.2. */
+/* Writes the place of a world position in pixels. Returns 0 if that place is at infinity or unknown. A
+   position behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
     const float *m = view->points->world_to_clip;
@@ -2492,8 +2505,8 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
             sum += e * e * (uniform / density);
         }
     }
-    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the
-       picture, and its least variance is reached by choosing VPLs in proportion to the root of it. */
+    /* This is the mean square; its root is taken after the blur. The picture's squared error is least if VPLs
+       are chosen in proportion to the root of the mean square, not to the mean. */
     return sum / (float)count;
 }
 
@@ -2554,8 +2567,8 @@ static float ism__extent(const ism__view *view)
     return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
 }
 
-/* Writes the fluxes of one source into c->lum, and the effect of a unit of each on the picture into
-   c->out. */
+/* Writes the fluxes of one source into c->lum, and into c->out the effect of a unit of each on the picture.
+   */
 static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
 {
     ism_maps *m = c->m;
@@ -2653,8 +2666,8 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
         length = ism__v3_length(d);
         if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
                   !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
-        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip
-                                                                      space */
+        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {   /* a Gaussian with variance 0.01, in clip
+                                                                   space */
             float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
             w *= ism__exp(-50.0f * (ex * ex + ey * ey));
         }
@@ -2715,12 +2728,13 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
         ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
         v->exponent = ism__lobe(s, i)[3];
     }
-    /* of a texel that is chosen once in a very long time not beyond what a VPL may have */
+    /* The flux of a texel that is almost never chosen is cut off at the most that a VPL may have. */
     for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale < 1e30f ? flux[k] * scale : 1e30f;
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
-    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
+    v->side = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__side_task
+                               then writes the side */
 }
 
 /* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
@@ -2771,6 +2785,7 @@ static void ism__side_task(void *context, size_t index)
     v->side = sqrtf(area);
 }
 
+/* Finds the squares of VPLs that were chosen or set, which have no near points yet. */
 static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float from, float to)
 {
     uint32_t i;
@@ -2812,6 +2827,7 @@ static int ism__draw_vpl(const ism_maps *m, const ism__job *job, double total, u
     return 1;
 }
 
+/* Draws the VPLs in proportion to the importances, whose sum is `total`. */
 static void ism__draw_all_vpls(ism_maps *m, const ism__job *job, double total)
 {
     uint32_t n = m->desc.vpl_count, i;
@@ -2824,30 +2840,34 @@ static void ism__draw_all_vpls(ism_maps *m, const ism__job *job, double total)
 
 /* ---- near points: in place of the VPLs that are near a receiver ---- */
 
-/* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it
-   stands for what a wide surface would have spread. There a second choice of more samples takes over, each as
-   far as its reach: a function of the place, that sums of one list give way to those of the other without
-   loss. */
+/* The light of all VPLs is right on the mean, but not beside one of them: in a corner a single VPL makes a
+   spot of light that a whole surface should have spread. There near points take over, samples of a second,
+   finer choice, each as far as its reach. The reach depends on the place alone, so that the sum over VPLs
+   gives way to the sum over near points without a loss. */
 typedef struct ism__near_work {
     ism_maps        *m;
     const ism__job  *job;
     double           total;
-    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along their box's longest
-                                       side */
-    uint32_t         sorted_count, drawn, axis;
-    ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
+    const uint64_t  *sorted;        /* the VPLs of surfaces without lobes, in their order along `axis`; the
+                                       low half of each is the VPL's number */
+    uint32_t         sorted_count;
+    uint32_t         drawn;         /* samples of the second choice */
+    uint32_t         axis;          /* along which the VPLs' box is longest */
+    ism_near_point  *out;           /* in the order in which they are drawn; vpl < 0: there is no point */
 } ism__near_work;
 
-/* Those that near points may stand for. */
+/* Returns whether near points may take the place of a VPL: a diffuse one on a surface. */
 static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
 
+/* Returns the VPL with this place in the sorted list. */
 static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
 {
     return &w->m->vpls[(uint32_t)w->sorted[i]];
 }
 
-/* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through
-   the sorted VPLs, until x alone is too far. */
+/* Returns how far a near point at p reaches, and writes the number of the nearest VPL; VPLs with other
+   normals count as farther. The sorted VPLs are walked through both ways from p, until their distance along
+   the axis alone is too large. */
 static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
 {
     float near2[ISM__NEAR_RANK], best = 1e30f;
@@ -2891,9 +2911,9 @@ static void ism__reach_task(void *context, size_t index)
         v->reach = ism__reach_of(w, ism__v3_load(v->position), ism__v3_load(v->normal), &nearest);
 }
 
-/* 64 points of the draw. The square is that of the texel, or of what the point stands for where that is more,
-   but not of more than a few VPLs' surface; without areas, that of near points as dense as the VPLs are
-   here. */
+/* Draws 64 near points. A point's square has the texel's area, or that which the point stands for if it is
+   larger, but no more than an eighth of the disc within its reach. Without areas, the density of VPLs around
+   the point tells the area. */
 static void ism__near_task(void *context, size_t index)
 {
     const ism__near_work *w = (const ism__near_work *)context;
@@ -2924,7 +2944,7 @@ static void ism__near_task(void *context, size_t index)
     }
 }
 
-/* Every third bit of 30 from 10. */
+/* Spreads ten bits over thirty, each at every third place. */
 static uint32_t ism__spread_bits(uint32_t x)
 {
     x = (x | x << 16) & 0x030000ffu;
@@ -2933,8 +2953,8 @@ static uint32_t ism__spread_bits(uint32_t x)
     return (x | x << 2) & 0x09249249u;
 }
 
-/* Keys along Morton's curve through the box of the points that there are, into keys[0 .. count): key and
-   number. */
+/* Writes a key for each point that was drawn, and returns how many there are. A key's upper half is the place
+   on Morton's curve through the box of all points, its lower half is the point's number. */
 static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), size;
@@ -2953,8 +2973,8 @@ static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
             ism__v3 p = ism__v3_sub(ism__v3_load(w->out[i].position), lo);
             uint32_t key;
             if (most > 0.0f) p = ism__v3_scale(p, 1.0f / most);
-            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* 0 too where the box is wider than a
-                                                                       float */
+            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* in a box wider than a float p may be no
+                                                                       number: it becomes 0 */
             key = ism__spread_bits(ism__texel_of(p.x, 1024u)) |
                   ism__spread_bits(ism__texel_of(p.y, 1024u)) << 1 |
                   ism__spread_bits(ism__texel_of(p.z, 1024u)) << 2;
@@ -2963,7 +2983,7 @@ static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
     return count;
 }
 
-/* By the upper half, in four turns of 8 bits; the result lies where the keys were. */
+/* Sorts keys by their upper halves, in four passes of 8 bits; the result lies where the keys were. */
 static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
 {
     uint32_t shift, i;
@@ -2978,7 +2998,7 @@ static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
     }
 }
 
-/* x, y, z and radius of the sphere beyond which no point of the block reaches. */
+/* Writes the centre and radius of a sphere beyond which no point of a block reaches. */
 static void ism__near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
 {
     ism__v3 lo = ism__v3_load(points->position), hi = lo, c;
@@ -3007,8 +3027,8 @@ static int ism__grow_near(ism_maps *m)
             ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
 }
 
-/* VPLs that near points may stand for, along the longest side of their box: keys lie there until points have
-   theirs. */
+/* Sorts the VPLs that near points may stand for along the longest side of their box. They lie where the
+   points' keys are written later. */
 static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
 {
     const ism_maps *m = w->m;
@@ -3023,8 +3043,8 @@ static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
         if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
     for (i = 0; i < m->vpl_count; i++)
         if (ism__has_near(&m->vpls[i])) {
-            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* in the order of floats, no
-                                                                               -0 */
+            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* + 0 turns -0 into 0 */
+            /* As unsigned numbers, these bits have the order of the floats. */
             bits = bits >> 31 ? ~bits : bits | 0x80000000u;
             keys[w->sorted_count++] = (uint64_t)bits << 32 | i;
         }
@@ -3060,7 +3080,8 @@ static ism_result ism__draw_near(ism_maps *m, const ism__job *job, double total,
 
 /* ---- choose: the stage of section 4, and what it leaves ---- */
 
-/* Memory for the importances and near points of sources with this many texels. */
+/* Makes room for the importances and near points of sources with this many texels. Returns 0 if there is no
+   memory. */
 static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t doubles)
 {
     return ism__grow(m, &m->sources, sources, sizeof(ism__source_of)) &&
@@ -3073,7 +3094,7 @@ static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t do
 #endif
 }
 
-/* Importances of all sources; their progress ends at 0.7 of the call's. */
+/* Computes the importances of all sources, up to 0.7 of the call's progress. */
 static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t cells, ism__source_of *of)
 {
     const ism_frame *f = job->frame;
@@ -3110,7 +3131,7 @@ static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t ce
     return ISM_OK;
 }
 
-/* Prefix sums of the importances; returns the sum of all. */
+/* Makes prefix sums of the importances, and returns the sum of all. */
 static double ism__sum_importances(ism_maps *m, const ism_frame *f, ism__source_of *of)
 {
     double total = 0.0;
@@ -3154,7 +3175,7 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     return result;
 }
 
-/* What a call with a frame begins with: job, and the frame's receivers. */
+/* Begins a call that is given a frame: fills job, and checks the frame's receivers. */
 static ism_result ism__open_frame(const ism_maps *m, const ism_frame *f, const char *function, ism__job *job)
 {
     if (!m) return ISM_ERR_ARGUMENT;
@@ -3170,7 +3191,7 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     return result == ISM_OK ? ism__choose(m, &job) : result;
 }
 
-/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED". */
+/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED", and returns ISM_ERR_INPUT. */
 static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, float value,
                                const char *wanted)
 {
@@ -3250,9 +3271,10 @@ ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *c
 
 /* ==== src/ism/windows.h ==== */
 
-/* ---- windows: of a tile, most texels to what the picture shows ---- */
+/* ---- windows: most texels of a tile show that part of the square which the picture shows ---- */
 
-/* cut: 64ths below and above the window. Its ends lie between texels, so that none is bent. */
+/* Sets the map of one axis; below and above are the 64ths of the square on either side of the window. The
+   window begins and ends between texels, so that the map is linear within each. */
 static void ism__set_axis(uint32_t below, uint32_t above, uint32_t size, uint32_t rim, ism__axis *out)
 {
     uint32_t rest = below + above, a;
@@ -3313,7 +3335,8 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
 
 /* ---- windows: where the picture lies in the squares of VPLs ---- */
 
-/* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
+/* Writes where a place lies in the VPL's square. Returns 0 if the place is not before the VPL, or outside a
+   map of directions. */
 static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__orientation *f, ism__v3 p,
                           float uv[2])
 {
@@ -3336,8 +3359,8 @@ typedef struct ism__window_work {
     uint32_t        rows, columns, count, seen[8u * ISM__SIGHTS];
 } ism__window_work;
 
-/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them
-   encloses the others, nearly. UINT32_MAX for each that there already is. */
+/* Finds the receivers of one block that lie farthest in eight directions, such as the corners of a wall: a
+   window that holds them holds nearly all others. A receiver that was found before is UINT32_MAX. */
 static void ism__sight_task(void *context, size_t index)
 {
     ism__window_work *w = (ism__window_work *)context;
@@ -3354,7 +3377,7 @@ static void ism__sight_task(void *context, size_t index)
             ism__v3 p, n;
             size_t i = y * view->width + x;
             if (!ism__receiver(view, i, &p, &n)) continue;
-            for (k = 0; k < 8u; k++) {      /* no two as long, so that none of a grid's points are as far */
+            for (k = 0; k < 8u; k++) {      /* unequal weights: no two points of a grid lie equally far */
                 float at =
                     (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
                 if (best[k] != UINT32_MAX && !(at > most[k])) continue;
@@ -3367,8 +3390,9 @@ static void ism__sight_task(void *context, size_t index)
             if (best[j] == best[k]) best[k] = UINT32_MAX;
 }
 
-/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that
-   little of what moves makes a window jump. */
+/* Returns where one side of the new window lies: where it was in the frame before, if that is no more than
+   ISM__SLACK farther out than needed, so that windows seldom change while things move; else where it is
+   needed. */
 static uint32_t ism__cut_at(uint32_t need, uint32_t was, int known)
 {
     return known && was <= need && was + ISM__SLACK >= need ? was : need;
@@ -3384,7 +3408,7 @@ static void ism__window_task(void *context, size_t index)
     uint32_t i, k;
     int known = index < m->window_count && !v->jumped && !m->desc.unstable;
     ism__window *out = (ism__window *)m->windows.data + index;
-    ism__orientation f = ism__vpl_frame(m, v);
+    ism__orientation f = ism__vpl_axes(m, v);
     v->window = 0;
     for (i = 0; i < w->count; i++) {
         ism__v3 p, n;
@@ -3399,7 +3423,7 @@ static void ism__window_task(void *context, size_t index)
             hi[k] = uv[k] > hi[k] ? uv[k] : hi[k];
         }
     }
-    if (lo[0] <= hi[0])             /* else nothing looks at this map */
+    if (lo[0] <= hi[0])             /* else no receiver looks at this map */
         for (k = 0; k < 2u; k++) {
             float pad = (hi[k] - lo[k]) * ISM__PAD;
             uint32_t low = ism__texel_of(lo[k] > pad ? lo[k] - pad : 0.0f, ISM__STEPS);
@@ -3412,7 +3436,8 @@ static void ism__window_task(void *context, size_t index)
     if (!out->u.on && !out->v.on) v->window = 0;
 }
 
-/* All that bounces on counts, seen or not: maps that ism_bounce needs are even. */
+/* Makes the windows of all tiles. Maps for ism_bounce have none: light that bounces on counts, seen or not.
+   Returns 0 if the caller cancels. */
 static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part *part)
 {
     ism__window_work w;
@@ -3430,15 +3455,16 @@ static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part
 
 /* ==== src/ism/spread.h ==== */
 
-/* ---- spread: what surfels are spread over, triangles and clusters of them ---- */
+/* ---- spread: surfels are spread over triangles, and over clusters of them ---- */
 
-enum { ISM__TRIANGLES = 4096,       /* a task's */
-       ISM__CLUSTERS = 32768,       /* at most */
-       ISM__VIEWS = 8 };            /* receivers, from which a triangle is looked at */
+enum { ISM__TRIANGLES = 4096,       /* triangles of one task */
+       ISM__CLUSTERS = 32768,       /* the most clusters that there are */
+       ISM__VIEWS = 8 };            /* the most receivers from which a triangle is looked at */
 
-/* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area,
-   and the mean of n n^T, which gives |n . direction| exactly where there is one normal. Sixteen clusters in
-   arrays, so that kernels work on several at a time. */
+/* Clusters are successive triangles that are taken together, to estimate what a VPL sees of them: their
+   centroid, the mean squared distance from it, their area, and the mean of n n^T over their normals, which
+   gives |n . direction| exactly if all normals are equal. Sixteen clusters lie together in arrays, so that
+   kernels work on several at a time. */
 enum { ISM__BUNDLE = 16 };
 typedef struct ism__clusters {
     float at[3][ISM__BUNDLE], radius2[ISM__BUNDLE], area[ISM__BUNDLE];
@@ -3447,7 +3473,7 @@ typedef struct ism__clusters {
 
 struct ism__spread_work;
 
-/* Writes for each cluster which share of the VPL's map it fills, about. */
+/* Writes for each cluster about which share of the VPL's map it fills. */
 typedef void (*ism__cluster_kernel)(const struct ism__spread_work *w, const ism_vpl *v, float *effect);
 
 /* Returns the mean solid angle of a triangle from `count` receivers, ISM__VIEWS at most, whose positions are
@@ -3467,8 +3493,9 @@ typedef struct ism__spread_work {
     int              fresh;
     ism__cdf         cdf;
     ism__clusters   *clusters;
-    double          *seen;          /* share of each cluster by what the view sees */
-    uint32_t         cluster_count, cluster_size;   /* size: triangles of each but the last */
+    double          *seen;          /* each cluster's share of all points by what the view sees */
+    uint32_t         cluster_count;
+    uint32_t         cluster_size;  /* triangles of each cluster but the last */
     ism__cluster_kernel  weigh_clusters;
     ism__triangle_kernel mean_solid_angle;
 } ism__spread_work;
@@ -3477,9 +3504,9 @@ typedef struct ism__spread_work {
 
 /* ---- tile: one VPL's map while it is drawn, and the discs that are drawn into it ---- */
 
-/* Points of one tile, as many as are set up together. Arrays of one float each, so that kernels work on
-   several points at a time. `place` reads what comes first and writes the rest; the place in the triangle is
-   overwritten, too. */
+/* The points of one tile that are set up together, in arrays of one float each, so that kernels work on
+   several at a time. `place` reads the fields up to b1 and b2, which it also overwrites, and writes the
+   others. */
 typedef struct ism__discs {
     uint32_t count;                             /* points in use */
     uint32_t triangle[ISM__DISCS];
@@ -3487,7 +3514,7 @@ typedef struct ism__discs {
     float    weight[ISM__DISCS];                /* area that the point stands for, over its triangle's */
     float    b1[ISM__DISCS], b2[ISM__DISCS];    /* barycentric coordinates of the point; 0 if the disc is not
                                                    cut off at its triangle's edges */
-    float    d1[3][ISM__DISCS], d2[3][ISM__DISCS];  /* by how much they grow along the tile's axes */
+    float    d1[3][ISM__DISCS], d2[3][ISM__DISCS];  /* gradients of these coordinates, in the tile's axes */
     float    at[3][ISM__DISCS];                 /* the disc's centre, in the tile's axes */
     float    g[3][ISM__DISCS];                  /* the disc's plane, as in ism__texel */
     float    radius2[ISM__DISCS];
@@ -3498,22 +3525,22 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     const ism_maps  *m;
     const ism_mesh  *mesh;
     const ism_vpl   *vpl;
-    ism__orientation frame;
+    ism__orientation axes;
     ism_projection   projection;
     uint32_t         size;
     const ism__window *window;      /* NULL: the whole square */
-    const float     *x, *y, *z;     /* directions of texel centres, in the tile's axes; x, y, 1 of sky maps in
-                                       units of radius */
+    const float     *x, *y, *z;     /* directions of texel centres, in the tile's axes; in maps of directions
+                                       x and y in units of the radius, and 1 */
     float           *depth;         /* at texel centres; ISM_FAR = empty */
     ism__texel      *texels;
-    float            texels_per_unit;   /* of angle, of a sky of world space: the most in either direction of
-                                           the square, without a window */
+    float            texels_per_unit;   /* the most texels of a radian along a side of the square, without
+                                           a window; in maps of directions those of a unit of length */
     uint64_t         splats, wide, filled;
 } ism__tile;
 
 typedef struct ism__splat {         /* kernels of one instruction set */
     uint32_t (*place)(ism__tile *tile, ism__discs *s);
-    /* Finds where discs lie in the tile, and returns a bit for each that may cover a texel. */
+    /* Finds where discs lie in the tile. Returns a bit for each disc that may cover a texel. */
     void     (*draw)(ism__tile *tile, const ism__discs *s, uint32_t bits);
     /* Draws the discs whose bits are set, one after the other. */
 } ism__splat;
@@ -3526,6 +3553,7 @@ static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
 
+/* Returns ism__tile's texels_per_unit, by its projection. */
 static float ism__texels_per_unit(const ism__tile *tile)
 {
     float size = (float)tile->size;
@@ -3540,7 +3568,7 @@ static float ism__texels_per_unit(const ism__tile *tile)
 
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Names that every instruction set has of its own, see unit simd. */
+/* Every instruction set has its own functions of these names, see unit simd. */
 #define ism__lanes3_cross ISM__NAME_IN_SET(ism__lanes3_cross, ISM__SET)
 #define ism__lanes3_madd ISM__NAME_IN_SET(ism__lanes3_madd, ISM__SET)
 #define ism__lanes3_turn ISM__NAME_IN_SET(ism__lanes3_turn, ISM__SET)
@@ -4137,7 +4165,7 @@ static inline ISM__IN_KERNEL uint32_t ism__first_bit(uint32_t bits)
 
 /* ==== src/ism/kernels_project.h ==== */
 
-/* ---- kernels: where directions lie in a tile, as ism_map_coordinates and ism__to_tile say ---- */
+/* ---- kernels: places of directions in a tile, by ism_map_coordinates and ism__to_tile ---- */
 
 static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_cross(ism__lanes3 a, ism__lanes3 b)
 {
@@ -4187,7 +4215,7 @@ static inline ISM__IN_KERNEL void ism__lanes3_store(float (*to)[ISM__DISCS], siz
 /* Places in the square, or in the tile. */
 typedef struct ism__places { ism__lanes u, v; } ism__places;
 
-/* ism__to_tile of an axis that is on. */
+/* Does for lanes what ism__to_tile does, for an axis that is on. */
 static inline ISM__IN_KERNEL ism__lanes ism__lanes_to_tile(const ism__axis *w, ism__lanes u)
 {
     const ism__lanes lo = ism__lanes_all(w->lo), hi = ism__lanes_all(w->hi), zero = ism__lanes_all(0.0f);
@@ -4201,8 +4229,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__lanes_to_tile(const ism__axis *w, i
     return ism__lanes_min(ism__lanes_max(x, zero), ism__lanes_all(1.0f));
 }
 
-/* ism__disc_to_square. The angle from the nearer axis of the disc lies within 45 degrees, so that of
-   ism__atan2 the part for 0 <= |y| <= x is enough. */
+/* Does for lanes what ism__disc_to_square does. The angle from the nearer axis of the disc is within 45
+   degrees, so the part of ism__atan2 for 0 <= |y| <= x is enough. */
 static inline ISM__IN_KERNEL ism__places ism__square_of_disc(ism__lanes x, ism__lanes y)
 {
     const ism__lanes zero = ism__lanes_all(0.0f), one = ism__lanes_all(1.0f);
@@ -4234,8 +4262,8 @@ static inline ISM__IN_KERNEL ism__places ism__square_of_disc(ism__lanes x, ism__
     return out;
 }
 
-/* Returns by how much ism_map_coordinates stretches x and y of a LOBE map. Its exponentials are of doubles,
-   which lanes do not have. */
+/* Returns by how much ism_map_coordinates stretches x and y in a map of LOBE. This takes exponentials in
+   doubles, which lanes do not have. */
 static inline ISM__IN_KERNEL ism__lanes ism__stretch_to_lobe(ism__lanes3 d, float exponent)
 {
     float z[ISM__LANE_COUNT], sine[ISM__LANE_COUNT];
@@ -4247,7 +4275,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__stretch_to_lobe(ism__lanes3 d, floa
     return ism__lanes_load(z);
 }
 
-/* ism_map_coordinates of directions before the horizon. */
+/* Does for lanes what ism_map_coordinates does, for directions before the horizon. */
 static inline ISM__IN_KERNEL ism__places ism__project(ism_projection projection, float exponent,
                                                       ism__lanes3 d)
 {
@@ -4316,8 +4344,8 @@ static inline ISM__IN_KERNEL void ism__cut_at_edges(const ism__tile *tile, ism__
     const ism__lanes3 d2 = ism__lanes3_scale(ism__lanes3_cross(n, e1), inverse);
     ism__lanes_store(s->b1 + l, ism__lanes_select(cut, ism__lanes_load(s->b1 + l), zero));
     ism__lanes_store(s->b2 + l, ism__lanes_select(cut, ism__lanes_load(s->b2 + l), zero));
-    ism__lanes3_store(s->d1, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d1), none));
-    ism__lanes3_store(s->d2, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d2), none));
+    ism__lanes3_store(s->d1, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->axes, d1), none));
+    ism__lanes3_store(s->d2, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->axes, d2), none));
 }
 
 /* Places points in a sky's map: p from the mesh's centre, n unit. Returns which of them lie in the map. */
@@ -4347,7 +4375,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_sky(const ism__tile *til
     return inside;
 }
 
-/* A disc's squared radius, its distance from the VPL, and whether it was made smaller. */
+/* A disc's squared radius, the disc's distance from the VPL, and whether the disc was made smaller. */
 typedef struct ism__sizes { ism__lanes radius2, depth; ism__lane_mask capped; } ism__sizes;
 
 /* Places points in a VPL's map: p from the VPL, n unit. Returns which of them the VPL sees before itself. */
@@ -4366,7 +4394,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
     ism__lanes most, away;
     if (tile->projection == ISM_PROJECTION_LOBE) {
         /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
-        const ism__orientation *f = &tile->frame;
+        const ism__orientation *f = &tile->axes;
         const float *normal = tile->vpl->normal;
         ism__lanes3 world = ism__lanes3_scale(ism__lanes3_all(f->x.x, f->x.y, f->x.z), p.x);
         world = ism__lanes3_madd(world, ism__lanes3_all(f->y.x, f->y.y, f->y.z), p.y);
@@ -4374,8 +4402,9 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
         away = ism__lanes3_dot(world, ism__lanes3_all(normal[0], normal[1], normal[2]));
         seen = ism__mask_and(seen, ism__lanes_greater(ism__lanes_abs(away), least));
     }
-    /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that
-       the VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
+    /* A near disc that is seen from behind most likely juts out over the edge of something thin on the
+       surface on which the VPL lies: the front of a skirting board must not hide the wall on which it hangs.
+       */
     most = ism__lanes_select(ism__lanes_greater(along, zero), ism__lanes_all(ISM__WIDEST_BACK),
                              ism__lanes_all(ISM__WIDEST));
     most = ism__lanes_mul(ism__lanes_select(cut, ism__lanes_all(ISM__WIDEST), most), d2);
@@ -4398,7 +4427,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
     return seen;
 }
 
-/* Finds where as many points as there are lanes lie in the tile: ism__tile's `place`, from point l on. */
+/* Does what ism__splat's `place` does, for as many points as there are lanes, from point l on. */
 static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__discs *s, size_t l)
 {
     const int sky = tile->vpl->directional != 0;
@@ -4422,8 +4451,8 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     ism__places uv;
     p = ism__lanes3_madd(ism__lanes3_madd(p, e1, ism__lanes_load(s->b1 + l)), e2,
                          ism__lanes_load(s->b2 + l));
-    p = ism__lanes3_turn(&tile->frame, ism__lanes3_sub(p, ism__lanes3_all(from[0], from[1], from[2])));
-    normal = ism__lanes3_turn(&tile->frame, normal);
+    p = ism__lanes3_turn(&tile->axes, ism__lanes3_sub(p, ism__lanes3_all(from[0], from[1], from[2])));
+    normal = ism__lanes3_turn(&tile->axes, normal);
     area = ism__lanes_mul(area, length);
     area = ism__lanes_select(cut, ism__lanes_mul(area, ism__lanes_all(ISM__CUT_SCALE)), area);
     ism__cut_at_edges(tile, cut, e1, e2, n, s, l);
@@ -4450,6 +4479,7 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     return ism__mask_bits(seen);
 }
 
+/* ism__splat's `place`. */
 ISM__KERNEL static uint32_t ism__place_discs(ism__tile *tile, ism__discs *s)
 {
     uint32_t bits = 0;
@@ -4514,6 +4544,7 @@ static inline ISM__IN_KERNEL void ism__draw_disc(ism__tile *tile, const ism__dis
         }
 }
 
+/* ism__splat's `draw`. */
 ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, uint32_t bits)
 {
     if (tile->vpl->directional)
@@ -4528,7 +4559,8 @@ ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, ui
 /* ---- kernels: what receivers see of a triangle (paper 5.1, 5.2) ---- */
 
 #if ISM__LANE_COUNT == 8
-/* Solid angles of what is small for its distance are area cos / d^2: off by area / d^2 at most. */
+/* ism__triangle_kernel. The solid angle of a triangle that is small for its distance is taken for area cos /
+   d^2, whose relative error is at most area / d^2. */
 ISM__KERNEL static float ism__mean_solid_angle(const ism__v3 p[3], ism__v3 normal2,
                                                const float views[3][ISM__VIEWS], uint32_t count)
 {
@@ -4582,8 +4614,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__lanes_facing(const ism__clusters *c
     return ism__lanes_max(sum, ism__lanes_all(0.0f));
 }
 
-/* Returns which share of the VPL's map clusters fill, about: cosine-weighted solid angle, of a sky's map
-   projected area. */
+/* Returns about which share of the VPL's map clusters fill: their cosine-weighted solid angles; in a map of
+   directions their projected areas. */
 static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters *c, size_t i,
                                                             const ism_vpl *v)
 {
@@ -4603,7 +4635,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     away2 = ism__lanes3_dot(l, l);
     d2 = ism__lanes_add(ism__lanes_add(away2, radius2), wide);
     along = ism__lanes_add(ism__lanes3_dot(l, n), ism__lanes_sqrt(radius2));
-    facing2 = ism__lanes_add(ism__lanes_facing(c, i, l),        /* near ones are seen from all sides */
+    facing2 = ism__lanes_add(ism__lanes_facing(c, i, l),        /* close clusters are seen from all sides */
                              ism__lanes_add(radius2, wide));
     effect = ism__lanes_mul(ism__lanes_mul(area, ism__lanes_sqrt(facing2)),
                             ism__lanes_div(along, ism__lanes_mul(d2, d2)));
@@ -4612,7 +4644,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     return ism__lanes_keep(ism__lanes_greater(area, zero), effect);
 }
 
-/* Returns how many times longer the tile shows what lies within r of u than the square does. */
+/* Returns how many times longer the range within r of u is in the tile than in the square. */
 static inline ISM__IN_KERNEL ism__lanes ism__box_zoom(const ism__axis *w, ism__lanes u, ism__lanes r)
 {
     const ism__lanes one = ism__lanes_all(1.0f), zero = ism__lanes_all(0.0f);
@@ -4623,9 +4655,9 @@ static inline ISM__IN_KERNEL ism__lanes ism__box_zoom(const ism__axis *w, ism__l
     return ism__lanes_div(ism__lanes_sub(to, from), ism__lanes_sub(high, low));
 }
 
-/* Returns how many times the texels that they would have in an even map of the square clusters have, about:
-   the mean over a box of their size. Clusters behind the horizon, which may have a part before it, count as
-   on it. */
+/* Returns about how many times more texels clusters have than in a map that shows the square evenly: the mean
+   over a box of their size. Clusters behind the horizon, which may have a part before the horizon, count as
+   on the horizon. */
 static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, const ism__clusters *c,
                                                           size_t i, const ism_vpl *v,
                                                           const ism__orientation *f, const ism__window *w)
@@ -4664,17 +4696,18 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, con
         seen = ism__mask_and(seen, ism__lanes_greater(at.z, zero));
         uv = ism__project(ism__projection_of(m, v), v->exponent, at);
     }
-    r = ism__lanes_div(ism__lanes_mul(half, r), d);     /* a radian is half the square, about */
+    r = ism__lanes_div(ism__lanes_mul(half, r), d);     /* a radian is about half the square */
     r = ism__lanes_max(r, ism__lanes_all(0.01f));
     zoom = ism__lanes_mul(ism__box_zoom(&w->u, uv.u, r), ism__box_zoom(&w->v, uv.v, r));
     return ism__lanes_select(seen, zoom, one);
 }
 
+/* ism__cluster_kernel. */
 ISM__KERNEL static void ism__weigh_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect)
 {
     const ism_maps *m = w->m;
     const ism__window *window = (const ism__window *)m->windows.data + (v - m->vpls);
-    const ism__orientation f = ism__vpl_frame(m, v);
+    const ism__orientation f = ism__vpl_axes(m, v);
     const int windows = window->u.on || window->v.on;
     size_t c;
     for (c = 0; c < w->cluster_count; c += ISM__LANE_COUNT) {
@@ -4767,7 +4800,8 @@ static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, 
         if (!(area > 0.0f)) continue;
         ism__corners(w->mesh, t, p);
         n = ism__v3_scale(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])), 0.5f / area);
-        if (!(sum > 0.0)) from = p[0];      /* sums of squares keep their digits far from the origin */
+        if (!(sum > 0.0)) from = p[0];      /* places are relative to this one, so that sums of squares
+                                               keep their digits far from the origin */
         for (k = 0; k < 3; k++) p[k] = ism__v3_sub(p[k], from);
         g = ism__v3_scale(ism__v3_add(ism__v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
         sum += (double)area;
@@ -4799,7 +4833,7 @@ static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, 
 
 /* ---- triangles: which of them get points, by the view (paper 5.1, 5.2) and by each VPL ---- */
 
-/* Mean solid angle from the view samples of this triangle. */
+/* Returns a triangle's mean solid angle as seen from its receivers. */
 static float ism__seen_by_view(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
 {
     const ism_points *points = w->view->points;
@@ -4841,6 +4875,7 @@ static void ism__spread_task(void *context, size_t index)
     }
 }
 
+/* Lists the pixels that are no background. */
 static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t *count)
 {
     size_t pixels = (size_t)view->width * view->height, i;
@@ -4853,7 +4888,8 @@ static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t
     return ISM_OK;
 }
 
-/* Weight of a triangle: solid angle and, in the share that keeps edge-on triangles in, area. */
+/* Makes the prefix sums from which triangles are drawn: of solid angles, and of areas in a share that keeps
+   triangles in which are seen from their edge. */
 static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
 {
     ism_maps *m = w->m;
@@ -4871,7 +4907,7 @@ static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum
     w->cdf.count = (uint32_t)w->triangles;
 }
 
-/* Finds which share of the points a cluster gets by what the view sees, and measures it for VPLs. */
+/* Finds which share of the points a cluster gets by what the view sees, and measures the cluster for VPLs. */
 static void ism__cluster_task(void *context, size_t c)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
@@ -4883,8 +4919,9 @@ static void ism__cluster_task(void *context, size_t c)
 #endif
 }
 
-/* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of
-   them, and a little by each, so that none is forgotten. */
+/* Writes prefix sums of the clusters' shares of a VPL's points. A share is the geometric mean of what the
+   view and the VPL see of the cluster, and a little of either alone, so that no cluster is forgotten. v: NULL
+   = only the view counts. */
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
     double seen = 0.0, sum = 0.0;
@@ -4906,8 +4943,9 @@ static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, flo
 
 /* ---- points: surfels on all triangles (paper 5) ---- */
 
-/* Uniform in the triangle: Heitz, "A low-distortion map between triangle and square", 2019; folds nothing, so
-   that low-discrepancy points stay so. */
+/* Writes barycentric coordinates of a place (u, v) in the square; an even density stays even. After Heitz, "A
+   low-distortion map between triangle and square", 2019: nothing is folded, so that points of low discrepancy
+   stay such. */
 static void ism__triangle_map(float u, float v, float *b1, float *b2)
 {
     if (v > u) {
@@ -4921,8 +4959,9 @@ static void ism__triangle_map(float u, float v, float *b1, float *b2)
     *b2 = v;
 }
 
-/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. From
-   `from` on, by steps that double, if it is not behind x: successive points lie in successive cells. */
+/* Returns the cell i among first <= i < end with sums[i] <= x < sums[i + 1], never one without width. The
+   search begins at `from`, if that is not behind x, by steps that double, since successive points lie in
+   successive cells. */
 static size_t ism__find(const double *sums, size_t first, size_t end, size_t from, double x)
 {
     size_t lo = first, hi = end, step = 1;
@@ -4940,7 +4979,8 @@ static size_t ism__find(const double *sums, size_t first, size_t end, size_t fro
     return lo;
 }
 
-/* Triangle of the cluster by what the cluster leaves of x, drawn with the probability that is returned. */
+/* Draws a triangle of cluster c, by the place of x within the cluster's share. Returns the probability with
+   which this triangle is drawn among all. */
 static double ism__draw_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
                                  uint32_t *triangle)
 {
@@ -4954,9 +4994,10 @@ static double ism__draw_triangle(const ism__spread_work *w, const double *shares
     return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
-/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static
-   scene stays as it is; one in lazy_frames of them is looked up anew. First the cluster, then one of its
-   triangles, whose sums are fetched meanwhile: no cache holds those of a large mesh. */
+/* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
+   in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew.
+   Clusters are found for several points at once, and the sums of their triangles are fetched meanwhile, since
+   no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
@@ -4992,19 +5033,21 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
     }
 }
 
-static size_t ism__lane_shares(const ism__spread_work *w)    /* doubles; the second part holds floats */
+/* Returns how many doubles a lane needs: prefix sums of shares, and as many floats for the clusters' effects.
+   */
+static size_t ism__lane_shares(const ism__spread_work *w)
 {
     return (size_t)w->cluster_count + w->cluster_count / 2u + 2u;
 }
 
-/* VPLs lane by lane, since each lane has memory for its shares. */
+/* Makes the points of every ISM__LANES-th VPL. Each lane has memory of its own for shares. */
 static void ism__points_task(void *context, size_t lane)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
     ism_maps *m = w->m;
     double *shares = (double *)m->shares.data + lane * ism__lane_shares(w);
     float *effect = (float *)(void *)(shares + w->cluster_count + 1u);
-    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;    /* never where that is left out */
+    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
     size_t v;
     for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
         if (v == lane || pair)
@@ -5013,7 +5056,7 @@ static void ism__points_task(void *context, size_t lane)
     }
 }
 
-/* n and the n of the frame before, for each VPL. */
+/* Writes for each VPL how many points it has, and how many it had in the frame before. */
 static void ism__count_points(ism_maps *m, int fresh)
 {
     uint32_t *counts = (uint32_t *)m->counts.data, i;
@@ -5029,6 +5072,7 @@ static void ism__count_points(ism_maps *m, int fresh)
     }
 }
 
+/* Finds the sphere that maps of directions show. */
 static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), c;
@@ -5045,7 +5089,8 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
     m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
 }
 
-/* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
+/* Makes room for the points and for the distributions from which they are drawn. Returns 0 if there is no
+   memory. */
 static int ism__hold_points(ism_maps *m, ism__spread_work *w)
 {
     const size_t vpls = m->desc.vpl_count, bundles = w->cluster_count / ISM__BUNDLE + 1u;
@@ -5061,7 +5106,7 @@ static int ism__hold_points(ism_maps *m, ism__spread_work *w)
     w->solid = w->area + w->triangles;
     w->seen = (double *)m->clusters.data;
     w->clusters = (ism__clusters *)(void *)(w->seen + bundles * ISM__BUNDLE);
-    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read whole bundles */
+    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read the whole last bundle */
     return 1;
 }
 
@@ -5126,14 +5171,14 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     if (!ism__run(m, &job->part, 0.4f, 0.5f, w.cluster_count, ism__cluster_task, &w))
         return ISM_ERR_CANCELLED;
     ism__count_points(m, w.fresh);
-    m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
+    m->triangles = 0;               /* set once all points are made: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
     ism__count_renewed(m, &w);
     return ISM_OK;
 }
 
-/* Surfels and windows, without maps. */
+/* Makes surfels and windows, without maps. */
 static ism_result ism__scatter(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
@@ -5152,7 +5197,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     return ism__renew_points(m, job);
 }
 
-/* Says what a call needs that the maps do not have yet. */
+/* Logs what the call needs and the maps do not have yet, and returns ISM_ERR_ORDER. */
 static ism_result ism__too_early(const ism__logger *log, const char *name, const char *needs)
 {
     ism__log_text(log, name, needs);
@@ -5236,8 +5281,8 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *m, uint32_t phase, ism_surf
 
 /* ---- splat: points are fetched, and drawn as discs into one tile (paper 3.3) ---- */
 
-/* Asks for the memory from which the points one block and two blocks ahead are read. Points lie in the mesh's
-   order, but far apart. */
+/* Has the corners of the point ISM__AHEAD places on fetched, and the indices of the one twice as far: points
+   lie in the mesh's order, but so far apart that the processor does not foresee the next. */
 ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points, uint32_t count, uint32_t j)
 {
     uint32_t k;
@@ -5274,6 +5319,7 @@ static void ism__add_point(const ism_mesh *mesh, const ism__surfel *point, ism__
     }
 }
 
+/* Draws the points of VPL `number` into its tile, ISM__DISCS together. */
 static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const ism__surfel *points,
                              uint32_t count, uint32_t number)
 {
@@ -5297,13 +5343,14 @@ static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const i
 
 /* ---- fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
 
-/* Which of the four quadrants about a texel something at (dx, dy) lies in; each owns one half axis. */
+/* Returns the bit of the quadrant about a texel in which (dx, dy) lies; each quadrant owns one half axis. */
 static uint32_t ism__quadrant(int dx, int dy)
 {
     return dx > 0 && dy >= 0 ? 1u : dx <= 0 && dy > 0 ? 2u : dx < 0 ? 4u : 8u;
 }
 
-/* Which of eight sectors about a texel, of 45 degrees each about the axes and diagonals. */
+/* Returns the bit of the sector about a texel in which (dx, dy) lies. The eight sectors have 45 degrees each,
+   with the axes and diagonals in their middles. */
 static uint32_t ism__sector(int dx, int dy)
 {
     int ax = dx < 0 ? -dx : dx, ay = dy < 0 ? -dy : dy;
@@ -5312,14 +5359,16 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
+/* Turns a set of sectors by so many sectors. */
 static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;
 }
 
-/* Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches
-   five of them at most. Those beyond the tile's border count where the border has something on both sides of
-   the texel: in the sector along it or, of what is close, the next one. */
+/* Returns whether a texel is surrounded, given the sectors about it in which surfels were found. What lies on
+   one side of a line touches five sectors at most, so a texel is surrounded if no three sectors in a row are
+   empty. Sectors beyond the tile's border count as full if there are surfels along the border on both sides
+   of the texel: in the sector next to those beyond or, of surfels that are close, one farther. */
 static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
 {
     uint32_t along = (ism__rotate_sectors(beyond, 1) | ism__rotate_sectors(beyond, 7)) & ~beyond, open;
@@ -5338,8 +5387,8 @@ static int ism__passes_before(const ism__tile *tile, size_t n, size_t c, float d
     return t > 0.5f * tile->depth[n] && t < 0.95f * depth;
 }
 
-/* Returns in which quadrants about a texel nearer surfels lie whose planes pass before it. Beyond the tile's
-   border there may be one. */
+/* Returns in which quadrants about a texel there are nearer surfels whose planes pass before the texel. There
+   may be such surfels beyond the tile's border, so what lies there counts. */
 static uint32_t ism__quadrants_before(const ism__tile *tile, int x, int y)
 {
     int size = (int)tile->size, dx, dy;
@@ -5368,7 +5417,8 @@ static void ism__open_holes(ism__tile *tile)
         if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
-/* Returns what cell (x, y) of a level below holds: 1 + the index of a texel, or 0. Level 0 is the tile. */
+/* Returns 1 + the index of the texel that cell (x, y) of a level holds, or 0 if the cell is empty. Level 0 is
+   the tile itself, `below` the cells of another level. */
 static uint32_t ism__pulled(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
                             uint32_t y)
 {
@@ -5396,7 +5446,7 @@ static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uin
     return best;
 }
 
-/* Pull: makes the coarser levels, one behind the other. */
+/* Pulls: makes the coarser levels, one behind the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
     uint32_t level, i, *own = pyramid;
@@ -5409,9 +5459,9 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
     }
 }
 
-/* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its
-   plane's at this texel, whichever would have foretold the second one better. No depth is ever mixed with
-   another. */
+/* Returns the depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or
+   that of the first one's plane at this texel, whichever would have foretold the second one better. No depth
+   is ever mixed with another. */
 static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t second)
 {
     const float *g = tile->texels[first].g;
@@ -5421,13 +5471,14 @@ static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t sec
     return t > 0.5f * own && t < 2.0f * own ? t : own;
 }
 
-/* What is known of an empty texel's surroundings while coarser and coarser levels are read. */
+/* The surroundings of an empty texel, as far as they were read: from finer to coarser levels. */
 typedef struct ism__search {
     ism__texel *first, *second;     /* the two nearest surfels' texels, or NULL */
     int         least, next;        /* their squared distances in texels */
-    uint32_t    found, beyond;      /* sectors in which something lies, and those beyond the tile's border */
+    uint32_t    found, beyond;      /* sectors in which there are surfels; those beyond the tile's border */
 } ism__search;
 
+/* Takes a surfel's texel into account, at this squared distance. */
 static void ism__keep_nearest(ism__search *s, ism__texel *texel, int d)
 {
     if (!s->first || d < s->least) {
@@ -5466,8 +5517,9 @@ static void ism__search_level(const ism__tile *tile, const uint32_t *cells, uint
         }
 }
 
-/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once
-   it is surrounded: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
+/* Closes holes, and pushes: an empty texel looks at the 3 x 3 cells about it, level by level, and takes a
+   depth from the nearest surfels once it is surrounded. A texel outside a silhouette never is, and stays
+   empty. Nothing is read beyond the tile. */
 static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 {
     uint32_t size = tile->size, level, levels = 3u;
@@ -5491,7 +5543,7 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
         if (!s.second || !ism__surrounded(s.found, close, s.beyond)) continue;
         to->g[0] = ism__push(tile, i, (size_t)(s.first - tile->texels), (size_t)(s.second - tile->texels));
         to->triangle = s.first->triangle;
-        to->filled = 1;     /* set aside: a finite depth would say that the texel is not empty */
+        to->filled = 1;     /* the tile's own depth stays ISM_FAR: no texel is filled from this one */
         tile->filled++;
     }
 }
@@ -5507,12 +5559,15 @@ typedef struct ism__atlas_work {
     ism__splat      kernels;
 } ism__atlas_work;
 
+/* Returns the memory in which a lane draws tiles: texels, depths, directions, the pyramid of pull and push,
+   and counts. */
 static size_t ism__lane_bytes(uint32_t size)
 {
     size_t texels = (size_t)size * size;
     return texels * sizeof(ism__texel) + texels * 4u * sizeof(float) + texels * sizeof(uint16_t) + 64u;
 }
 
+/* Writes the directions of a tile's texel centres: all x, then all y, then all z. */
 static void ism__tile_directions(const ism__tile *tile, float *out)
 {
     size_t texels = (size_t)tile->size * tile->size, k;
@@ -5537,7 +5592,8 @@ static void ism__tile_directions(const ism__tile *tile, float *out)
         }
 }
 
-/* The lane's own memory when the tile's texels do not point where those of the others do. */
+/* Begins a tile, in the lane's memory. Directions are those that all tiles share, unless this tile's texels
+   look elsewhere: then they are computed. */
 static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t v, char *scratch)
 {
     ism_maps *m = w->m;
@@ -5548,7 +5604,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->m = m;
     tile->mesh = w->mesh;
     tile->vpl = &m->vpls[v];
-    tile->frame = ism__vpl_frame(m, tile->vpl);
+    tile->axes = ism__vpl_axes(m, tile->vpl);
     tile->projection = ism__projection_of(m, tile->vpl);
     tile->size = m->desc.tile_side;
     tile->window = (const ism__window *)m->windows.data + v;
@@ -5570,6 +5626,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->texels_per_unit = ism__texels_per_unit(tile);
 }
 
+/* Copies a tile into the atlas. */
 static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
 {
     size_t column = v % m->tiles, row = v / m->tiles, x, y;
@@ -5584,7 +5641,8 @@ static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
         }
 }
 
-/* Tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something there. */
+/* Empties the tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something
+   there. */
 static void ism__blank_tiles(ism_maps *m)
 {
     size_t v, size = m->desc.tile_side, x, y;
@@ -5606,6 +5664,7 @@ static uint32_t *ism__pyramid_of(const ism__tile *tile)
 }
 #endif
 
+/* Draws the tiles of every so many-th VPL, one after the other. */
 static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;
@@ -5690,23 +5749,23 @@ typedef struct ism__shade_work {
     const ism__view    *view;
     ism_shading        s;
     uint32_t           interleave, blocks_x;
-    const uint32_t    *order;       /* VPLs, those of a class together */
-    const uint32_t    *class_first; /* interleave^2 + 1 */
+    const uint32_t    *order;       /* numbers of the VPLs, class by class */
+    const uint32_t    *class_first; /* where in `order` each of the interleave^2 classes begins; the end */
     const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
-    const ism__orientation *frames;    /* in `order` */
+    const ism__orientation *axes;   /* axes of the VPLs' maps, in `order` */
     float             *light;       /* irradiance, 3 a pixel */
-    float             *blurred;
-    double            *lost;        /* of each block: what clamping took, what there was; pairs culled,
-                                       pairs */
+    float             *blurred;     /* the same after the blur */
+    double            *lost;        /* four of each block: light that the rule near by took off, light before
+                                       that, pairs that were culled, all pairs */
 } ism__shade_work;
 
 typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
 
-/* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on
-   behind the one it meets, so the whole flux comes from the part that is left. Of a receiver that faces the
-   square (fully from 120 degrees between their normals) no more than from a point, which grazing light leaves
-   dark: close above a lit surface lies the back of a bent sheet, to which the square reaches out, and depths
-   cannot tell the two apart. *square: without that. */
+/* Returns the light of a unit of flux from a square of the VPL's area about the VPL. The square is cut at the
+   receiver's horizon, and the part that is left sends the whole flux, since a surface does not go on behind
+   the one it meets. A receiver that faces the square (fully from 120 degrees between the normals on) gets no
+   more than from a point: it may be the back of a bent sheet close above the lit surface, to which the square
+   reaches out, and depths cannot tell the two apart. *square is the light without this rule. */
 static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float side, float point,
                                float *square)
 {
@@ -5722,8 +5781,9 @@ static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, 
     return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
 }
 
-/* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the
-   cone that the sphere fills, its radius that of a disc of the VPL's area. */
+/* Returns the light of a unit of flux from a virtual spherical light: the mean of both cosines over the cone
+   that the sphere fills, whose radius is that of a disc of the VPL's area. After Hasan et al., "Virtual
+   spherical lights for many-light rendering of glossy scenes", 2009. */
 static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
 {
     float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
@@ -5745,15 +5805,16 @@ static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side
     return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
 }
 
-/* How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it. */
+/* Returns which share of the light at this distance comes from near points: all of it within 0.7 reach,
+   nothing beyond reach. */
 static float ism__nearness(float d2, float reach)
 {
     float r2 = reach * reach, h = 2.0f * (r2 - d2);
     return !(h > 0.0f) ? 0.0f : h < r2 ? h / r2 : 1.0f;
 }
 
-/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the
-   latter takes off. */
+/* Returns cos cos / d^2 of one VPL, of a direction the cosine, with its lobe and the rule for receivers close
+   by. *plain is the same without the light that this rule takes off. */
 static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__orientation *f,
                          const ism__pixel *px, float plain_kernel, float *plain)
 {
@@ -5789,8 +5850,8 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     }
 }
 
-/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler
-   to vectorise. */
+/* Writes cos cos / d^2 of consecutive VPLs, 0 where the VPL or the receiver faces away. The loop reads and
+   writes plain arrays, so that compilers vectorise it. */
 static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count,
                          float *out)
 {
@@ -5809,7 +5870,8 @@ static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_
     }
 }
 
-/* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
+/* Returns the mean light, unshadowed, of a class's VPLs at a receiver, with which CLAMP_MEAN compares each.
+   */
 static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t end)
 {
     float kernels[ISM__CHUNK], sum = 0.0f, plain;
@@ -5819,14 +5881,14 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
         ism__kernels(w, px, at, count, kernels);
         for (i = 0; i < count; i++) {
             const ism_vpl *v = &w->m->vpls[w->order[at + i]];
-            sum += ism__kernel(w, v, &w->frames[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
+            sum += ism__kernel(w, v, &w->axes[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
         }
     }
     return end > first ? sum / (float)(end - first) : 0.0f;
 }
 
-/* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes
-   off. */
+/* Returns cos cos / d^2 of a near point's square, times the share that it takes from VPLs at this distance.
+   *plain is the same without the light that the square's rule takes off. */
 static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
@@ -5851,23 +5913,25 @@ static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, fl
 
 /* ---- visibility: depths of the tiles compared ---- */
 
+/* Returns where a VPL's tile begins in the atlas. */
 static const float *ism__tile_of(const ism_maps *m, uint32_t v)
 {
     size_t column = v % m->tiles, row = v / m->tiles;
     return (const float *)m->atlas.data + row * m->desc.tile_side * m->side + column * m->desc.tile_side;
 }
 
-/* A receiver from a VPL: what is known of it before the map is read, which no cache holds. */
+/* A receiver as seen from a VPL, before the texel of the map is read. Looks of several VPLs are made
+   together, so that their texels, which no cache holds, are fetched meanwhile. */
 typedef struct ism__look {
-    ism__v3      l, n;              /* the receiver and its normal in the VPL's frame */
-    float        d;                 /* distance; depth in a sky's map */
+    ism__v3      l, n;              /* the receiver and its normal along the axes of the VPL's map */
+    float        d;                 /* distance from the VPL; depth in a map of directions */
     uint32_t     x, y;              /* texel */
-    const float *at;                /* it, or NULL: `lit` holds already */
+    const float *at;                /* the texel's depth; NULL: `lit` is known without it */
     int          lit;
 } ism__look;
 
-/* What lies behind the receiver's tangent plane is hidden by its own surface, which a thin sheet's depth
-   cannot tell from the receiver. */
+/* Finds the texel that shows a receiver. A VPL behind the receiver's tangent plane is hidden by the
+   receiver's own surface; the depth of a thin sheet could not tell its two sides apart. */
 static void ism__look_at(const ism_maps *m, uint32_t number, const ism__orientation *f, ism__v3 p, ism__v3 ng,
                          ism__look *look)
 {
@@ -5901,8 +5965,8 @@ static void ism__look_at(const ism_maps *m, uint32_t number, const ism__orientat
     ISM__PREFETCH(look->at);
 }
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light
-   grazes. */
+/* Returns whether the map lets light through to a receiver. Depths are compared at the centre of the texel,
+   on the receiver's own tangent plane: so grazing light leaves no acne. */
 static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look, float bias)
 {
     uint32_t size = m->desc.tile_side;
@@ -5921,7 +5985,7 @@ static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look
         if (fabsf(n.z) > 0.1f) d -= (n.x * dx + n.y * dy) / n.z;
         return d - bias * r <= t;
     }
-    if (0.5f * d * (1.0f - bias) > t) return 0;     /* the tangent plane is not taken for nearer than that */
+    if (0.5f * d * (1.0f - bias) > t) return 0;     /* the plane's depth, below, is at least 0.5 d */
     if (ism__projection_of(m, v) != ISM_PROJECTION_LOBE && !w->u.on && !w->v.on) {
         const float *at = (const float *)m->directions.data + (size_t)look->y * size + look->x;
         size_t texels = (size_t)size * size;
@@ -5945,13 +6009,13 @@ static int ism__lit(const ism_maps *m, uint32_t number, const ism__orientation *
     return ism__is_lit(m, number, &look, bias);
 }
 
-/* Bias as it is used: 0 is the default, what is negative none. */
+/* Returns the bias of a setting: 0 is the default, a negative number is none. */
 static float ism__bias_of(float bias) { return bias > 0.0f ? bias : bias < 0.0f ? 0.0f : 0.02f; }
 
 ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points *points, float bias,
                                float *visible)
 {
-    ism__orientation frame;
+    ism__orientation axes;
     ism__job job;
     ism_result result;
     size_t i;
@@ -5966,23 +6030,23 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points
     if (!m->built) return ism__too_early(&job.log, "maps", "are not drawn: call ism_build before");
     result = ism__open_view(&job.log, points, &job.view);
     if (result != ISM_OK) return result;
-    frame = ism__vpl_frame(m, &m->vpls[vpl]);
+    axes = ism__vpl_axes(m, &m->vpls[vpl]);
     for (i = 0; i < points->count; i++) {
         ism__v3 p, n;
         visible[i] = 0.0f;
         if (!ism__receiver(&job.view, i, &p, &n)) continue;
         n = ism__geometric_normal(&job.view, i, n);
-        visible[i] = (float)ism__lit(m, vpl, &frame, p, n, ism__bias_of(bias));
+        visible[i] = (float)ism__lit(m, vpl, &axes, p, n, ism__bias_of(bias));
     }
     return ISM_OK;
 }
 
-/* Visibility of `count` VPLs of the list, which are numbers in `order`. */
+/* Writes the visibility of `count` VPLs; the list has their places in `order`. */
 static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                               uint32_t count, float *visible)
 {
     uint32_t i, numbers[ISM__CHUNK];
-    ism__look looks[ISM__CHUNK];    /* of all, so that the maps' texels are fetched meanwhile */
+    ism__look looks[ISM__CHUNK];    /* of all VPLs, so that their texels are fetched before one is read */
     if (w->s.visible_fn) {
         float position[3], geometric[3];
         for (i = 0; i < count; i++) numbers[i] = w->order[list[i]];
@@ -5992,28 +6056,30 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
         return;
     }
     for (i = 0; i < count && !w->s.no_maps; i++)
-        ism__look_at(w->m, w->order[list[i]], &w->frames[list[i]], px->p, px->ng, &looks[i]);
+        ism__look_at(w->m, w->order[list[i]], &w->axes[list[i]], px->p, px->ng, &looks[i]);
     for (i = 0; i < count; i++)
         visible[i] = w->s.no_maps ? 1.0f : (float)ism__is_lit(w->m, w->order[list[i]], &looks[i], w->s.bias);
 }
 
-static const ism__orientation *ism__near_frame(const ism__shade_work *w, uint32_t v)
+/* Returns the axes of the map of VPL v. */
+static const ism__orientation *ism__near_axes(const ism__shade_work *w, uint32_t v)
 {
     uint32_t classes = w->interleave * w->interleave;
-    return &w->frames[w->class_first[v % classes] + v / classes];
+    return &w->axes[w->class_first[v % classes] + v / classes];
 }
 
-/* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer
-   than that VPL and the map, moved to the point, hides nothing: surfaces beside it are much as beside the
-   VPL. A receiver behind the VPL is where the map ends, and lit. Neither holds for one that faces the point,
-   as the backs of bent sheets do. */
+/* Returns how much of a near point a receiver sees by the map of the point's VPL. Two kinds of receivers
+   count as lit beside those that the map shows as lit: one that the map hides, if the point is nearer than
+   the VPL and the map, moved to the point, hides nothing, since surfaces are alike around both; and one
+   behind the VPL, where the map ends. Neither does if it faces the point, since it may be the back of a bent
+   sheet. */
 static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px,
                            const ism__look *look)
 {
     const ism_maps *m = w->m;
     uint32_t v = (uint32_t)at->vpl;
     const ism_vpl *l = &m->vpls[v];
-    const ism__orientation *f = ism__near_frame(w, v);
+    const ism__orientation *f = ism__near_axes(w, v);
     ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
     ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
     float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
@@ -6024,7 +6090,7 @@ static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, c
     return ism__lit(m, v, f, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
 }
 
-/* Visibility of `count` near points of the list. */
+/* Writes the visibility of `count` near points of the list. */
 static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                                    uint32_t count, float *visible)
 {
@@ -6044,7 +6110,7 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
     }
     for (i = 0; i < count && !w->s.no_maps; i++) {
         uint32_t v = (uint32_t)points[list[i]].vpl;
-        ism__look_at(w->m, v, ism__near_frame(w, v), px->p, px->ng, &looks[i]);
+        ism__look_at(w->m, v, ism__near_axes(w, v), px->p, px->ng, &looks[i]);
     }
     for (i = 0; i < count; i++)
         visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px, &looks[i]);
@@ -6054,8 +6120,9 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
 
 /* ---- cull: VPLs that no receiver of a block can see ---- */
 
-/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
-   The flags lie in front of the pixels: one for each place in `order`. */
+/* Flags the VPLs that no pixel of a block can see, since all eight corners of the pixels' box lie behind the
+   VPL (T56). There is a flag for each place in `order`. counts: adds the pairs that are culled, and all
+   pairs. */
 static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
 {
     const ism_maps *m = w->m;
@@ -6078,7 +6145,7 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
             float d = ism__v3_dot(normal, ism__v3_sub(c, at));
             most = d > most ? d : most;
         }
-        /* a hair of room for rounding: culling must not change a bit of the picture */
+        /* Rounding must not cull a VPL that is seen: culling changes no bit of the picture. */
         skip[i] = !v->directional && most < -1e-5f * size;
         counts[0] += skip[i];
     }
@@ -6089,9 +6156,9 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
 
 /* ---- smooth: the blur of interleaved pictures (paper 6.2) ---- */
 
-/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
-   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
-   stay. */
+/* Writes a pixel's mean over a window in which each class of VPLs occurs once (those at the rim half on
+   either side), of neighbours on the same smooth surface. Neighbours are not chosen too strictly: where few
+   are left, so are few VPLs, and spots stay. */
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
@@ -6115,7 +6182,7 @@ static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[
             facing = ism__v3_dot(n, nq);
             off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
             weight *= facing > 0.0f ? facing * facing : 0.0f;
-            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
+            if (off > 0.0f) {       /* d leaves the tangent planes by this share of its length */
                 off = 1.0f - off / ism__v3_length(d);
                 weight *= off > 0.0f ? off : 0.0f;
             }
@@ -6137,8 +6204,8 @@ static void ism__smooth_task(void *context, size_t row)
 
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Light of the near points of the pixel's class: every interleave^2-th of them, scaled up as VPLs are; times
-   pi. */
+/* Adds to out, times pi, the light of the near points of the pixel's class: every interleave^2-th of all,
+   scaled up as VPLs are. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                             float out[3], double lost[2])
 {
@@ -6170,8 +6237,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
     for (k = 0; k < 3u; k++) out[k] += sum[k] * (float)step;
 }
 
-/* Irradiance of one pixel by the VPLs of its class, times as many as there are classes: their mean is the sum
-   of all VPLs, however few of them there are. skip: a flag for each place in `order`, or NULL. */
+/* Writes the irradiance of one pixel by the VPLs of its class, times the number of classes, so that the mean
+   over classes is the sum over all VPLs. skip: a flag for each place in `order`, or NULL. */
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                              const uint8_t *skip, float out[3], double lost[2])
 {
@@ -6188,7 +6255,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             float k0 = kernels[i], all = k0;
             if (skip && skip[at + i]) continue;
             if (!(k0 > 0.0f) && !v->directional && v->exponent == 1.0f) continue;
-            k0 = ism__kernel(w, v, &w->frames[at + i], px, k0, &all);
+            k0 = ism__kernel(w, v, &w->axes[at + i], px, k0, &all);
             if (w->s.near_mode == ISM_NEAR_CLAMP_MEAN) {
                 float most = w->s.clamp * mean, l = ism__luminance(v->flux);
                 if (k0 * l > most) k0 = most / l;
@@ -6245,7 +6312,7 @@ static void ism__shade_task(void *context, size_t index)
         }
 }
 
-/* Classes are sets of VPLs that are spread evenly: every interleave^2-th of the sequence. */
+/* Sorts VPLs by their classes. A class is every interleave^2-th VPL of the sequence, and so spread evenly. */
 static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *order, uint32_t *class_first)
 {
     uint32_t c, v, k = 0;
@@ -6256,7 +6323,7 @@ static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *ord
     class_first[classes] = k;
 }
 
-/* One field of a desc is out of range. */
+/* Logs that a field of a desc is out of range, and returns ISM_ERR_DESC. */
 static ism_result ism__bad_field(const ism__logger *log, const char *name, double value, const char *wanted)
 {
     ism__log_value(log, name, value, wanted);
@@ -6287,7 +6354,7 @@ static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, con
     return ISM_OK;
 }
 
-/* Settings with defaults in place of zeros. */
+/* Returns settings with defaults in place of zeros. */
 static ism_shading ism__resolve_shading(const ism_shading *s)
 {
     ism_shading out = *s;
@@ -6298,8 +6365,9 @@ static ism_shading ism__resolve_shading(const ism_shading *s)
     return out;
 }
 
+/* Copies what shading reads of VPLs into arrays. */
 static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fields,
-                             ism__orientation *frames)
+                             ism__orientation *axes)
 {
     size_t n = m->vpl_count, i;
     for (i = 0; i < n; i++) {
@@ -6309,11 +6377,11 @@ static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fi
             fields[(size_t)k * n + i] = v->position[k];
             fields[(size_t)(k + 3) * n + i] = v->normal[k];
         }
-        frames[i] = ism__vpl_frame(m, v);
+        axes[i] = ism__vpl_axes(m, v);
     }
 }
 
-/* albedo / pi, where the view has albedos. */
+/* Writes results: irradiances, times albedo / pi if the receivers have albedos. */
 static void ism__reflect(const ism__view *view, const float *light, float *out)
 {
     size_t i, count = view->points->count, k;
@@ -6328,6 +6396,7 @@ static void ism__reflect(const ism__view *view, const float *light, float *out)
         }
 }
 
+/* Adds up what the blocks counted. */
 static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *stats)
 {
     double lost = 0.0, all = 0.0, culled = 0.0, pairs = 0.0;
@@ -6342,20 +6411,19 @@ static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *st
     stats->culled = pairs > 0.0 ? culled / pairs : 0.0;
 }
 
-/* Where the arrays lie in the memory of one call: those of doubles first, then those that need less
-   alignment. */
+/* Places the arrays in the memory of one call: doubles first, then those that need less alignment. */
 static void ism__lay_out_shading(ism__shade_work *w, char *memory, size_t pixels, size_t blocks)
 {
     const ism_maps *m = w->m;
     size_t n = m->vpl_count;
     double *lost = (double *)(void *)memory;
-    ism__orientation *frames = (ism__orientation *)(void *)(lost + 4u * blocks);
-    float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
+    ism__orientation *axes = (ism__orientation *)(void *)(lost + 4u * blocks);
+    float *fields = (float *)(void *)(axes + n), *light = fields + n * ISM__FIELDS;
     uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->interleave > 1u ? 2u : 1u));
     ism__sort_classes(m, w->interleave * w->interleave, order, order + n);
-    ism__fill_fields(m, order, fields, frames);
+    ism__fill_fields(m, order, fields, axes);
     w->lost = lost;
-    w->frames = frames;
+    w->axes = axes;
     w->fields = fields;
     w->light = light;
     w->blurred = light + pixels * 3u;
@@ -6428,11 +6496,11 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_points *points, const 
 
 /* ---- bounce: imperfect reflective shadow maps ---- */
 
-/* Where the source of the next bounce is written. */
+/* The arrays to which the source of the next bounce is written. */
 typedef struct ism__bounce_out { float *positions, *normals, *fluxes; } ism__bounce_out;
 
-/* Writes one texel of a tile as pVPL i of the next bounce; share: of the VPL's flux that leaves
-   through it. */
+/* Writes one texel of a tile as pVPL i of the next bounce. share: the part of the VPL's flux that leaves
+   through the texel. */
 static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const uint32_t texel[2],
                               float share, const ism__bounce_out *out, size_t i)
 {
@@ -6440,7 +6508,7 @@ static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t 
     size_t at = (row * size + texel[1]) * m->side + column * size + texel[0];
     uint32_t t = ((const uint32_t *)m->hits.data)[at], k;
     const ism_vpl *vpl = &m->vpls[v];
-    ism__orientation f = ism__vpl_frame(m, vpl);
+    ism__orientation f = ism__vpl_axes(m, vpl);
     float uv[2], direction[3], length;
     ism__v3 p[3], n, d, none = ism__v3_make(0.0f, 0.0f, 0.0f);
     ism__v3_store(out->positions + 3u * i, none);
@@ -6464,8 +6532,9 @@ static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         out->fluxes[3u * i + k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
 }
 
-/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's
-   centre; equal in COSINE and LOBE maps. */
+/* Returns how much of a VPL's light leaves through a cell, but for a factor: the VPL's intensity x solid
+   angle at the centre of texel (x, y), which stands for the cell. All cells of COSINE and LOBE maps are
+   equal. */
 static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, uint32_t y)
 {
     ism_projection projection = ism__projection_of(m, v);
@@ -6473,7 +6542,7 @@ static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, u
     int k;
     ism__v3 n;
     if (projection == ISM_PROJECTION_COSINE || projection == ISM_PROJECTION_LOBE) return 1.0f;
-    for (k = 0; k < 4; k++) {       /* a small square in the map, on the sphere */
+    for (k = 0; k < 4; k++) {       /* the corners of a small square in the map, as directions */
         uv[0] = ((float)x + 0.5f) / size + (k == 1 || k == 2 ? e : -e);
         uv[1] = ((float)y + 0.5f) / size + (k >= 2 ? e : -e);
         ism_map_direction(projection, v->exponent, uv, d[k]);
@@ -6548,7 +6617,7 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
 
 /* ---- sources: points on lamps, directions of a sky ---- */
 
-/* Writes the power that leaves each triangle, over pi; 0 if its radiance cannot be used. */
+/* Writes the power that leaves each triangle, over pi; 0 if the triangle's radiance cannot be used. */
 static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
                                 float *weights)
 {
@@ -6653,11 +6722,11 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation))
         return ISM_ERR_ARGUMENT;
     if (fabs(turns) < 1e15) rotation = (float)((double)rotation - 6.283185307179586 * (double)(int64_t)turns);
-    else rotation = 0.0f;                        /* floats there are more than a turn apart */
+    else rotation = 0.0f;                        /* neighbouring floats are more than a turn apart there */
     ism__sincos(0.5f * ISM__PI / (float)height, &half, &unused);
     for (y = 0; y < height; y++) {
-        /* From the nearer pole, where angles are exact; and no difference of cosines, of which no digit would
-           be. */
+        /* Angles are taken from the nearer pole, where they are exact. Solid angles are a product: the
+           difference of cosines there would have no right digit. */
         uint32_t from = y < height / 2u ? y : height - 1u - y;
         float theta = ISM__PI * ((float)from + 0.5f) / (float)height, st, ct, solid;
         ism__sincos(theta, &st, &ct);
@@ -6698,7 +6767,8 @@ ISM_DEF const char *ism_result_text(ism_result result)
     return (int)result >= 0 && (int)result < (int)ISM_RESULT_COUNT ? texts[result] : "unknown result";
 }
 
-/* A field of ism_desc and where it must lie; out of it is ISM_ERR_DESC. Zero always passes. */
+/* A field of ism_desc and the range in which it must lie, else the call returns ISM_ERR_DESC. Zero always
+   passes. */
 typedef struct ism__range { const char *name; double value, least, most; const char *wanted; } ism__range;
 
 static int ism__power_of_two(uint32_t x) { return (x & (x - 1u)) == 0; }
@@ -6753,7 +6823,7 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
     return ISM_ERR_DESC;
 }
 
-/* Puts defaults in place of zeros, and 0 in place of what is negative for none. */
+/* Puts defaults in place of zeros, and 0 in place of negative numbers, which mean none. */
 static void ism__resolve(ism_desc *d)
 {
     if (!d->vpl_count) d->vpl_count = 1024u;

@@ -7,12 +7,15 @@ typedef struct ism__atlas_work {
     ism__splat      kernels;
 } ism__atlas_work;
 
+/* Returns the memory in which a lane draws tiles: texels, depths, directions, the pyramid of pull and push,
+   and counts. */
 static size_t ism__lane_bytes(uint32_t size)
 {
     size_t texels = (size_t)size * size;
     return texels * sizeof(ism__texel) + texels * 4u * sizeof(float) + texels * sizeof(uint16_t) + 64u;
 }
 
+/* Writes the directions of a tile's texel centres: all x, then all y, then all z. */
 static void ism__tile_directions(const ism__tile *tile, float *out)
 {
     size_t texels = (size_t)tile->size * tile->size, k;
@@ -37,7 +40,8 @@ static void ism__tile_directions(const ism__tile *tile, float *out)
         }
 }
 
-/* The lane's own memory when the tile's texels do not point where those of the others do. */
+/* Begins a tile, in the lane's memory. Directions are those that all tiles share, unless this tile's texels
+   look elsewhere: then they are computed. */
 static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t v, char *scratch)
 {
     ism_maps *m = w->m;
@@ -48,7 +52,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->m = m;
     tile->mesh = w->mesh;
     tile->vpl = &m->vpls[v];
-    tile->frame = ism__vpl_frame(m, tile->vpl);
+    tile->axes = ism__vpl_axes(m, tile->vpl);
     tile->projection = ism__projection_of(m, tile->vpl);
     tile->size = m->desc.tile_side;
     tile->window = (const ism__window *)m->windows.data + v;
@@ -70,6 +74,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->texels_per_unit = ism__texels_per_unit(tile);
 }
 
+/* Copies a tile into the atlas. */
 static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
 {
     size_t column = v % m->tiles, row = v / m->tiles, x, y;
@@ -84,7 +89,8 @@ static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
         }
 }
 
-/* Tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something there. */
+/* Empties the tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something
+   there. */
 static void ism__blank_tiles(ism_maps *m)
 {
     size_t v, size = m->desc.tile_side, x, y;
@@ -106,6 +112,7 @@ static uint32_t *ism__pyramid_of(const ism__tile *tile)
 }
 #endif
 
+/* Draws the tiles of every so many-th VPL, one after the other. */
 static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define ISM_FILE if you renamed
-   it. */
+/* This file includes itself by this name, to compile its kernels once more for AVX2 and for AVX-512. If you
+   renamed the file, define ISM_FILE. */
 #ifndef ISM_FILE
 #define ISM_FILE "ism.h"
 #endif

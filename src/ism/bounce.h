@@ -1,10 +1,10 @@
 /* ---- bounce: imperfect reflective shadow maps ---- */
 
-/* Where the source of the next bounce is written. */
+/* The arrays to which the source of the next bounce is written. */
 typedef struct ism__bounce_out { float *positions, *normals, *fluxes; } ism__bounce_out;
 
-/* Writes one texel of a tile as pVPL i of the next bounce; share: of the VPL's flux that leaves
-   through it. */
+/* Writes one texel of a tile as pVPL i of the next bounce. share: the part of the VPL's flux that leaves
+   through the texel. */
 static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const uint32_t texel[2],
                               float share, const ism__bounce_out *out, size_t i)
 {
@@ -12,7 +12,7 @@ static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t 
     size_t at = (row * size + texel[1]) * m->side + column * size + texel[0];
     uint32_t t = ((const uint32_t *)m->hits.data)[at], k;
     const ism_vpl *vpl = &m->vpls[v];
-    ism__orientation f = ism__vpl_frame(m, vpl);
+    ism__orientation f = ism__vpl_axes(m, vpl);
     float uv[2], direction[3], length;
     ism__v3 p[3], n, d, none = ism__v3_make(0.0f, 0.0f, 0.0f);
     ism__v3_store(out->positions + 3u * i, none);
@@ -36,8 +36,9 @@ static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         out->fluxes[3u * i + k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
 }
 
-/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's
-   centre; equal in COSINE and LOBE maps. */
+/* Returns how much of a VPL's light leaves through a cell, but for a factor: the VPL's intensity x solid
+   angle at the centre of texel (x, y), which stands for the cell. All cells of COSINE and LOBE maps are
+   equal. */
 static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, uint32_t y)
 {
     ism_projection projection = ism__projection_of(m, v);
@@ -45,7 +46,7 @@ static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, u
     int k;
     ism__v3 n;
     if (projection == ISM_PROJECTION_COSINE || projection == ISM_PROJECTION_LOBE) return 1.0f;
-    for (k = 0; k < 4; k++) {       /* a small square in the map, on the sphere */
+    for (k = 0; k < 4; k++) {       /* the corners of a small square in the map, as directions */
         uv[0] = ((float)x + 0.5f) / size + (k == 1 || k == 2 ? e : -e);
         uv[1] = ((float)y + 0.5f) / size + (k >= 2 ? e : -e);
         ism_map_direction(projection, v->exponent, uv, d[k]);

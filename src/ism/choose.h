@@ -1,6 +1,7 @@
 /* ---- choose: the stage of section 4, and what it leaves ---- */
 
-/* Memory for the importances and near points of sources with this many texels. */
+/* Makes room for the importances and near points of sources with this many texels. Returns 0 if there is no
+   memory. */
 static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t doubles)
 {
     return ism__grow(m, &m->sources, sources, sizeof(ism__source_of)) &&
@@ -13,7 +14,7 @@ static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t do
 #endif
 }
 
-/* Importances of all sources; their progress ends at 0.7 of the call's. */
+/* Computes the importances of all sources, up to 0.7 of the call's progress. */
 static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t cells, ism__source_of *of)
 {
     const ism_frame *f = job->frame;
@@ -50,7 +51,7 @@ static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t ce
     return ISM_OK;
 }
 
-/* Prefix sums of the importances; returns the sum of all. */
+/* Makes prefix sums of the importances, and returns the sum of all. */
 static double ism__sum_importances(ism_maps *m, const ism_frame *f, ism__source_of *of)
 {
     double total = 0.0;
@@ -94,7 +95,7 @@ static ism_result ism__choose(ism_maps *m, const ism__job *job)
     return result;
 }
 
-/* What a call with a frame begins with: job, and the frame's receivers. */
+/* Begins a call that is given a frame: fills job, and checks the frame's receivers. */
 static ism_result ism__open_frame(const ism_maps *m, const ism_frame *f, const char *function, ism__job *job)
 {
     if (!m) return ISM_ERR_ARGUMENT;
@@ -110,7 +111,7 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     return result == ISM_OK ? ism__choose(m, &job) : result;
 }
 
-/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED". */
+/* Logs "vpls[INDEX].FIELD is VALUE; it must be WANTED", and returns ISM_ERR_INPUT. */
 static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, float value,
                                const char *wanted)
 {

@@ -15,7 +15,8 @@ static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, 
         if (!(area > 0.0f)) continue;
         ism__corners(w->mesh, t, p);
         n = ism__v3_scale(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])), 0.5f / area);
-        if (!(sum > 0.0)) from = p[0];      /* sums of squares keep their digits far from the origin */
+        if (!(sum > 0.0)) from = p[0];      /* places are relative to this one, so that sums of squares
+                                               keep their digits far from the origin */
         for (k = 0; k < 3; k++) p[k] = ism__v3_sub(p[k], from);
         g = ism__v3_scale(ism__v3_add(ism__v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
         sum += (double)area;

@@ -1,7 +1,8 @@
 /* ---- cull: VPLs that no receiver of a block can see ---- */
 
-/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
-   The flags lie in front of the pixels: one for each place in `order`. */
+/* Flags the VPLs that no pixel of a block can see, since all eight corners of the pixels' box lie behind the
+   VPL (T56). There is a flag for each place in `order`. counts: adds the pairs that are culled, and all
+   pairs. */
 static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
 {
     const ism_maps *m = w->m;
@@ -24,7 +25,7 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
             float d = ism__v3_dot(normal, ism__v3_sub(c, at));
             most = d > most ? d : most;
         }
-        /* a hair of room for rounding: culling must not change a bit of the picture */
+        /* Rounding must not cull a VPL that is seen: culling changes no bit of the picture. */
         skip[i] = !v->directional && most < -1e-5f * size;
         counts[0] += skip[i];
     }

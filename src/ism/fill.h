@@ -1,12 +1,13 @@
 /* ---- fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
 
-/* Which of the four quadrants about a texel something at (dx, dy) lies in; each owns one half axis. */
+/* Returns the bit of the quadrant about a texel in which (dx, dy) lies; each quadrant owns one half axis. */
 static uint32_t ism__quadrant(int dx, int dy)
 {
     return dx > 0 && dy >= 0 ? 1u : dx <= 0 && dy > 0 ? 2u : dx < 0 ? 4u : 8u;
 }
 
-/* Which of eight sectors about a texel, of 45 degrees each about the axes and diagonals. */
+/* Returns the bit of the sector about a texel in which (dx, dy) lies. The eight sectors have 45 degrees each,
+   with the axes and diagonals in their middles. */
 static uint32_t ism__sector(int dx, int dy)
 {
     int ax = dx < 0 ? -dx : dx, ay = dy < 0 ? -dy : dy;
@@ -15,14 +16,16 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
+/* Turns a set of sectors by so many sectors. */
 static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;
 }
 
-/* Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches
-   five of them at most. Those beyond the tile's border count where the border has something on both sides of
-   the texel: in the sector along it or, of what is close, the next one. */
+/* Returns whether a texel is surrounded, given the sectors about it in which surfels were found. What lies on
+   one side of a line touches five sectors at most, so a texel is surrounded if no three sectors in a row are
+   empty. Sectors beyond the tile's border count as full if there are surfels along the border on both sides
+   of the texel: in the sector next to those beyond or, of surfels that are close, one farther. */
 static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
 {
     uint32_t along = (ism__rotate_sectors(beyond, 1) | ism__rotate_sectors(beyond, 7)) & ~beyond, open;
@@ -41,8 +44,8 @@ static int ism__passes_before(const ism__tile *tile, size_t n, size_t c, float d
     return t > 0.5f * tile->depth[n] && t < 0.95f * depth;
 }
 
-/* Returns in which quadrants about a texel nearer surfels lie whose planes pass before it. Beyond the tile's
-   border there may be one. */
+/* Returns in which quadrants about a texel there are nearer surfels whose planes pass before the texel. There
+   may be such surfels beyond the tile's border, so what lies there counts. */
 static uint32_t ism__quadrants_before(const ism__tile *tile, int x, int y)
 {
     int size = (int)tile->size, dx, dy;
@@ -71,7 +74,8 @@ static void ism__open_holes(ism__tile *tile)
         if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
-/* Returns what cell (x, y) of a level below holds: 1 + the index of a texel, or 0. Level 0 is the tile. */
+/* Returns 1 + the index of the texel that cell (x, y) of a level holds, or 0 if the cell is empty. Level 0 is
+   the tile itself, `below` the cells of another level. */
 static uint32_t ism__pulled(const ism__tile *tile, const uint32_t *below, uint32_t level, uint32_t x,
                             uint32_t y)
 {
@@ -99,7 +103,7 @@ static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uin
     return best;
 }
 
-/* Pull: makes the coarser levels, one behind the other. */
+/* Pulls: makes the coarser levels, one behind the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
     uint32_t level, i, *own = pyramid;
@@ -112,9 +116,9 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
     }
 }
 
-/* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its
-   plane's at this texel, whichever would have foretold the second one better. No depth is ever mixed with
-   another. */
+/* Returns the depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or
+   that of the first one's plane at this texel, whichever would have foretold the second one better. No depth
+   is ever mixed with another. */
 static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t second)
 {
     const float *g = tile->texels[first].g;
@@ -124,13 +128,14 @@ static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t sec
     return t > 0.5f * own && t < 2.0f * own ? t : own;
 }
 
-/* What is known of an empty texel's surroundings while coarser and coarser levels are read. */
+/* The surroundings of an empty texel, as far as they were read: from finer to coarser levels. */
 typedef struct ism__search {
     ism__texel *first, *second;     /* the two nearest surfels' texels, or NULL */
     int         least, next;        /* their squared distances in texels */
-    uint32_t    found, beyond;      /* sectors in which something lies, and those beyond the tile's border */
+    uint32_t    found, beyond;      /* sectors in which there are surfels; those beyond the tile's border */
 } ism__search;
 
+/* Takes a surfel's texel into account, at this squared distance. */
 static void ism__keep_nearest(ism__search *s, ism__texel *texel, int d)
 {
     if (!s->first || d < s->least) {
@@ -169,8 +174,9 @@ static void ism__search_level(const ism__tile *tile, const uint32_t *cells, uint
         }
 }
 
-/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once
-   it is surrounded: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
+/* Closes holes, and pushes: an empty texel looks at the 3 x 3 cells about it, level by level, and takes a
+   depth from the nearest surfels once it is surrounded. A texel outside a silhouette never is, and stays
+   empty. Nothing is read beyond the tile. */
 static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 {
     uint32_t size = tile->size, level, levels = 3u;
@@ -194,7 +200,7 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
         if (!s.second || !ism__surrounded(s.found, close, s.beyond)) continue;
         to->g[0] = ism__push(tile, i, (size_t)(s.first - tile->texels), (size_t)(s.second - tile->texels));
         to->triangle = s.first->triangle;
-        to->filled = 1;     /* set aside: a finite depth would say that the texel is not empty */
+        to->filled = 1;     /* the tile's own depth stays ISM_FAR: no texel is filled from this one */
         tile->filled++;
     }
 }

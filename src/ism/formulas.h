@@ -48,8 +48,8 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
     return sum * 0.159154943f;
 }
 
-/* Is a pixel of this opacity drawn? Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4
-   (paper 6.4). */
+/* Returns whether a pixel of a surface with this opacity is drawn. Of each 2 x 2 pixels the opacities 0, .25,
+   .5, .75 and 1 draw exactly 0 to 4 (paper 6.4). */
 static int ism__dither(uint32_t x, uint32_t y, float opacity)
 {
     static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */

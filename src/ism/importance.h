@@ -3,19 +3,17 @@
 typedef struct ism__choice {
     ism_maps         *m;
     const ism__job   *job;
-    const uint32_t   *valid;        /* pixels that are no background */
-    uint32_t          valid_count;
     float             extent;       /* diagonal of the receivers' box */
-    size_t            source;
-    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
+    size_t            source;       /* the source that is weighed; what follows is its own */
+    float *lum, *effect, *out;      /* flux, mean square effect on the picture, blurred root of the effect */
     uint32_t          seed;
     float             blur_radius;
-    float             from, to;     /* of the call's progress: this source's */
+    float             from, to;     /* share of the call's progress */
 } ism__choice;
 
-/* Returns what a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances below a
-   hundredth of the picture's extent; of a sky the cosine. Lobes count as diffuse, since an importance need
-   not be exact. */
+/* Returns how much light a unit of flux at q adds to a receiver at p: cos cos / d^2, bounded at distances
+   below a hundredth of the picture's extent, and for directions the receiver's cosine. Lobes are taken for
+   light that is equal all round, since an importance need not be exact. */
 static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn,
                                   float extent)
 {
@@ -32,8 +30,8 @@ static float ism__unit_flux_light(const ism_source *s, ism__v3 q, ism__v3 n, ism
     return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
 }
 
-/* Writes the place of a world position in pixels, and returns 0 if that is at infinity or unknown. A position
-   behind the camera has the mirrored place, as in paper 4.2. */
+/* Writes the place of a world position in pixels. Returns 0 if that place is at infinity or unknown. A
+   position behind the camera has the mirrored place, as in paper 4.2. */
 static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
 {
     const float *m = view->points->world_to_clip;
@@ -98,8 +96,8 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
             sum += e * e * (uniform / density);
         }
     }
-    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the
-       picture, and its least variance is reached by choosing VPLs in proportion to the root of it. */
+    /* This is the mean square; its root is taken after the blur. The picture's squared error is least if VPLs
+       are chosen in proportion to the root of the mean square, not to the mean. */
     return sum / (float)count;
 }
 
@@ -160,8 +158,8 @@ static float ism__extent(const ism__view *view)
     return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
 }
 
-/* Writes the fluxes of one source into c->lum, and the effect of a unit of each on the picture into
-   c->out. */
+/* Writes the fluxes of one source into c->lum, and into c->out the effect of a unit of each on the picture.
+   */
 static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
 {
     ism_maps *m = c->m;

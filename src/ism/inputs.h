@@ -1,5 +1,6 @@
 /* ---- inputs: meshes, sources and views as the caller gives them ---- */
 
+/* Returns element i of an array of vectors; stride 0 means that the vectors follow each other. */
 static const float *ism__at(const float *array, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
@@ -11,7 +12,7 @@ static const float *ism__lobe(const ism_source *s, size_t i)
     return ism__at(s->lobes, s->lobe_stride ? s->lobe_stride : 16u, i);
 }
 
-/* Fills what a call needs to say why it fails, and how far it is. */
+/* Begins a call: notes where its progress and its log go, and which function the log names. */
 static void ism__begin_job(const ism_system *system, const char *function, const ism_frame *frame,
                            ism__job *job)
 {
@@ -25,7 +26,7 @@ static void ism__begin_job(const ism_system *system, const char *function, const
     job->log.function = function;
 }
 
-/* Returns ISM_ERR_ARGUMENT, and says which pointer is NULL. */
+/* Logs that this pointer is NULL, and returns ISM_ERR_ARGUMENT. */
 static ism_result ism__is_null(const ism__logger *log, const char *name)
 {
     ism__log_text(log, name, "is NULL");
@@ -38,7 +39,7 @@ static ism_result ism__no_memory(const ism__logger *log)
     return ISM_ERR_ALLOC;
 }
 
-/* Checks the arrays that lists of surfels are written to. */
+/* Checks the array to which surfels are written. */
 static ism_result ism__check_list(const ism__logger *log, const ism_surfel *out, size_t capacity,
                                   const size_t *count)
 {
@@ -55,8 +56,8 @@ static ism_result ism__check_stride(const ism__logger *log, const char *name, si
     return ISM_ERR_ARGUMENT;
 }
 
-/* Returns what a vector is that is said to be unit: 1 if it is so (0.97 to 1.03 long), 0 if it is 0 0 0 or
-   not finite, and -1 otherwise. */
+/* Returns 1 if a vector is unit (0.97 to 1.03 long), 0 if it is 0 0 0 or not finite, and -1 if it has another
+   length. */
 static int ism__unit_kind(ism__v3 v)
 {
     float length2 = ism__v3_dot(v, v);
@@ -108,7 +109,8 @@ static ism_result ism__check_indices(const ism__logger *log, const ism_mesh *mes
     return ISM_OK;
 }
 
-/* Opacities are 0..1: what is no number would not be drawn, and nobody would know why. */
+/* Checks that opacities are 0..1. A triangle whose opacity is not a number would not be drawn, and nobody
+   would know why. */
 static ism_result ism__check_opacities(const ism__logger *log, const ism_mesh *mesh)
 {
     size_t i, count = mesh->opacities ? ism__mesh_triangles(mesh) : 0;
@@ -128,6 +130,7 @@ static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
         p[k] = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, ism__index(mesh, 3u * t + k)));
 }
 
+/* Checks that vectors are unit, or mean that there is no receiver. */
 static ism_result ism__check_units(const ism__logger *log, const char *name, const float *array,
                                    size_t stride, size_t count)
 {
@@ -141,7 +144,7 @@ static ism_result ism__check_units(const ism__logger *log, const char *name, con
     return ISM_OK;
 }
 
-/* Checks receivers, and finds the width and height of their picture; a list is one row. */
+/* Checks receivers, and finds the width and height of their picture; a list is a picture of one row. */
 static ism_result ism__open_view(const ism__logger *log, const ism_points *p, ism__view *out)
 {
     ism_result result;
@@ -207,7 +210,7 @@ static int ism__flux_ok(const float *f)
     return f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f && f[0] <= 1e30f && f[1] <= 1e30f && f[2] <= 1e30f;
 }
 
-/* "sources[INDEX].NAME", for the log. */
+/* Writes "sources[INDEX].NAME", for the log. */
 static void ism__source_field(ism__message *m, size_t source, const char *name)
 {
     m->used = 0;
@@ -217,8 +220,8 @@ static void ism__source_field(ism__message *m, size_t source, const char *name)
     ism__message_text(m, name);
 }
 
-/* Returns the flux of a pVPL, 0 where it cannot be used. *bad: 1 where that is an error in the data, and
-   *wrong the array that holds a vector which is not unit, or else untouched. */
+/* Returns the flux of a pVPL, 0 if the pVPL cannot be used. Sets *bad if the data are at fault. If a vector
+   is not unit, *wrong is set to the name of its array. */
 static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad, const char **wrong)
 {
     const float *f = ism__at(s->fluxes, s->flux_stride, i);
@@ -240,7 +243,8 @@ static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad, const 
     return *bad ? 0.0f : ism__luminance(f);
 }
 
-/* The vector of a source's texel that `wrong` names, from ism__pvpl_luminance, is an error. */
+/* Logs that a vector of a source's texel is not unit; `wrong` is the array's name from ism__pvpl_luminance.
+   */
 static ism_result ism__not_unit(const ism__logger *log, const ism_source *s, size_t source, size_t i,
                                 const char *wrong)
 {

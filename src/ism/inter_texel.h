@@ -30,8 +30,8 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
         length = ism__v3_length(d);
         if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
                   !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
-        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip
-                                                                      space */
+        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {   /* a Gaussian with variance 0.01, in clip
+                                                                   space */
             float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
             w *= ism__exp(-50.0f * (ex * ex + ey * ey));
         }

@@ -5,23 +5,23 @@ typedef struct ism__shade_work {
     const ism__view    *view;
     ism_shading        s;
     uint32_t           interleave, blocks_x;
-    const uint32_t    *order;       /* VPLs, those of a class together */
-    const uint32_t    *class_first; /* interleave^2 + 1 */
+    const uint32_t    *order;       /* numbers of the VPLs, class by class */
+    const uint32_t    *class_first; /* where in `order` each of the interleave^2 classes begins; the end */
     const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
-    const ism__orientation *frames;    /* in `order` */
+    const ism__orientation *axes;   /* axes of the VPLs' maps, in `order` */
     float             *light;       /* irradiance, 3 a pixel */
-    float             *blurred;
-    double            *lost;        /* of each block: what clamping took, what there was; pairs culled,
-                                       pairs */
+    float             *blurred;     /* the same after the blur */
+    double            *lost;        /* four of each block: light that the rule near by took off, light before
+                                       that, pairs that were culled, all pairs */
 } ism__shade_work;
 
 typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
 
-/* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on
-   behind the one it meets, so the whole flux comes from the part that is left. Of a receiver that faces the
-   square (fully from 120 degrees between their normals) no more than from a point, which grazing light leaves
-   dark: close above a lit surface lies the back of a bent sheet, to which the square reaches out, and depths
-   cannot tell the two apart. *square: without that. */
+/* Returns the light of a unit of flux from a square of the VPL's area about the VPL. The square is cut at the
+   receiver's horizon, and the part that is left sends the whole flux, since a surface does not go on behind
+   the one it meets. A receiver that faces the square (fully from 120 degrees between the normals on) gets no
+   more than from a point: it may be the back of a bent sheet close above the lit surface, to which the square
+   reaches out, and depths cannot tell the two apart. *square is the light without this rule. */
 static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float side, float point,
                                float *square)
 {
@@ -37,8 +37,9 @@ static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, 
     return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
 }
 
-/* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the
-   cone that the sphere fills, its radius that of a disc of the VPL's area. */
+/* Returns the light of a unit of flux from a virtual spherical light: the mean of both cosines over the cone
+   that the sphere fills, whose radius is that of a disc of the VPL's area. After Hasan et al., "Virtual
+   spherical lights for many-light rendering of glossy scenes", 2009. */
 static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
 {
     float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
@@ -60,15 +61,16 @@ static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side
     return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
 }
 
-/* How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it. */
+/* Returns which share of the light at this distance comes from near points: all of it within 0.7 reach,
+   nothing beyond reach. */
 static float ism__nearness(float d2, float reach)
 {
     float r2 = reach * reach, h = 2.0f * (r2 - d2);
     return !(h > 0.0f) ? 0.0f : h < r2 ? h / r2 : 1.0f;
 }
 
-/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the
-   latter takes off. */
+/* Returns cos cos / d^2 of one VPL, of a direction the cosine, with its lobe and the rule for receivers close
+   by. *plain is the same without the light that this rule takes off. */
 static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__orientation *f,
                          const ism__pixel *px, float plain_kernel, float *plain)
 {
@@ -104,8 +106,8 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     }
 }
 
-/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler
-   to vectorise. */
+/* Writes cos cos / d^2 of consecutive VPLs, 0 where the VPL or the receiver faces away. The loop reads and
+   writes plain arrays, so that compilers vectorise it. */
 static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count,
                          float *out)
 {
@@ -124,7 +126,8 @@ static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_
     }
 }
 
-/* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
+/* Returns the mean light, unshadowed, of a class's VPLs at a receiver, with which CLAMP_MEAN compares each.
+   */
 static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t end)
 {
     float kernels[ISM__CHUNK], sum = 0.0f, plain;
@@ -134,14 +137,14 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
         ism__kernels(w, px, at, count, kernels);
         for (i = 0; i < count; i++) {
             const ism_vpl *v = &w->m->vpls[w->order[at + i]];
-            sum += ism__kernel(w, v, &w->frames[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
+            sum += ism__kernel(w, v, &w->axes[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
         }
     }
     return end > first ? sum / (float)(end - first) : 0.0f;
 }
 
-/* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes
-   off. */
+/* Returns cos cos / d^2 of a near point's square, times the share that it takes from VPLs at this distance.
+   *plain is the same without the light that the square's rule takes off. */
 static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);

@@ -1,6 +1,6 @@
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Names that every instruction set has of its own, see unit simd. */
+/* Every instruction set has its own functions of these names, see unit simd. */
 #define ism__lanes3_cross ISM__NAME_IN_SET(ism__lanes3_cross, ISM__SET)
 #define ism__lanes3_madd ISM__NAME_IN_SET(ism__lanes3_madd, ISM__SET)
 #define ism__lanes3_turn ISM__NAME_IN_SET(ism__lanes3_turn, ISM__SET)

@@ -20,8 +20,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__lanes_facing(const ism__clusters *c
     return ism__lanes_max(sum, ism__lanes_all(0.0f));
 }
 
-/* Returns which share of the VPL's map clusters fill, about: cosine-weighted solid angle, of a sky's map
-   projected area. */
+/* Returns about which share of the VPL's map clusters fill: their cosine-weighted solid angles; in a map of
+   directions their projected areas. */
 static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters *c, size_t i,
                                                             const ism_vpl *v)
 {
@@ -41,7 +41,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     away2 = ism__lanes3_dot(l, l);
     d2 = ism__lanes_add(ism__lanes_add(away2, radius2), wide);
     along = ism__lanes_add(ism__lanes3_dot(l, n), ism__lanes_sqrt(radius2));
-    facing2 = ism__lanes_add(ism__lanes_facing(c, i, l),        /* near ones are seen from all sides */
+    facing2 = ism__lanes_add(ism__lanes_facing(c, i, l),        /* close clusters are seen from all sides */
                              ism__lanes_add(radius2, wide));
     effect = ism__lanes_mul(ism__lanes_mul(area, ism__lanes_sqrt(facing2)),
                             ism__lanes_div(along, ism__lanes_mul(d2, d2)));
@@ -50,7 +50,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     return ism__lanes_keep(ism__lanes_greater(area, zero), effect);
 }
 
-/* Returns how many times longer the tile shows what lies within r of u than the square does. */
+/* Returns how many times longer the range within r of u is in the tile than in the square. */
 static inline ISM__IN_KERNEL ism__lanes ism__box_zoom(const ism__axis *w, ism__lanes u, ism__lanes r)
 {
     const ism__lanes one = ism__lanes_all(1.0f), zero = ism__lanes_all(0.0f);
@@ -61,9 +61,9 @@ static inline ISM__IN_KERNEL ism__lanes ism__box_zoom(const ism__axis *w, ism__l
     return ism__lanes_div(ism__lanes_sub(to, from), ism__lanes_sub(high, low));
 }
 
-/* Returns how many times the texels that they would have in an even map of the square clusters have, about:
-   the mean over a box of their size. Clusters behind the horizon, which may have a part before it, count as
-   on it. */
+/* Returns about how many times more texels clusters have than in a map that shows the square evenly: the mean
+   over a box of their size. Clusters behind the horizon, which may have a part before the horizon, count as
+   on the horizon. */
 static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, const ism__clusters *c,
                                                           size_t i, const ism_vpl *v,
                                                           const ism__orientation *f, const ism__window *w)
@@ -102,17 +102,18 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, con
         seen = ism__mask_and(seen, ism__lanes_greater(at.z, zero));
         uv = ism__project(ism__projection_of(m, v), v->exponent, at);
     }
-    r = ism__lanes_div(ism__lanes_mul(half, r), d);     /* a radian is half the square, about */
+    r = ism__lanes_div(ism__lanes_mul(half, r), d);     /* a radian is about half the square */
     r = ism__lanes_max(r, ism__lanes_all(0.01f));
     zoom = ism__lanes_mul(ism__box_zoom(&w->u, uv.u, r), ism__box_zoom(&w->v, uv.v, r));
     return ism__lanes_select(seen, zoom, one);
 }
 
+/* ism__cluster_kernel. */
 ISM__KERNEL static void ism__weigh_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect)
 {
     const ism_maps *m = w->m;
     const ism__window *window = (const ism__window *)m->windows.data + (v - m->vpls);
-    const ism__orientation f = ism__vpl_frame(m, v);
+    const ism__orientation f = ism__vpl_axes(m, v);
     const int windows = window->u.on || window->v.on;
     size_t c;
     for (c = 0; c < w->cluster_count; c += ISM__LANE_COUNT) {

@@ -1,4 +1,4 @@
-/* ---- kernels: where directions lie in a tile, as ism_map_coordinates and ism__to_tile say ---- */
+/* ---- kernels: places of directions in a tile, by ism_map_coordinates and ism__to_tile ---- */
 
 static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_cross(ism__lanes3 a, ism__lanes3 b)
 {
@@ -48,7 +48,7 @@ static inline ISM__IN_KERNEL void ism__lanes3_store(float (*to)[ISM__DISCS], siz
 /* Places in the square, or in the tile. */
 typedef struct ism__places { ism__lanes u, v; } ism__places;
 
-/* ism__to_tile of an axis that is on. */
+/* Does for lanes what ism__to_tile does, for an axis that is on. */
 static inline ISM__IN_KERNEL ism__lanes ism__lanes_to_tile(const ism__axis *w, ism__lanes u)
 {
     const ism__lanes lo = ism__lanes_all(w->lo), hi = ism__lanes_all(w->hi), zero = ism__lanes_all(0.0f);
@@ -62,8 +62,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__lanes_to_tile(const ism__axis *w, i
     return ism__lanes_min(ism__lanes_max(x, zero), ism__lanes_all(1.0f));
 }
 
-/* ism__disc_to_square. The angle from the nearer axis of the disc lies within 45 degrees, so that of
-   ism__atan2 the part for 0 <= |y| <= x is enough. */
+/* Does for lanes what ism__disc_to_square does. The angle from the nearer axis of the disc is within 45
+   degrees, so the part of ism__atan2 for 0 <= |y| <= x is enough. */
 static inline ISM__IN_KERNEL ism__places ism__square_of_disc(ism__lanes x, ism__lanes y)
 {
     const ism__lanes zero = ism__lanes_all(0.0f), one = ism__lanes_all(1.0f);
@@ -95,8 +95,8 @@ static inline ISM__IN_KERNEL ism__places ism__square_of_disc(ism__lanes x, ism__
     return out;
 }
 
-/* Returns by how much ism_map_coordinates stretches x and y of a LOBE map. Its exponentials are of doubles,
-   which lanes do not have. */
+/* Returns by how much ism_map_coordinates stretches x and y in a map of LOBE. This takes exponentials in
+   doubles, which lanes do not have. */
 static inline ISM__IN_KERNEL ism__lanes ism__stretch_to_lobe(ism__lanes3 d, float exponent)
 {
     float z[ISM__LANE_COUNT], sine[ISM__LANE_COUNT];
@@ -108,7 +108,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__stretch_to_lobe(ism__lanes3 d, floa
     return ism__lanes_load(z);
 }
 
-/* ism_map_coordinates of directions before the horizon. */
+/* Does for lanes what ism_map_coordinates does, for directions before the horizon. */
 static inline ISM__IN_KERNEL ism__places ism__project(ism_projection projection, float exponent,
                                                       ism__lanes3 d)
 {

@@ -34,8 +34,8 @@ static inline ISM__IN_KERNEL void ism__cut_at_edges(const ism__tile *tile, ism__
     const ism__lanes3 d2 = ism__lanes3_scale(ism__lanes3_cross(n, e1), inverse);
     ism__lanes_store(s->b1 + l, ism__lanes_select(cut, ism__lanes_load(s->b1 + l), zero));
     ism__lanes_store(s->b2 + l, ism__lanes_select(cut, ism__lanes_load(s->b2 + l), zero));
-    ism__lanes3_store(s->d1, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d1), none));
-    ism__lanes3_store(s->d2, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->frame, d2), none));
+    ism__lanes3_store(s->d1, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->axes, d1), none));
+    ism__lanes3_store(s->d2, l, ism__lanes3_select(cut, ism__lanes3_turn(&tile->axes, d2), none));
 }
 
 /* Places points in a sky's map: p from the mesh's centre, n unit. Returns which of them lie in the map. */
@@ -65,7 +65,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_sky(const ism__tile *til
     return inside;
 }
 
-/* A disc's squared radius, its distance from the VPL, and whether it was made smaller. */
+/* A disc's squared radius, the disc's distance from the VPL, and whether the disc was made smaller. */
 typedef struct ism__sizes { ism__lanes radius2, depth; ism__lane_mask capped; } ism__sizes;
 
 /* Places points in a VPL's map: p from the VPL, n unit. Returns which of them the VPL sees before itself. */
@@ -84,7 +84,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
     ism__lanes most, away;
     if (tile->projection == ISM_PROJECTION_LOBE) {
         /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
-        const ism__orientation *f = &tile->frame;
+        const ism__orientation *f = &tile->axes;
         const float *normal = tile->vpl->normal;
         ism__lanes3 world = ism__lanes3_scale(ism__lanes3_all(f->x.x, f->x.y, f->x.z), p.x);
         world = ism__lanes3_madd(world, ism__lanes3_all(f->y.x, f->y.y, f->y.z), p.y);
@@ -92,8 +92,9 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
         away = ism__lanes3_dot(world, ism__lanes3_all(normal[0], normal[1], normal[2]));
         seen = ism__mask_and(seen, ism__lanes_greater(ism__lanes_abs(away), least));
     }
-    /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that
-       the VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
+    /* A near disc that is seen from behind most likely juts out over the edge of something thin on the
+       surface on which the VPL lies: the front of a skirting board must not hide the wall on which it hangs.
+       */
     most = ism__lanes_select(ism__lanes_greater(along, zero), ism__lanes_all(ISM__WIDEST_BACK),
                              ism__lanes_all(ISM__WIDEST));
     most = ism__lanes_mul(ism__lanes_select(cut, ism__lanes_all(ISM__WIDEST), most), d2);
@@ -116,7 +117,7 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__before_vpl(const ism__tile *til
     return seen;
 }
 
-/* Finds where as many points as there are lanes lie in the tile: ism__tile's `place`, from point l on. */
+/* Does what ism__splat's `place` does, for as many points as there are lanes, from point l on. */
 static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__discs *s, size_t l)
 {
     const int sky = tile->vpl->directional != 0;
@@ -140,8 +141,8 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     ism__places uv;
     p = ism__lanes3_madd(ism__lanes3_madd(p, e1, ism__lanes_load(s->b1 + l)), e2,
                          ism__lanes_load(s->b2 + l));
-    p = ism__lanes3_turn(&tile->frame, ism__lanes3_sub(p, ism__lanes3_all(from[0], from[1], from[2])));
-    normal = ism__lanes3_turn(&tile->frame, normal);
+    p = ism__lanes3_turn(&tile->axes, ism__lanes3_sub(p, ism__lanes3_all(from[0], from[1], from[2])));
+    normal = ism__lanes3_turn(&tile->axes, normal);
     area = ism__lanes_mul(area, length);
     area = ism__lanes_select(cut, ism__lanes_mul(area, ism__lanes_all(ISM__CUT_SCALE)), area);
     ism__cut_at_edges(tile, cut, e1, e2, n, s, l);
@@ -168,6 +169,7 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     return ism__mask_bits(seen);
 }
 
+/* ism__splat's `place`. */
 ISM__KERNEL static uint32_t ism__place_discs(ism__tile *tile, ism__discs *s)
 {
     uint32_t bits = 0;
@@ -232,6 +234,7 @@ static inline ISM__IN_KERNEL void ism__draw_disc(ism__tile *tile, const ism__dis
         }
 }
 
+/* ism__splat's `draw`. */
 ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, uint32_t bits)
 {
     if (tile->vpl->directional)

@@ -10,7 +10,8 @@ ISM_DEF const char *ism_result_text(ism_result result)
     return (int)result >= 0 && (int)result < (int)ISM_RESULT_COUNT ? texts[result] : "unknown result";
 }
 
-/* A field of ism_desc and where it must lie; out of it is ISM_ERR_DESC. Zero always passes. */
+/* A field of ism_desc and the range in which it must lie, else the call returns ISM_ERR_DESC. Zero always
+   passes. */
 typedef struct ism__range { const char *name; double value, least, most; const char *wanted; } ism__range;
 
 static int ism__power_of_two(uint32_t x) { return (x & (x - 1u)) == 0; }
@@ -65,7 +66,7 @@ static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
     return ISM_ERR_DESC;
 }
 
-/* Puts defaults in place of zeros, and 0 in place of what is negative for none. */
+/* Puts defaults in place of zeros, and 0 in place of negative numbers, which mean none. */
 static void ism__resolve(ism_desc *d)
 {
     if (!d->vpl_count) d->vpl_count = 1024u;

@@ -1,29 +1,33 @@
 /* ---- near points: in place of the VPLs that are near a receiver ---- */
 
-/* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it
-   stands for what a wide surface would have spread. There a second choice of more samples takes over, each as
-   far as its reach: a function of the place, that sums of one list give way to those of the other without
-   loss. */
+/* The light of all VPLs is right on the mean, but not beside one of them: in a corner a single VPL makes a
+   spot of light that a whole surface should have spread. There near points take over, samples of a second,
+   finer choice, each as far as its reach. The reach depends on the place alone, so that the sum over VPLs
+   gives way to the sum over near points without a loss. */
 typedef struct ism__near_work {
     ism_maps        *m;
     const ism__job  *job;
     double           total;
-    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along their box's longest
-                                       side */
-    uint32_t         sorted_count, drawn, axis;
-    ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
+    const uint64_t  *sorted;        /* the VPLs of surfaces without lobes, in their order along `axis`; the
+                                       low half of each is the VPL's number */
+    uint32_t         sorted_count;
+    uint32_t         drawn;         /* samples of the second choice */
+    uint32_t         axis;          /* along which the VPLs' box is longest */
+    ism_near_point  *out;           /* in the order in which they are drawn; vpl < 0: there is no point */
 } ism__near_work;
 
-/* Those that near points may stand for. */
+/* Returns whether near points may take the place of a VPL: a diffuse one on a surface. */
 static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
 
+/* Returns the VPL with this place in the sorted list. */
 static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
 {
     return &w->m->vpls[(uint32_t)w->sorted[i]];
 }
 
-/* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through
-   the sorted VPLs, until x alone is too far. */
+/* Returns how far a near point at p reaches, and writes the number of the nearest VPL; VPLs with other
+   normals count as farther. The sorted VPLs are walked through both ways from p, until their distance along
+   the axis alone is too large. */
 static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
 {
     float near2[ISM__NEAR_RANK], best = 1e30f;
@@ -67,9 +71,9 @@ static void ism__reach_task(void *context, size_t index)
         v->reach = ism__reach_of(w, ism__v3_load(v->position), ism__v3_load(v->normal), &nearest);
 }
 
-/* 64 points of the draw. The square is that of the texel, or of what the point stands for where that is more,
-   but not of more than a few VPLs' surface; without areas, that of near points as dense as the VPLs are
-   here. */
+/* Draws 64 near points. A point's square has the texel's area, or that which the point stands for if it is
+   larger, but no more than an eighth of the disc within its reach. Without areas, the density of VPLs around
+   the point tells the area. */
 static void ism__near_task(void *context, size_t index)
 {
     const ism__near_work *w = (const ism__near_work *)context;
@@ -100,7 +104,7 @@ static void ism__near_task(void *context, size_t index)
     }
 }
 
-/* Every third bit of 30 from 10. */
+/* Spreads ten bits over thirty, each at every third place. */
 static uint32_t ism__spread_bits(uint32_t x)
 {
     x = (x | x << 16) & 0x030000ffu;
@@ -109,8 +113,8 @@ static uint32_t ism__spread_bits(uint32_t x)
     return (x | x << 2) & 0x09249249u;
 }
 
-/* Keys along Morton's curve through the box of the points that there are, into keys[0 .. count): key and
-   number. */
+/* Writes a key for each point that was drawn, and returns how many there are. A key's upper half is the place
+   on Morton's curve through the box of all points, its lower half is the point's number. */
 static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), size;
@@ -129,8 +133,8 @@ static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
             ism__v3 p = ism__v3_sub(ism__v3_load(w->out[i].position), lo);
             uint32_t key;
             if (most > 0.0f) p = ism__v3_scale(p, 1.0f / most);
-            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* 0 too where the box is wider than a
-                                                                       float */
+            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* in a box wider than a float p may be no
+                                                                       number: it becomes 0 */
             key = ism__spread_bits(ism__texel_of(p.x, 1024u)) |
                   ism__spread_bits(ism__texel_of(p.y, 1024u)) << 1 |
                   ism__spread_bits(ism__texel_of(p.z, 1024u)) << 2;
@@ -139,7 +143,7 @@ static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
     return count;
 }
 
-/* By the upper half, in four turns of 8 bits; the result lies where the keys were. */
+/* Sorts keys by their upper halves, in four passes of 8 bits; the result lies where the keys were. */
 static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
 {
     uint32_t shift, i;
@@ -154,7 +158,7 @@ static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
     }
 }
 
-/* x, y, z and radius of the sphere beyond which no point of the block reaches. */
+/* Writes the centre and radius of a sphere beyond which no point of a block reaches. */
 static void ism__near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
 {
     ism__v3 lo = ism__v3_load(points->position), hi = lo, c;
@@ -183,8 +187,8 @@ static int ism__grow_near(ism_maps *m)
             ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
 }
 
-/* VPLs that near points may stand for, along the longest side of their box: keys lie there until points have
-   theirs. */
+/* Sorts the VPLs that near points may stand for along the longest side of their box. They lie where the
+   points' keys are written later. */
 static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
 {
     const ism_maps *m = w->m;
@@ -199,8 +203,8 @@ static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
         if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
     for (i = 0; i < m->vpl_count; i++)
         if (ism__has_near(&m->vpls[i])) {
-            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* in the order of floats, no
-                                                                               -0 */
+            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* + 0 turns -0 into 0 */
+            /* As unsigned numbers, these bits have the order of the floats. */
             bits = bits >> 31 ? ~bits : bits | 0x80000000u;
             keys[w->sorted_count++] = (uint64_t)bits << 32 | i;
         }

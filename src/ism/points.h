@@ -1,7 +1,8 @@
 /* ---- points: surfels on all triangles (paper 5) ---- */
 
-/* Uniform in the triangle: Heitz, "A low-distortion map between triangle and square", 2019; folds nothing, so
-   that low-discrepancy points stay so. */
+/* Writes barycentric coordinates of a place (u, v) in the square; an even density stays even. After Heitz, "A
+   low-distortion map between triangle and square", 2019: nothing is folded, so that points of low discrepancy
+   stay such. */
 static void ism__triangle_map(float u, float v, float *b1, float *b2)
 {
     if (v > u) {
@@ -15,8 +16,9 @@ static void ism__triangle_map(float u, float v, float *b1, float *b2)
     *b2 = v;
 }
 
-/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. From
-   `from` on, by steps that double, if it is not behind x: successive points lie in successive cells. */
+/* Returns the cell i among first <= i < end with sums[i] <= x < sums[i + 1], never one without width. The
+   search begins at `from`, if that is not behind x, by steps that double, since successive points lie in
+   successive cells. */
 static size_t ism__find(const double *sums, size_t first, size_t end, size_t from, double x)
 {
     size_t lo = first, hi = end, step = 1;
@@ -34,7 +36,8 @@ static size_t ism__find(const double *sums, size_t first, size_t end, size_t fro
     return lo;
 }
 
-/* Triangle of the cluster by what the cluster leaves of x, drawn with the probability that is returned. */
+/* Draws a triangle of cluster c, by the place of x within the cluster's share. Returns the probability with
+   which this triangle is drawn among all. */
 static double ism__draw_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
                                  uint32_t *triangle)
 {
@@ -48,9 +51,10 @@ static double ism__draw_triangle(const ism__spread_work *w, const double *shares
     return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
-/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static
-   scene stays as it is; one in lazy_frames of them is looked up anew. First the cluster, then one of its
-   triangles, whose sums are fetched meanwhile: no cache holds those of a large mesh. */
+/* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
+   in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew.
+   Clusters are found for several points at once, and the sums of their triangles are fetched meanwhile, since
+   no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
@@ -86,19 +90,21 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
     }
 }
 
-static size_t ism__lane_shares(const ism__spread_work *w)    /* doubles; the second part holds floats */
+/* Returns how many doubles a lane needs: prefix sums of shares, and as many floats for the clusters' effects.
+   */
+static size_t ism__lane_shares(const ism__spread_work *w)
 {
     return (size_t)w->cluster_count + w->cluster_count / 2u + 2u;
 }
 
-/* VPLs lane by lane, since each lane has memory for its shares. */
+/* Makes the points of every ISM__LANES-th VPL. Each lane has memory of its own for shares. */
 static void ism__points_task(void *context, size_t lane)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
     ism_maps *m = w->m;
     double *shares = (double *)m->shares.data + lane * ism__lane_shares(w);
     float *effect = (float *)(void *)(shares + w->cluster_count + 1u);
-    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;    /* never where that is left out */
+    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
     size_t v;
     for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
         if (v == lane || pair)
@@ -107,7 +113,7 @@ static void ism__points_task(void *context, size_t lane)
     }
 }
 
-/* n and the n of the frame before, for each VPL. */
+/* Writes for each VPL how many points it has, and how many it had in the frame before. */
 static void ism__count_points(ism_maps *m, int fresh)
 {
     uint32_t *counts = (uint32_t *)m->counts.data, i;
@@ -123,6 +129,7 @@ static void ism__count_points(ism_maps *m, int fresh)
     }
 }
 
+/* Finds the sphere that maps of directions show. */
 static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
 {
     ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), c;
@@ -139,7 +146,8 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
     m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
 }
 
-/* Makes room for what points are drawn by, and for the points. Returns 0 if there is no memory. */
+/* Makes room for the points and for the distributions from which they are drawn. Returns 0 if there is no
+   memory. */
 static int ism__hold_points(ism_maps *m, ism__spread_work *w)
 {
     const size_t vpls = m->desc.vpl_count, bundles = w->cluster_count / ISM__BUNDLE + 1u;
@@ -155,7 +163,7 @@ static int ism__hold_points(ism_maps *m, ism__spread_work *w)
     w->solid = w->area + w->triangles;
     w->seen = (double *)m->clusters.data;
     w->clusters = (ism__clusters *)(void *)(w->seen + bundles * ISM__BUNDLE);
-    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read whole bundles */
+    memset(w->clusters + bundles - 1u, 0, sizeof *w->clusters);     /* kernels read the whole last bundle */
     return 1;
 }
 
@@ -220,14 +228,14 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     if (!ism__run(m, &job->part, 0.4f, 0.5f, w.cluster_count, ism__cluster_task, &w))
         return ISM_ERR_CANCELLED;
     ism__count_points(m, w.fresh);
-    m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
+    m->triangles = 0;               /* set once all points are made: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
     ism__count_renewed(m, &w);
     return ISM_OK;
 }
 
-/* Surfels and windows, without maps. */
+/* Makes surfels and windows, without maps. */
 static ism_result ism__scatter(ism_maps *m, const ism__job *job)
 {
     const ism_frame *f = job->frame;
@@ -246,7 +254,7 @@ static ism_result ism__scatter(ism_maps *m, const ism__job *job)
     return ism__renew_points(m, job);
 }
 
-/* Says what a call needs that the maps do not have yet. */
+/* Logs what the call needs and the maps do not have yet, and returns ISM_ERR_ORDER. */
 static ism_result ism__too_early(const ism__logger *log, const char *name, const char *needs)
 {
     ism__log_text(log, name, needs);

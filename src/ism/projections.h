@@ -1,7 +1,7 @@
 /* ---- projections: the hemisphere about +z and the unit square (paper 6.1) ---- */
 
-/* Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. a, b in
-   -1..1; returns the radius 0..1. */
+/* Writes the place in the unit disc of a place (a, b) in the square -1..1, and returns its radius. After
+   Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. */
 static float ism__square_to_disc(float a, float b, float *x, float *y)
 {
     float r, phi, s, c;
@@ -30,7 +30,8 @@ static void ism__disc_to_square(float x, float y, float *a, float *b)
     }
 }
 
-/* 1 - x^y for x in 0..1, to the last digits where that is small: in floats x^y has lost them. */
+/* Returns 1 - x^y for x in 0..1. A small difference keeps its digits, which x^y as a float would have lost.
+   */
 static float ism__power_gap(float x, float y)
 {
     return x > 0.0f ? (float)(1.0 - ism__exp_core((double)y * ism__log_core(x))) : 1.0f;
@@ -44,7 +45,8 @@ static float ism__lobe_stretch(float z, float sine, float exponent)
     return sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
 }
 
-/* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
+/* In the map of a LOBE equal areas have equal integrals of cos^e, which makes the radius in the disc the root
+   of 1 - cos^(e + 1). With e = 1 this is the hemisphere seen from above, the map COSINE. */
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
                                float direction[3])
 {
@@ -125,8 +127,9 @@ static ism_projection ism__projection_of(const ism_maps *m, const ism_vpl *v)
     return m->desc.projection;
 }
 
-/* Lobe maps are about the lobe's axis, the others about the normal; sky maps look along the light. */
-static ism__orientation ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
+/* Returns the axes of a VPL's map. z is the lobe's axis in maps of LOBE, the normal in others, and the way
+   that light travels in maps of directions. */
+static ism__orientation ism__vpl_axes(const ism_maps *m, const ism_vpl *v)
 {
     ism__orientation f;
     f.z = ism__v3_load(ism__projection_of(m, v) == ISM_PROJECTION_LOBE && !v->directional ? v->axis
@@ -135,7 +138,8 @@ static ism__orientation ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
     return f;
 }
 
-/* The texel of u in 0..1, the nearest one for u beyond; the first if u is not a number. */
+/* Returns the texel in which u, 0..1, lies; the nearest texel for u beyond, and the first for what is not a
+   number. */
 static uint32_t ism__texel_of(float u, uint32_t size)
 {
     float x = u * (float)size;

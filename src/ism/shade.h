@@ -1,7 +1,7 @@
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Light of the near points of the pixel's class: every interleave^2-th of them, scaled up as VPLs are; times
-   pi. */
+/* Adds to out, times pi, the light of the near points of the pixel's class: every interleave^2-th of all,
+   scaled up as VPLs are. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                             float out[3], double lost[2])
 {
@@ -33,8 +33,8 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
     for (k = 0; k < 3u; k++) out[k] += sum[k] * (float)step;
 }
 
-/* Irradiance of one pixel by the VPLs of its class, times as many as there are classes: their mean is the sum
-   of all VPLs, however few of them there are. skip: a flag for each place in `order`, or NULL. */
+/* Writes the irradiance of one pixel by the VPLs of its class, times the number of classes, so that the mean
+   over classes is the sum over all VPLs. skip: a flag for each place in `order`, or NULL. */
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
                              const uint8_t *skip, float out[3], double lost[2])
 {
@@ -51,7 +51,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             float k0 = kernels[i], all = k0;
             if (skip && skip[at + i]) continue;
             if (!(k0 > 0.0f) && !v->directional && v->exponent == 1.0f) continue;
-            k0 = ism__kernel(w, v, &w->frames[at + i], px, k0, &all);
+            k0 = ism__kernel(w, v, &w->axes[at + i], px, k0, &all);
             if (w->s.near_mode == ISM_NEAR_CLAMP_MEAN) {
                 float most = w->s.clamp * mean, l = ism__luminance(v->flux);
                 if (k0 * l > most) k0 = most / l;
@@ -108,7 +108,7 @@ static void ism__shade_task(void *context, size_t index)
         }
 }
 
-/* Classes are sets of VPLs that are spread evenly: every interleave^2-th of the sequence. */
+/* Sorts VPLs by their classes. A class is every interleave^2-th VPL of the sequence, and so spread evenly. */
 static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *order, uint32_t *class_first)
 {
     uint32_t c, v, k = 0;
@@ -119,7 +119,7 @@ static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *ord
     class_first[classes] = k;
 }
 
-/* One field of a desc is out of range. */
+/* Logs that a field of a desc is out of range, and returns ISM_ERR_DESC. */
 static ism_result ism__bad_field(const ism__logger *log, const char *name, double value, const char *wanted)
 {
     ism__log_value(log, name, value, wanted);
@@ -150,7 +150,7 @@ static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, con
     return ISM_OK;
 }
 
-/* Settings with defaults in place of zeros. */
+/* Returns settings with defaults in place of zeros. */
 static ism_shading ism__resolve_shading(const ism_shading *s)
 {
     ism_shading out = *s;
@@ -161,8 +161,9 @@ static ism_shading ism__resolve_shading(const ism_shading *s)
     return out;
 }
 
+/* Copies what shading reads of VPLs into arrays. */
 static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fields,
-                             ism__orientation *frames)
+                             ism__orientation *axes)
 {
     size_t n = m->vpl_count, i;
     for (i = 0; i < n; i++) {
@@ -172,11 +173,11 @@ static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fi
             fields[(size_t)k * n + i] = v->position[k];
             fields[(size_t)(k + 3) * n + i] = v->normal[k];
         }
-        frames[i] = ism__vpl_frame(m, v);
+        axes[i] = ism__vpl_axes(m, v);
     }
 }
 
-/* albedo / pi, where the view has albedos. */
+/* Writes results: irradiances, times albedo / pi if the receivers have albedos. */
 static void ism__reflect(const ism__view *view, const float *light, float *out)
 {
     size_t i, count = view->points->count, k;
@@ -191,6 +192,7 @@ static void ism__reflect(const ism__view *view, const float *light, float *out)
         }
 }
 
+/* Adds up what the blocks counted. */
 static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *stats)
 {
     double lost = 0.0, all = 0.0, culled = 0.0, pairs = 0.0;
@@ -205,20 +207,19 @@ static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *st
     stats->culled = pairs > 0.0 ? culled / pairs : 0.0;
 }
 
-/* Where the arrays lie in the memory of one call: those of doubles first, then those that need less
-   alignment. */
+/* Places the arrays in the memory of one call: doubles first, then those that need less alignment. */
 static void ism__lay_out_shading(ism__shade_work *w, char *memory, size_t pixels, size_t blocks)
 {
     const ism_maps *m = w->m;
     size_t n = m->vpl_count;
     double *lost = (double *)(void *)memory;
-    ism__orientation *frames = (ism__orientation *)(void *)(lost + 4u * blocks);
-    float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
+    ism__orientation *axes = (ism__orientation *)(void *)(lost + 4u * blocks);
+    float *fields = (float *)(void *)(axes + n), *light = fields + n * ISM__FIELDS;
     uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->interleave > 1u ? 2u : 1u));
     ism__sort_classes(m, w->interleave * w->interleave, order, order + n);
-    ism__fill_fields(m, order, fields, frames);
+    ism__fill_fields(m, order, fields, axes);
     w->lost = lost;
-    w->frames = frames;
+    w->axes = axes;
     w->fields = fields;
     w->light = light;
     w->blurred = light + pixels * 3u;

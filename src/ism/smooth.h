@@ -1,8 +1,8 @@
 /* ---- smooth: the blur of interleaved pictures (paper 6.2) ---- */
 
-/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
-   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
-   stay. */
+/* Writes a pixel's mean over a window in which each class of VPLs occurs once (those at the rim half on
+   either side), of neighbours on the same smooth surface. Neighbours are not chosen too strictly: where few
+   are left, so are few VPLs, and spots stay. */
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism__view *view = w->view;
@@ -26,7 +26,7 @@ static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[
             facing = ism__v3_dot(n, nq);
             off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
             weight *= facing > 0.0f ? facing * facing : 0.0f;
-            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
+            if (off > 0.0f) {       /* d leaves the tangent planes by this share of its length */
                 off = 1.0f - off / ism__v3_length(d);
                 weight *= off > 0.0f ? off : 0.0f;
             }

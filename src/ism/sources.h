@@ -1,6 +1,6 @@
 /* ---- sources: points on lamps, directions of a sky ---- */
 
-/* Writes the power that leaves each triangle, over pi; 0 if its radiance cannot be used. */
+/* Writes the power that leaves each triangle, over pi; 0 if the triangle's radiance cannot be used. */
 static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
                                 float *weights)
 {
@@ -105,11 +105,11 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation))
         return ISM_ERR_ARGUMENT;
     if (fabs(turns) < 1e15) rotation = (float)((double)rotation - 6.283185307179586 * (double)(int64_t)turns);
-    else rotation = 0.0f;                        /* floats there are more than a turn apart */
+    else rotation = 0.0f;                        /* neighbouring floats are more than a turn apart there */
     ism__sincos(0.5f * ISM__PI / (float)height, &half, &unused);
     for (y = 0; y < height; y++) {
-        /* From the nearer pole, where angles are exact; and no difference of cosines, of which no digit would
-           be. */
+        /* Angles are taken from the nearer pole, where they are exact. Solid angles are a product: the
+           difference of cosines there would have no right digit. */
         uint32_t from = y < height / 2u ? y : height - 1u - y;
         float theta = ISM__PI * ((float)from + 0.5f) / (float)height, st, ct, solid;
         ism__sincos(theta, &st, &ct);

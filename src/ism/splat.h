@@ -1,7 +1,7 @@
 /* ---- splat: points are fetched, and drawn as discs into one tile (paper 3.3) ---- */
 
-/* Asks for the memory from which the points one block and two blocks ahead are read. Points lie in the mesh's
-   order, but far apart. */
+/* Has the corners of the point ISM__AHEAD places on fetched, and the indices of the one twice as far: points
+   lie in the mesh's order, but so far apart that the processor does not foresee the next. */
 ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points, uint32_t count, uint32_t j)
 {
     uint32_t k;
@@ -38,6 +38,7 @@ static void ism__add_point(const ism_mesh *mesh, const ism__surfel *point, ism__
     }
 }
 
+/* Draws the points of VPL `number` into its tile, ISM__DISCS together. */
 static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const ism__surfel *points,
                              uint32_t count, uint32_t number)
 {

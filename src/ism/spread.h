@@ -1,12 +1,13 @@
-/* ---- spread: what surfels are spread over, triangles and clusters of them ---- */
+/* ---- spread: surfels are spread over triangles, and over clusters of them ---- */
 
-enum { ISM__TRIANGLES = 4096,       /* a task's */
-       ISM__CLUSTERS = 32768,       /* at most */
-       ISM__VIEWS = 8 };            /* receivers, from which a triangle is looked at */
+enum { ISM__TRIANGLES = 4096,       /* triangles of one task */
+       ISM__CLUSTERS = 32768,       /* the most clusters that there are */
+       ISM__VIEWS = 8 };            /* the most receivers from which a triangle is looked at */
 
-/* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area,
-   and the mean of n n^T, which gives |n . direction| exactly where there is one normal. Sixteen clusters in
-   arrays, so that kernels work on several at a time. */
+/* Clusters are successive triangles that are taken together, to estimate what a VPL sees of them: their
+   centroid, the mean squared distance from it, their area, and the mean of n n^T over their normals, which
+   gives |n . direction| exactly if all normals are equal. Sixteen clusters lie together in arrays, so that
+   kernels work on several at a time. */
 enum { ISM__BUNDLE = 16 };
 typedef struct ism__clusters {
     float at[3][ISM__BUNDLE], radius2[ISM__BUNDLE], area[ISM__BUNDLE];
@@ -15,7 +16,7 @@ typedef struct ism__clusters {
 
 struct ism__spread_work;
 
-/* Writes for each cluster which share of the VPL's map it fills, about. */
+/* Writes for each cluster about which share of the VPL's map it fills. */
 typedef void (*ism__cluster_kernel)(const struct ism__spread_work *w, const ism_vpl *v, float *effect);
 
 /* Returns the mean solid angle of a triangle from `count` receivers, ISM__VIEWS at most, whose positions are
@@ -35,8 +36,9 @@ typedef struct ism__spread_work {
     int              fresh;
     ism__cdf         cdf;
     ism__clusters   *clusters;
-    double          *seen;          /* share of each cluster by what the view sees */
-    uint32_t         cluster_count, cluster_size;   /* size: triangles of each but the last */
+    double          *seen;          /* each cluster's share of all points by what the view sees */
+    uint32_t         cluster_count;
+    uint32_t         cluster_size;  /* triangles of each cluster but the last */
     ism__cluster_kernel  weigh_clusters;
     ism__triangle_kernel mean_solid_angle;
 } ism__spread_work;

@@ -1,8 +1,8 @@
 /* ---- tile: one VPL's map while it is drawn, and the discs that are drawn into it ---- */
 
-/* Points of one tile, as many as are set up together. Arrays of one float each, so that kernels work on
-   several points at a time. `place` reads what comes first and writes the rest; the place in the triangle is
-   overwritten, too. */
+/* The points of one tile that are set up together, in arrays of one float each, so that kernels work on
+   several at a time. `place` reads the fields up to b1 and b2, which it also overwrites, and writes the
+   others. */
 typedef struct ism__discs {
     uint32_t count;                             /* points in use */
     uint32_t triangle[ISM__DISCS];
@@ -10,7 +10,7 @@ typedef struct ism__discs {
     float    weight[ISM__DISCS];                /* area that the point stands for, over its triangle's */
     float    b1[ISM__DISCS], b2[ISM__DISCS];    /* barycentric coordinates of the point; 0 if the disc is not
                                                    cut off at its triangle's edges */
-    float    d1[3][ISM__DISCS], d2[3][ISM__DISCS];  /* by how much they grow along the tile's axes */
+    float    d1[3][ISM__DISCS], d2[3][ISM__DISCS];  /* gradients of these coordinates, in the tile's axes */
     float    at[3][ISM__DISCS];                 /* the disc's centre, in the tile's axes */
     float    g[3][ISM__DISCS];                  /* the disc's plane, as in ism__texel */
     float    radius2[ISM__DISCS];
@@ -21,22 +21,22 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     const ism_maps  *m;
     const ism_mesh  *mesh;
     const ism_vpl   *vpl;
-    ism__orientation frame;
+    ism__orientation axes;
     ism_projection   projection;
     uint32_t         size;
     const ism__window *window;      /* NULL: the whole square */
-    const float     *x, *y, *z;     /* directions of texel centres, in the tile's axes; x, y, 1 of sky maps in
-                                       units of radius */
+    const float     *x, *y, *z;     /* directions of texel centres, in the tile's axes; in maps of directions
+                                       x and y in units of the radius, and 1 */
     float           *depth;         /* at texel centres; ISM_FAR = empty */
     ism__texel      *texels;
-    float            texels_per_unit;   /* of angle, of a sky of world space: the most in either direction of
-                                           the square, without a window */
+    float            texels_per_unit;   /* the most texels of a radian along a side of the square, without
+                                           a window; in maps of directions those of a unit of length */
     uint64_t         splats, wide, filled;
 } ism__tile;
 
 typedef struct ism__splat {         /* kernels of one instruction set */
     uint32_t (*place)(ism__tile *tile, ism__discs *s);
-    /* Finds where discs lie in the tile, and returns a bit for each that may cover a texel. */
+    /* Finds where discs lie in the tile. Returns a bit for each disc that may cover a texel. */
     void     (*draw)(ism__tile *tile, const ism__discs *s, uint32_t bits);
     /* Draws the discs whose bits are set, one after the other. */
 } ism__splat;
@@ -49,6 +49,7 @@ static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
 
+/* Returns ism__tile's texels_per_unit, by its projection. */
 static float ism__texels_per_unit(const ism__tile *tile)
 {
     float size = (float)tile->size;

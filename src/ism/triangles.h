@@ -1,6 +1,6 @@
 /* ---- triangles: which of them get points, by the view (paper 5.1, 5.2) and by each VPL ---- */
 
-/* Mean solid angle from the view samples of this triangle. */
+/* Returns a triangle's mean solid angle as seen from its receivers. */
 static float ism__seen_by_view(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
 {
     const ism_points *points = w->view->points;
@@ -42,6 +42,7 @@ static void ism__spread_task(void *context, size_t index)
     }
 }
 
+/* Lists the pixels that are no background. */
 static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t *count)
 {
     size_t pixels = (size_t)view->width * view->height, i;
@@ -54,7 +55,8 @@ static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t
     return ISM_OK;
 }
 
-/* Weight of a triangle: solid angle and, in the share that keeps edge-on triangles in, area. */
+/* Makes the prefix sums from which triangles are drawn: of solid angles, and of areas in a share that keeps
+   triangles in which are seen from their edge. */
 static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
 {
     ism_maps *m = w->m;
@@ -72,7 +74,7 @@ static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum
     w->cdf.count = (uint32_t)w->triangles;
 }
 
-/* Finds which share of the points a cluster gets by what the view sees, and measures it for VPLs. */
+/* Finds which share of the points a cluster gets by what the view sees, and measures the cluster for VPLs. */
 static void ism__cluster_task(void *context, size_t c)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
@@ -84,8 +86,9 @@ static void ism__cluster_task(void *context, size_t c)
 #endif
 }
 
-/* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of
-   them, and a little by each, so that none is forgotten. */
+/* Writes prefix sums of the clusters' shares of a VPL's points. A share is the geometric mean of what the
+   view and the VPL see of the cluster, and a little of either alone, so that no cluster is forgotten. v: NULL
+   = only the view counts. */
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
     double seen = 0.0, sum = 0.0;

@@ -1,22 +1,24 @@
 /* ---- visibility: depths of the tiles compared ---- */
 
+/* Returns where a VPL's tile begins in the atlas. */
 static const float *ism__tile_of(const ism_maps *m, uint32_t v)
 {
     size_t column = v % m->tiles, row = v / m->tiles;
     return (const float *)m->atlas.data + row * m->desc.tile_side * m->side + column * m->desc.tile_side;
 }
 
-/* A receiver from a VPL: what is known of it before the map is read, which no cache holds. */
+/* A receiver as seen from a VPL, before the texel of the map is read. Looks of several VPLs are made
+   together, so that their texels, which no cache holds, are fetched meanwhile. */
 typedef struct ism__look {
-    ism__v3      l, n;              /* the receiver and its normal in the VPL's frame */
-    float        d;                 /* distance; depth in a sky's map */
+    ism__v3      l, n;              /* the receiver and its normal along the axes of the VPL's map */
+    float        d;                 /* distance from the VPL; depth in a map of directions */
     uint32_t     x, y;              /* texel */
-    const float *at;                /* it, or NULL: `lit` holds already */
+    const float *at;                /* the texel's depth; NULL: `lit` is known without it */
     int          lit;
 } ism__look;
 
-/* What lies behind the receiver's tangent plane is hidden by its own surface, which a thin sheet's depth
-   cannot tell from the receiver. */
+/* Finds the texel that shows a receiver. A VPL behind the receiver's tangent plane is hidden by the
+   receiver's own surface; the depth of a thin sheet could not tell its two sides apart. */
 static void ism__look_at(const ism_maps *m, uint32_t number, const ism__orientation *f, ism__v3 p, ism__v3 ng,
                          ism__look *look)
 {
@@ -50,8 +52,8 @@ static void ism__look_at(const ism_maps *m, uint32_t number, const ism__orientat
     ISM__PREFETCH(look->at);
 }
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light
-   grazes. */
+/* Returns whether the map lets light through to a receiver. Depths are compared at the centre of the texel,
+   on the receiver's own tangent plane: so grazing light leaves no acne. */
 static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look, float bias)
 {
     uint32_t size = m->desc.tile_side;
@@ -70,7 +72,7 @@ static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look
         if (fabsf(n.z) > 0.1f) d -= (n.x * dx + n.y * dy) / n.z;
         return d - bias * r <= t;
     }
-    if (0.5f * d * (1.0f - bias) > t) return 0;     /* the tangent plane is not taken for nearer than that */
+    if (0.5f * d * (1.0f - bias) > t) return 0;     /* the plane's depth, below, is at least 0.5 d */
     if (ism__projection_of(m, v) != ISM_PROJECTION_LOBE && !w->u.on && !w->v.on) {
         const float *at = (const float *)m->directions.data + (size_t)look->y * size + look->x;
         size_t texels = (size_t)size * size;
@@ -94,13 +96,13 @@ static int ism__lit(const ism_maps *m, uint32_t number, const ism__orientation *
     return ism__is_lit(m, number, &look, bias);
 }
 
-/* Bias as it is used: 0 is the default, what is negative none. */
+/* Returns the bias of a setting: 0 is the default, a negative number is none. */
 static float ism__bias_of(float bias) { return bias > 0.0f ? bias : bias < 0.0f ? 0.0f : 0.02f; }
 
 ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points *points, float bias,
                                float *visible)
 {
-    ism__orientation frame;
+    ism__orientation axes;
     ism__job job;
     ism_result result;
     size_t i;
@@ -115,23 +117,23 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points
     if (!m->built) return ism__too_early(&job.log, "maps", "are not drawn: call ism_build before");
     result = ism__open_view(&job.log, points, &job.view);
     if (result != ISM_OK) return result;
-    frame = ism__vpl_frame(m, &m->vpls[vpl]);
+    axes = ism__vpl_axes(m, &m->vpls[vpl]);
     for (i = 0; i < points->count; i++) {
         ism__v3 p, n;
         visible[i] = 0.0f;
         if (!ism__receiver(&job.view, i, &p, &n)) continue;
         n = ism__geometric_normal(&job.view, i, n);
-        visible[i] = (float)ism__lit(m, vpl, &frame, p, n, ism__bias_of(bias));
+        visible[i] = (float)ism__lit(m, vpl, &axes, p, n, ism__bias_of(bias));
     }
     return ISM_OK;
 }
 
-/* Visibility of `count` VPLs of the list, which are numbers in `order`. */
+/* Writes the visibility of `count` VPLs; the list has their places in `order`. */
 static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                               uint32_t count, float *visible)
 {
     uint32_t i, numbers[ISM__CHUNK];
-    ism__look looks[ISM__CHUNK];    /* of all, so that the maps' texels are fetched meanwhile */
+    ism__look looks[ISM__CHUNK];    /* of all VPLs, so that their texels are fetched before one is read */
     if (w->s.visible_fn) {
         float position[3], geometric[3];
         for (i = 0; i < count; i++) numbers[i] = w->order[list[i]];
@@ -141,28 +143,30 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
         return;
     }
     for (i = 0; i < count && !w->s.no_maps; i++)
-        ism__look_at(w->m, w->order[list[i]], &w->frames[list[i]], px->p, px->ng, &looks[i]);
+        ism__look_at(w->m, w->order[list[i]], &w->axes[list[i]], px->p, px->ng, &looks[i]);
     for (i = 0; i < count; i++)
         visible[i] = w->s.no_maps ? 1.0f : (float)ism__is_lit(w->m, w->order[list[i]], &looks[i], w->s.bias);
 }
 
-static const ism__orientation *ism__near_frame(const ism__shade_work *w, uint32_t v)
+/* Returns the axes of the map of VPL v. */
+static const ism__orientation *ism__near_axes(const ism__shade_work *w, uint32_t v)
 {
     uint32_t classes = w->interleave * w->interleave;
-    return &w->frames[w->class_first[v % classes] + v / classes];
+    return &w->axes[w->class_first[v % classes] + v / classes];
 }
 
-/* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer
-   than that VPL and the map, moved to the point, hides nothing: surfaces beside it are much as beside the
-   VPL. A receiver behind the VPL is where the map ends, and lit. Neither holds for one that faces the point,
-   as the backs of bent sheets do. */
+/* Returns how much of a near point a receiver sees by the map of the point's VPL. Two kinds of receivers
+   count as lit beside those that the map shows as lit: one that the map hides, if the point is nearer than
+   the VPL and the map, moved to the point, hides nothing, since surfaces are alike around both; and one
+   behind the VPL, where the map ends. Neither does if it faces the point, since it may be the back of a bent
+   sheet. */
 static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px,
                            const ism__look *look)
 {
     const ism_maps *m = w->m;
     uint32_t v = (uint32_t)at->vpl;
     const ism_vpl *l = &m->vpls[v];
-    const ism__orientation *f = ism__near_frame(w, v);
+    const ism__orientation *f = ism__near_axes(w, v);
     ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
     ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
     float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
@@ -173,7 +177,7 @@ static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, c
     return ism__lit(m, v, f, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
 }
 
-/* Visibility of `count` near points of the list. */
+/* Writes the visibility of `count` near points of the list. */
 static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                                    uint32_t count, float *visible)
 {
@@ -193,7 +197,7 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
     }
     for (i = 0; i < count && !w->s.no_maps; i++) {
         uint32_t v = (uint32_t)points[list[i]].vpl;
-        ism__look_at(w->m, v, ism__near_frame(w, v), px->p, px->ng, &looks[i]);
+        ism__look_at(w->m, v, ism__near_axes(w, v), px->p, px->ng, &looks[i]);
     }
     for (i = 0; i < count; i++)
         visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px, &looks[i]);

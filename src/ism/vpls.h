@@ -33,12 +33,13 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
         ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
         v->exponent = ism__lobe(s, i)[3];
     }
-    /* of a texel that is chosen once in a very long time not beyond what a VPL may have */
+    /* The flux of a texel that is almost never chosen is cut off at the most that a VPL may have. */
     for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale < 1e30f ? flux[k] * scale : 1e30f;
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
-    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
+    v->side = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__side_task
+                               then writes the side */
 }
 
 /* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
@@ -89,6 +90,7 @@ static void ism__side_task(void *context, size_t index)
     v->side = sqrtf(area);
 }
 
+/* Finds the squares of VPLs that were chosen or set, which have no near points yet. */
 static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float from, float to)
 {
     uint32_t i;
@@ -130,6 +132,7 @@ static int ism__draw_vpl(const ism_maps *m, const ism__job *job, double total, u
     return 1;
 }
 
+/* Draws the VPLs in proportion to the importances, whose sum is `total`. */
 static void ism__draw_all_vpls(ism_maps *m, const ism__job *job, double total)
 {
     uint32_t n = m->desc.vpl_count, i;

@@ -1,6 +1,7 @@
-/* ---- windows: of a tile, most texels to what the picture shows ---- */
+/* ---- windows: most texels of a tile show that part of the square which the picture shows ---- */
 
-/* cut: 64ths below and above the window. Its ends lie between texels, so that none is bent. */
+/* Sets the map of one axis; below and above are the 64ths of the square on either side of the window. The
+   window begins and ends between texels, so that the map is linear within each. */
 static void ism__set_axis(uint32_t below, uint32_t above, uint32_t size, uint32_t rim, ism__axis *out)
 {
     uint32_t rest = below + above, a;

@@ -1,6 +1,7 @@
 /* ---- windows: where the picture lies in the squares of VPLs ---- */
 
-/* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
+/* Writes where a place lies in the VPL's square. Returns 0 if the place is not before the VPL, or outside a
+   map of directions. */
 static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__orientation *f, ism__v3 p,
                           float uv[2])
 {
@@ -23,8 +24,8 @@ typedef struct ism__window_work {
     uint32_t        rows, columns, count, seen[8u * ISM__SIGHTS];
 } ism__window_work;
 
-/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them
-   encloses the others, nearly. UINT32_MAX for each that there already is. */
+/* Finds the receivers of one block that lie farthest in eight directions, such as the corners of a wall: a
+   window that holds them holds nearly all others. A receiver that was found before is UINT32_MAX. */
 static void ism__sight_task(void *context, size_t index)
 {
     ism__window_work *w = (ism__window_work *)context;
@@ -41,7 +42,7 @@ static void ism__sight_task(void *context, size_t index)
             ism__v3 p, n;
             size_t i = y * view->width + x;
             if (!ism__receiver(view, i, &p, &n)) continue;
-            for (k = 0; k < 8u; k++) {      /* no two as long, so that none of a grid's points are as far */
+            for (k = 0; k < 8u; k++) {      /* unequal weights: no two points of a grid lie equally far */
                 float at =
                     (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
                 if (best[k] != UINT32_MAX && !(at > most[k])) continue;
@@ -54,8 +55,9 @@ static void ism__sight_task(void *context, size_t index)
             if (best[j] == best[k]) best[k] = UINT32_MAX;
 }
 
-/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that
-   little of what moves makes a window jump. */
+/* Returns where one side of the new window lies: where it was in the frame before, if that is no more than
+   ISM__SLACK farther out than needed, so that windows seldom change while things move; else where it is
+   needed. */
 static uint32_t ism__cut_at(uint32_t need, uint32_t was, int known)
 {
     return known && was <= need && was + ISM__SLACK >= need ? was : need;
@@ -71,7 +73,7 @@ static void ism__window_task(void *context, size_t index)
     uint32_t i, k;
     int known = index < m->window_count && !v->jumped && !m->desc.unstable;
     ism__window *out = (ism__window *)m->windows.data + index;
-    ism__orientation f = ism__vpl_frame(m, v);
+    ism__orientation f = ism__vpl_axes(m, v);
     v->window = 0;
     for (i = 0; i < w->count; i++) {
         ism__v3 p, n;
@@ -86,7 +88,7 @@ static void ism__window_task(void *context, size_t index)
             hi[k] = uv[k] > hi[k] ? uv[k] : hi[k];
         }
     }
-    if (lo[0] <= hi[0])             /* else nothing looks at this map */
+    if (lo[0] <= hi[0])             /* else no receiver looks at this map */
         for (k = 0; k < 2u; k++) {
             float pad = (hi[k] - lo[k]) * ISM__PAD;
             uint32_t low = ism__texel_of(lo[k] > pad ? lo[k] - pad : 0.0f, ISM__STEPS);
@@ -99,7 +101,8 @@ static void ism__window_task(void *context, size_t index)
     if (!out->u.on && !out->v.on) v->window = 0;
 }
 
-/* All that bounces on counts, seen or not: maps that ism_bounce needs are even. */
+/* Makes the windows of all tiles. Maps for ism_bounce have none: light that bounces on counts, seen or not.
+   Returns 0 if the caller cancels. */
 static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part *part)
 {
     ism__window_work w;

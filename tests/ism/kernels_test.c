@@ -45,7 +45,7 @@ static void open_canvas(canvas *c, ism_projection projection, int sky, int windo
     if (windows) ism__set_window(20u | 10u << 6 | 16u << 12 | 30u << 18, SIDE, 4, &c->window);
     c->tile.m = &c->maps;
     c->tile.vpl = &c->vpl;
-    c->tile.frame = ism__vpl_frame(&c->maps, &c->vpl);
+    c->tile.axes = ism__vpl_axes(&c->maps, &c->vpl);
     c->tile.projection = ism__projection_of(&c->maps, &c->vpl);
     c->tile.size = SIDE;
     c->tile.window = &c->window;
@@ -182,7 +182,7 @@ static void a_disc_lies_where_its_direction_does(void **state)
                     s.corners[k][1][0] = p.y + (k == 2 ? 1e-4f : 0.0f);
                     s.corners[k][2][0] = p.z;
                 }
-                ism__v3_store(direction, ism__v3_normalize(ism__to_local(&c.tile.frame, p)));
+                ism__v3_store(direction, ism__v3_normalize(ism__to_local(&c.tile.axes, p)));
                 if (!ism_map_coordinates(c.tile.projection, c.vpl.exponent, direction, uv) || direction[2] < 0.01f)
                     continue;
                 assert_int_equal(ism__place_discs_plain(&c.tile, &s), 1);
