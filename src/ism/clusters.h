@@ -1,6 +1,7 @@
 /* ---- clusters: triangles are put together, for what a VPL sees of them ---- */
 
-/* Measures cluster c, which is triangles t to end - 1. */
+/* Measures cluster c, which is triangles t to end - 1. A cluster without area is all 0, since kernels compute on
+   its lane too. */
 static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, size_t end)
 {
     ism__v3 p[3], from;
@@ -8,7 +9,9 @@ static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, 
     ism__clusters *out = &w->clusters[c / ISM__BUNDLE];
     size_t lane = c % ISM__BUNDLE;
     int k;
-    out->area[lane] = 0.0f;
+    out->area[lane] = out->radius2[lane] = 0.0f;
+    for (k = 0; k < 3; k++) out->at[k][lane] = 0.0f;
+    for (k = 0; k < 6; k++) out->n[k][lane] = 0.0f;
     for (from = ism__v3_make(0.0f, 0.0f, 0.0f); t < end; t++) {
         ism__v3 g, n;
         float area = w->area[t];
