@@ -671,6 +671,7 @@ ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *t
    i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side and
    tiles_across may be NULL. */
 
+#ifndef ISM_WITHOUT_VISIBLE
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,
                                float *visible);
 /* Writes for each receiver whether this VPL's map lets light through to it: 1 or 0. Receivers behind the VPL
@@ -681,6 +682,7 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
             bias is not below 1, or a count, width or stride of points is out of range.
             ISM_ERR_ORDER: ism_build must come first.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite. */
+#endif
 
 /* ==== src/ism/api_tools.h ==== */
 
@@ -750,6 +752,7 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
    horizon (z <= 0). Corners of the PARABOLOID's square give directions below the horizon.
    exponent  of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
 
+#ifndef ISM_WITHOUT_WINDOWS
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
 ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
 /* ism_zoom goes from a place in the square to its place in the tile, which is a unit square too; ism_unzoom
@@ -758,6 +761,7 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
    window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above the
             window in u and in v, six bits each from the lowest on; 0 = the tile shows the square evenly
    rim      desc.window_rim, or its default if it is 0 */
+#endif
 
 #ifdef __cplusplus
 }

@@ -571,11 +571,13 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, c
               bands^2 coefficients or, with wavelets, 6 N^2 texels; of sources of r, then of g, then of b
    Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (self-visibility, a shard) */
 
+#ifndef SFIELD_WITHOUT_TABLES
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
 /* Writes the self-visibility of count points from point `first` on, as it is stored.
    out      for each point bands^2 coefficients or, with wavelets, 6 N^2 texels
    Errors   SFIELD_ERR_ARGUMENT (NULL, points beyond the last), SFIELD_ERR_MISMATCH (a field of another
             kind) */
+#endif
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions,
                                         float *out);
@@ -657,10 +659,12 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direc
    irradiance   r, g, b of a surface that faces the sun, 0..1e18 W/m^2
    Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a vector that is not unit, irradiance) */
 
+#ifndef SFIELD_WITHOUT_TABLES
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *scene, float *coefs);
 /* Writes the environment and its suns as they are now, for shaders: bands^2 coefficients of r, then of g,
    then of b.
    Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (a scene of wavelets) */
+#endif
 
 #ifndef SFIELD_WITHOUT_CACHE
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count,

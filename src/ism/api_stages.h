@@ -157,6 +157,7 @@ ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *t
    i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side and
    tiles_across may be NULL. */
 
+#ifndef ISM_WITHOUT_VISIBLE
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,
                                float *visible);
 /* Writes for each receiver whether this VPL's map lets light through to it: 1 or 0. Receivers behind the VPL
@@ -167,3 +168,4 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
             bias is not below 1, or a count, width or stride of points is out of range.
             ISM_ERR_ORDER: ism_build must come first.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite. */
+#endif

@@ -64,6 +64,7 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
    horizon (z <= 0). Corners of the PARABOLOID's square give directions below the horizon.
    exponent  of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
 
+#ifndef ISM_WITHOUT_WINDOWS
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
 ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
 /* ism_zoom goes from a place in the square to its place in the tile, which is a unit square too; ism_unzoom
@@ -72,6 +73,7 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
    window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above the
             window in u and in v, six bits each from the lowest on; 0 = the tile shows the square evenly
    rim      desc.window_rim, or its default if it is 0 */
+#endif
 
 #ifdef __cplusplus
 }

@@ -207,11 +207,13 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, c
               bands^2 coefficients or, with wavelets, 6 N^2 texels; of sources of r, then of g, then of b
    Errors     SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (self-visibility, a shard) */
 
+#ifndef SFIELD_WITHOUT_TABLES
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
 /* Writes the self-visibility of count points from point `first` on, as it is stored.
    out      for each point bands^2 coefficients or, with wavelets, 6 N^2 texels
    Errors   SFIELD_ERR_ARGUMENT (NULL, points beyond the last), SFIELD_ERR_MISMATCH (a field of another
             kind) */
+#endif
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions,
                                         float *out);

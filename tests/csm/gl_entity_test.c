@@ -79,11 +79,11 @@ static void the_instance_of_a_point_is_asked_first(void **state)
         q.light_kind = COHSM_LIGHT_POSITION;
         if (!none) q.entities = entities;
         assert_int_equal(cohsm_visible_scene(on_cpu, 2, &q, visible, NULL), COHSM_OK);
-        for (i = 0; i < ENTITIES; i++) assert_float_equal(visible[i], none ? first[0] : first[i], 0);
+        for (i = 0; i < ENTITIES; i++) assert_float_equal(visible[i], first[none ? 0 : i], 0);
         assert_glbk(t, glbk_csm_ask_upload(&t->gl, &asker, &q));
         assert_glbk(t, glbk_csm_ask_run(&t->gl, &asker, &maps, ENTITIES));
         assert_glbk(t, glbk_csm_ask_read(&t->gl, &asker, ENTITIES, visible));
-        for (i = 0; i < ENTITIES; i++) assert_float_equal(visible[i], none ? first[0] : first[i], 0);
+        for (i = 0; i < ENTITIES; i++) assert_float_equal(visible[i], first[none ? 0 : i], 0);
     }
     glbk_csm_asker_free(&t->gl, &asker);
     glbk_csm_maps_free(&t->gl, &maps);
