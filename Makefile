@@ -12,6 +12,7 @@
 # make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
+# make gl-compile seconds that this machine's OpenGL takes to compile each shader
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make check-embree  what calls Embree, with versions 3 and 4
 # make performance docs/measured/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
@@ -135,7 +136,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
         check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm \
         check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-size check conformance check-conformance \
-        check-stack check-gpu-cost gpu-cost msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
+        check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -330,10 +331,10 @@ back: $(TOOLS)/join
 	@$(TOOLS)/join --back '$(FILE)'; status=$$?; git --no-pager diff --stat -- src; exit $$status
 # It compiles the GLSL that the header holds.
 $(TOOLS)/glsl: $(wildcard gl_backend/*.h)
-# WebGL 2. Without the rows of rsm, one of which is 0 to the last bit elsewhere.
+# WebGL 2.
 check-browser:
 	@sh tools/check-browser $(foreach t,backend state passes viewport gbuffer_far,gl_backend/$(t)_test) $(foreach t,build twin rows shade,csm/gl_$(t)_test) \
-	  envshadow/gl_twin_test rsm/gl_twin_test rsm/gl_pass_test $(foreach t,twin rows fault,ism/gl_$(t)_test) \
+	  envshadow/gl_twin_test rsm/gl_twin_test rsm/gl_pass_test rsm/gl_rows_test $(foreach t,twin rows fault,ism/gl_$(t)_test) \
 	  $(foreach t,twin build rows arguments,shadowfield/gl_$(t)_test)
 # Pages for browsers, into out/web: static files.
 web:
@@ -354,6 +355,13 @@ $(TOOLS)/spirv_ways: tools/spirv_ways.c
 	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -lm -o $@
 gpu-cost: $(TOOLS)/glsl $(TOOLS)/gpu_cost $(TOOLS)/spirv_ways
 	@sh tools/gpu-cost $^ build/gpu-cost
+# What the first draw waits for: seconds that this machine's OpenGL takes to compile each program.
+$(TOOLS)/gl_compile: tools/gl_compile.c $(COMMON)
+	@mkdir -p $(@D)
+	$(call say,CC,$<)$(BASE_C) -Iexamples/common $(HAVE) -MF $(OBJ)/gl_compile.d $< $(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) -lm -o $@
+gl-compile: $(TOOLS)/glsl $(TOOLS)/gl_compile
+	@rm -rf build/gl-compile && mkdir -p build/gl-compile && $(TOOLS)/glsl build/gl-compile
+	@MESA_SHADER_CACHE_DISABLE=true __GL_SHADER_DISK_CACHE=0 $(TOOLS)/gl_compile build/gl-compile
 check-gpu-cost: $(TOOLS)/glsl
 	@sh tools/gpu-cost --check $< none none build/gpu-cost
 check-readme:
