@@ -89,7 +89,7 @@ static int is_linked(const char *name, uint32_t program)
     return 0;
 }
 
-/* Compiles the program of a file NAME-330.frag, with NAME-330.vert or the vertex shader of screens, or NAME-430.comp. */
+/* Compiles the program of NAME-330.frag, with NAME-330.vert or the vertex shader of screens, or of NAME-430.comp. */
 static int compile(const char *folder, row *r)
 {
     char path[1400];
