@@ -1,6 +1,6 @@
-/* gl_compile - how long the OpenGL of this machine takes to compile and link every program of gl_backend/, from the texts
-   that tools/glsl writes: a line "program stage seconds" each, the longest last, and their sum. A user waits so long at the
-   first draw. A driver's cache of programs must be off (NVIDIA: __GL_SHADER_DISK_CACHE=0, Mesa:
+/* gl_compile - how long the OpenGL of this machine takes to compile and link every program of gl_backend/, from the
+   texts that tools/glsl writes: a line "program stage seconds" each, the longest last, and their sum. A user waits so
+   long at the first draw. A driver's cache of programs must be off (NVIDIA: __GL_SHADER_DISK_CACHE=0, Mesa:
    MESA_SHADER_CACHE_DISABLE=true), or the second run measures the cache.
 
    gl_compile FOLDER [PART-OF-A-NAME]
@@ -22,7 +22,8 @@ typedef struct row { char name[80]; const char *stage; double seconds; } row;
 /* The functions of OpenGL that compile; the backend keeps its own to itself. */
 static struct {
     uint32_t (GLBK_CALL *CreateShader)(uint32_t type);
-    void     (GLBK_CALL *ShaderSource)(uint32_t shader, int32_t count, const char *const *texts, const int32_t *lengths);
+    void     (GLBK_CALL *ShaderSource)(uint32_t shader, int32_t count, const char *const *texts,
+                                       const int32_t *lengths);
     void     (GLBK_CALL *CompileShader)(uint32_t shader);
     uint32_t (GLBK_CALL *CreateProgram)(void);
     void     (GLBK_CALL *AttachShader)(uint32_t program, uint32_t shader);

@@ -197,8 +197,9 @@ static double difference(const float *a, const float *b, size_t count, double fl
         double off = 0;
         for (k = 0; k < 3; k++) off = fmax(off, fabs((double)a[3 * i + k] - (double)b[3 * i + k]) / mean);
         if (off > 1e-4 && flipped++ < SHOWN)
-            printf("    receiver %zu: %g %g %g, by ism.h %g %g %g, mean %g\n", i, (double)a[3 * i], (double)a[3 * i + 1],
-                   (double)a[3 * i + 2], (double)b[3 * i], (double)b[3 * i + 1], (double)b[3 * i + 2], mean);
+            printf("    receiver %zu: %g %g %g, by ism.h %g %g %g, mean %g\n", i, (double)a[3 * i],
+                   (double)a[3 * i + 1], (double)a[3 * i + 2], (double)b[3 * i], (double)b[3 * i + 1],
+                   (double)b[3 * i + 2], mean);
         if (off <= 1e-4) worst = fmax(worst, off);
     }
     printf("    light: %zu of %zu receivers flipped, the others differ by %.1e of the mean\n", flipped, count, worst);

@@ -215,9 +215,9 @@ static void draw_watched(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
     scene_draw(&x->scene, ctx, r);
 }
 
-/* How far a texel's position lies from mine, as a share of the way to its neighbours on the same surface: 0 where it has
-   none there. Drivers may interpolate from the corners of the grid that they move a triangle to, which shifts a surface
-   in its plane by up to half a step of that grid in x and in y. */
+/* How far a texel's position lies from mine, as a share of the way to its neighbours on the same surface: 0 where it
+   has none there. Drivers may interpolate from the corners of the grid that they move a triangle to, which shifts a
+   surface in its plane by up to half a step of that grid in x and in y. */
 static double share_of_a_texel(const rsm_texel *mine, size_t i, double apart)
 {
     const size_t neighbours[2] = { i % MAP + 1 < MAP ? i + 1 : i, i / MAP + 1 < MAP ? i + MAP : i };

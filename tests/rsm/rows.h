@@ -394,9 +394,9 @@ static void no_light_of_its_own(void **state)
         lit_free(map);
         model_free(&m);
     }
-    /* Positions of a map that OpenGL draws are interpolated over the whole triangle, here 100 wide, and some drivers leave
-       its plane by more than rsm_form allows for: what shines then is a product of two small cosines (llvmpipe 0, an
-       H200 6e-14, SwiftShader 4e-9). Below 1e-8 of the light that falls there nobody sees it. */
+    /* Positions of a map that OpenGL draws are interpolated over the whole triangle, here 100 wide, and some drivers
+       leave its plane by more than rsm_form allows for: what shines then is a product of two small cosines (llvmpipe
+       0, an H200 6e-14, SwiftShader 4e-9). Below 1e-8 of the light that falls there nobody sees it. */
     CONFORM("T40", "most light of three endless planes on themselves, every pattern", 0, most,
             strcmp(CONFORM_BACKEND, "gl") == 0 ? 1e-8 : 0);
 }
