@@ -261,8 +261,9 @@ typedef struct glbk_desc {          /* zero it, then set what you care about */
                                        Storage buffers and images, which are for compute alone, are always
                                        at 0 .. 7, since GLSL says their numbers */
     int            check;           /* not 0, to look for errors, slowly: calls of a frame ask for GL's error
-                                       flag, and glbk_check and glbk_..._resolve look which framebuffer is
-                                       bound */
+                                       flag, glbk_check and glbk_..._resolve look which framebuffer is
+                                       bound, and glbk_envsh_maps_render draws twice, to find callbacks that
+                                       do not draw all instances. Each of these says what it returns */
 } glbk_desc;
 
 typedef enum glbk_depth {           /* the depth test, and whether depth is written */

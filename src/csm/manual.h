@@ -52,9 +52,10 @@
 
    Conventions
 
-   Coordinates are right-handed; matrices are column-major float[16]; directions point from the surface to the
-   light; distances are in the mesh's units, angles in radians. The poles of the maps of directions are +Y and
-   -Y: turn a scene whose up is Z before it comes here.
+   Coordinates are right-handed; matrices are column-major float[16]; distances are in the mesh's units, angles
+   in radians. Directions point from the surface to the light: those of a query may have any length but 0,
+   and those that cohsm_location writes are unit. The poles of the maps of directions are +Y and -Y: turn a
+   scene whose up is Z before it comes here.
 
      map        the depths of the object along one direction (an orthographic image), or around one position
                 (the six faces of a cube)
@@ -103,8 +104,10 @@
 
    From the paper to the code
 
+     section 3, figure 2    N maps of M x M pixels               cohsm_desc, cohsm_get_info           T63
      section 3.1, figure 3  a depth in [z1, z2) answers as z1    cohsm__interval                      T59, T71
      eq. (1), figure 4      segments: one depth for many maps    cohsm__compress_view, cohsm_verify   T59, T60
+     section 3.1            z_avg; depths are linear             cohsm__choose_value, cohsm_depths    T59
      section 3.1            third layer, spherical far plane     cohsm_layers, cohsm__leave_depth     T62
      section 3.2, figure 6  project, find segment, compare       cohsm__project_point, cohsm__lit_at  T61, T66
      section 3.2            the search for a segment             cohsm__list_block, cohsm__block_find T59
@@ -114,6 +117,7 @@
      section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
      section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,                T67, T68
                                                                  cohsm__hull_between
+     section 4.4            the domain in N even cells           cohsm__cell_location                 T64, T73
      section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells,                  T65
                                                                  cohsm__place_of_cell
      section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
@@ -124,8 +128,11 @@
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile  T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
+     section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72, furnace
      table 1                compression rates                    cohsm_get_info                       T63
+     table 2                queries a second                     cohsm_visible, cohsm_layout          -
 
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none.
    docs/csm.md says where the code departs from the paper, and why.
 
    Configuration

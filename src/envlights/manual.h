@@ -79,11 +79,11 @@
 
      Knuth 2005, 3, Fig. 1, importance     envlt_create                                T17 T18 T19 T20 T22
      Knuth 2005, 3, rotation of the map    envlt_rotate                                T21
-     Knuth 2005, 3, jitter in a stratum    envlt_jitter                                T15
+     Knuth 2005, 3, jitter in a stratum    envlt_jitter                                T15 irradiance
      Knuth 2005, 6, size of the light      envlt__find_extent; axis_u of envlt_light   -
      Agarwal 2003, structured sampling     envlt__run_structured                       T19 T20 T21
      Debevec 2005, median cut              envlt__run_median                           T19 T20 T21
-     Viriyothai 2009, minimum variance     envlt__best_cut                             T19 T20 T21
+     Viriyothai 2009, minimum variance     envlt__best_cut                             T19 T20 T21 irradiance
      inversion of the distribution         envlt__run_inversion                        T19 T20 T21
      solid angles                          envlt_texel_solid_angle                     T11 T12 T13
      sums over large maps                  envlt_create                                T16

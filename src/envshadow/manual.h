@@ -90,15 +90,16 @@
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
      3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
-     3, Fig. 4, smoothing                  envsh__filter_smooth                               -
+     3, Fig. 3, more lights, softer shadow envsh_maps_desc envsh_shade                        T23
+     3, Fig. 4, smoothing                  envsh__filter_smooth                               image
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
      4, percentage closer filtering        envsh__filter_taps                                 T24
      4, load balancing                     envsh_cost_fit envsh_cost_cluster                  -
-     6, size of the light source           envsh__filter_penumbra, axes_u of envsh_lights     -
+     6, size of the light source           envsh__filter_penumbra, axes_u of envsh_lights     image
 
    The last column names the rows of docs/conformance.md that test a line; a - says that there is none. Of
-   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, penumbrae to the
-   width of a half plane's, and the cost model to its own times.
+   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, and the cost model
+   to its own times.
 
    The knobs, and what each trades:
 

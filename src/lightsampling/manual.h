@@ -63,8 +63,10 @@
    Conventions
 
    Coordinates are right-handed; directions have unit length and point from the surface to the light or the
-   eye; distances are in the scene's units, angles in radians, radiance in W/(sr m^2). The poles of skies, of
-   latitude-longitude maps and of `rotation` are +Y and -Y: turn a scene whose up is Z before it comes here.
+   eye; distances are in the scene's units, angles in radians, radiance in W/(sr m^2). A vector that is called
+   unit may have a length from 0.97 to 1.03 and is used as it is; any other length is an error. The poles of
+   skies, of latitude-longitude maps and of `rotation` are +Y and -Y: turn a scene whose up is Z before it
+   comes here.
 
      light      a shape A that emits (section 5), its light function L, and how points of it are drawn, P_L
      coords     a light's own coordinates x in [0, 1)^d; equal ranges of them cover equal areas of the light
@@ -94,14 +96,17 @@
      section 4, 5  D, where maps look from           lsamp_light_domain                       -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                          T10, T73
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums   T11, T12, T15
+     section 5     a material for each pixel         lsamp_points (materials)                 -
      section 5.1   P_f, lobes by Russian roulette    lsamp_brdf_sample, lsamp__brdf_draw      T10, T21
      section 5.1   256 patterns, one for a pixel     lsamp_patterns_build, lsamp__random_numbers  -
      section 5.1   sky: diffuse by P_L, specular by  lsamp_sampling, lsamp__estimator_init    T10
                    P_f; local lights by P_L
      section 5.2   the mean of frames (figure 11)    lsamp_progressive_add                    T16
 
-   Visibility V and the rest of the paper are csm.h's. docs/lightsampling.md says where the code departs from
-   the paper, and why.
+   The last column names the rows of docs/conformance.md that test a line; a - says that there is none.
+   tests/lightsampling holds patterns to what makes them stratified and to an integral, and samples of points
+   with materials of their own to golden bytes. Visibility V and the rest of the paper are csm.h's.
+   docs/lightsampling.md says where the code departs from the paper, and why.
 
    Configuration
 
@@ -115,9 +120,8 @@
    returns an lsamp_result; if the result is not LSAMP_OK, outputs are untouched. The log of a desc says why a
    call failed, unless the desc is NULL; calls without a desc say at their declarations that they have no log.
    There are no globals: any number of threads may sample the same light; sums of frames belong to one thread
-   at a time. Unit vectors may have lengths of 0.97 to 1.03. A point's samples depend on its own inputs and
-   pixel only, and are the same bits on every compiler and processor (not with x87 arithmetic, nor with
-   clang's -ffast-math).
+   at a time. A point's samples depend on its own inputs and pixel only, and are the same bits on every
+   compiler and processor (not with x87 arithmetic, nor with clang's -ffast-math).
 
    What is supported: docs/lightsampling.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef LIGHTSAMPLING_H
