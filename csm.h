@@ -1715,6 +1715,25 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
+/* ==== src/shared/hot.h ==== */
+
+/* unit hot, needs fp_begin: attributes of functions that take most of the time */
+
+/* COHSM__INLINE stands before what must be inlined into kernels of several targets. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__INLINE static inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define COHSM__INLINE static __forceinline
+#else
+#define COHSM__INLINE static inline
+#endif
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__PREFETCH(p) __builtin_prefetch(p)
+#else
+#define COHSM__PREFETCH(p) (void)(p)
+#endif
+
 /* ==== src/csm/format.h ==== */
 
 /* ---- format: the block, and what maps keep in memory ---- */
@@ -3044,7 +3063,7 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
 
 /* Returns the 16-bit depth of segment j in a block of n. An exact depth has as many exact depths before it as
    there are codes of all ones before j. */
-static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
+COHSM__INLINE uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
                                           uint32_t j)
 {
     uint32_t head = block[0], bits = head >> 12 & 15u;

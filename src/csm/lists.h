@@ -81,7 +81,7 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
 
 /* Returns the 16-bit depth of segment j in a block of n. An exact depth has as many exact depths before it as
    there are codes of all ones before j. */
-static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
+COHSM__INLINE uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
                                           uint32_t j)
 {
     uint32_t head = block[0], bits = head >> 12 & 15u;

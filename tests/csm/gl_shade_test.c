@@ -576,6 +576,43 @@ static void prepared_frames_are_the_same(void **state)
     close_rig(t, &other);
 }
 
+/* A plane is no mesh whose normals a shader would make unit: the frame says it, and any other length is refused. */
+static void planes_of_a_frame_are_unit(void **state)
+{
+    GL_TEST(t, state)
+    static const struct { float z, distance; const char *log; } planes[] = {
+        { 0.97f, -1, NULL },
+        { 1.03f, 0, NULL },
+        { 0.96f, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 0.96; it must be 0.97..1.03" },
+        { -1.04f, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 1.04; it must be 0.97..1.03" },
+        { 0, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 0; it must be 0.97..1.03" },
+        { (float)NAN, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is not a number; it must be 0.97..1.03" },
+        { 1, (float)INFINITY, "glbk_csm_prepare: desc.planes[1][3] is infinity; it must be finite" },
+    };
+    lsamp_light_desc d = describe(LSAMP_LIGHT_POINT, 0);
+    lsamp_light_desc desc = describe_gl(&d);
+    uint32_t start, i;
+    glbk_csm_lights lights = lights_of(t, &desc, 1, NULL, &start);
+    rig r;
+    make_points();
+    open_rig(t, 0, &r);
+    for (i = 0; i < sizeof planes / sizeof *planes; i++) {
+        glbk_csm_use use = use_of(&r, start, desc.kind);
+        glbk_csm_frame_desc f = frame_of(&lights, &use);
+        f.plane_count = 2;
+        f.planes[0][1] = 1;
+        f.planes[1][2] = planes[i].z;
+        f.planes[1][3] = planes[i].distance;
+        t->log[0] = 0;
+        assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), planes[i].log ? GLBK_ERR_DESC : GLBK_OK);
+        if (planes[i].log) assert_string_equal(t->log, planes[i].log);
+        f.plane_count = 1;                                      /* the others are not read */
+        assert_glbk(t, glbk_csm_prepare(&t->gl, &r.renderer, &f));
+    }
+    glbk_csm_lights_free(&t->gl, &lights);
+    close_rig(t, &r);
+}
+
 /* An error of the first light is not lost with the second: such a frame does not count. */
 static void errors_of_any_light_are_told(void **state)
 {
@@ -613,6 +650,7 @@ int main(int count, char **values)
                                   cmocka_unit_test(lights_take_their_texels), cmocka_unit_test(bad_lights_are_refused),
                                   gl_unit_test(updated_lights_are_new_lights),
                                   gl_unit_test(prepared_frames_are_the_same),
+                                  gl_unit_test(planes_of_a_frame_are_unit),
                                   gl_unit_test(errors_of_any_light_are_told) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);

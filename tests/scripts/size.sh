@@ -2,7 +2,7 @@
 # size HEADER... - what a program carries that needs only one technique on the GPU: it calls every public function of one
 # gl_*.h, of gl_backend.h and gl_programs.h, their GLSL included, is linked with the implementations of all headers by -Os
 # and --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header
-# calls of its technique's.
+# calls of its technique's, and of gl_gbuffer.h (which has a line of its own with all that it can).
 CC=${CC:-gcc}
 limit=150000
 dir=$(mktemp -d) || exit 1
