@@ -586,7 +586,8 @@ static void planes_of_a_frame_are_unit(void **state)
         { 0.96f, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 0.96; it must be 0.97..1.03" },
         { -1.04f, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 1.04; it must be 0.97..1.03" },
         { 0, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is 0; it must be 0.97..1.03" },
-        { (float)NAN, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is not a number; it must be 0.97..1.03" },
+        { (float)NAN, 0, "glbk_csm_prepare: desc.planes[1]'s normal: its length is not a number; it must be "
+                         "0.97..1.03" },
         { 1, (float)INFINITY, "glbk_csm_prepare: desc.planes[1][3] is infinity; it must be finite" },
     };
     lsamp_light_desc d = describe(LSAMP_LIGHT_POINT, 0);
