@@ -52,10 +52,10 @@
 
    Conventions
 
-   Coordinates are right-handed; matrices are column-major float[16]; distances are in the mesh's units, angles
-   in radians. Directions point from the surface to the light: those of a query may have any length but 0,
-   and those that cohsm_location writes are unit. The poles of the maps of directions are +Y and -Y: turn a
-   scene whose up is Z before it comes here.
+   Coordinates are right-handed; matrices are column-major float[16]; distances are in the mesh's units,
+   angles in radians. Directions point from the surface to the light: those of a query may have any length
+   but 0, and those that cohsm_location writes are unit. The poles of the maps of directions are +Y and -Y:
+   turn a scene whose up is Z before it comes here.
 
      map        the depths of the object along one direction (an orthographic image), or around one position
                 (the six faces of a cube)
@@ -128,7 +128,8 @@
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile  T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
-     section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72, furnace
+     section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72,
+                                                                                                 furnace
      table 1                compression rates                    cohsm_get_info                       T63
      table 2                queries a second                     cohsm_visible, cohsm_layout          -
 
@@ -2424,8 +2425,8 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* Those of COHSM__STRETCH neighbouring clusters that are in sight. The list has room for eight more, since it
-   is written eight at a time. */
+/* Lists which of COHSM__STRETCH neighbouring clusters are in sight. The list has room for eight more, since
+   kernels write eight entries at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 
@@ -3016,9 +3017,9 @@ typedef struct cohsm__segment {
     uint16_t exact;
 } cohsm__segment;
 
-/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. It reads the
-   word before the field's last one and never the word after, which may be another line's: that miss would
-   cost more than the whole search. */
+/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. The
+   function reads the word before the field's last word and never the word after, which may lie in another
+   cache line: such a miss would cost more than the whole search. */
 static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
     uint32_t i = ((bit + count - 1u) >> 5) - 1u;
@@ -7990,8 +7991,8 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
 
-/* Returns the log of the first instance that has maps. Of a count that cannot be true only one instance is
-   looked at. */
+/* Returns the log of the first instance that has maps. If count is larger than any scene can be, the function
+   looks at the first instance alone. */
 static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, size_t count)
 {
     const cohsm_maps *maps = NULL;
@@ -9279,8 +9280,8 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
 }
 
 /* Codes where the segment that began at first ends, and returns that view. Views near a break of a neighbour
-   are coded one by one. Of a stretch without such views it is coded whether the segment ends in it, and then
-   where. */
+   are coded one by one. For a stretch without such views the function codes whether the segment ends in the
+   stretch, and if so, where. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;

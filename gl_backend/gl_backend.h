@@ -410,8 +410,8 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
 
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
                                       size_t bytes, void *out);
-/* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. It waits until the
-   GPU has done all that was asked of it before, so it is for tests and tools, not for frames.
+/* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. The call waits until
+   the GPU has done all its work, so the call is for tests and tools, not for frames.
    Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE on ES and WebGL, which cannot read buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);
@@ -449,7 +449,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
                                       uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);
 /* Copies width x height pixels of a colour attachment from the GPU, from pixel (x, y) on, rows from the
-   bottom up. It waits until the GPU has done all that was asked of it before.
+   bottom up. The call waits until the GPU has done all its work.
    attachment   0 .. target->count - 1
    rgba         receives 16 bytes a pixel: four floats, or four uint32_t where the format has integers. Of a
                 GLBK_FORMAT_COLOR target these are the floats in either case
@@ -515,8 +515,8 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
 /* Keeps every state that passes and binding calls may change, docs/gl-state.md, for glbk_state_restore. Call
-   both round a pass or a whole frame of them where the rest of your renderer relies on its state. It asks GL
-   some hundred times, which drivers with threads of their own wait for. */
+   both round a pass or a whole frame of them where the rest of your renderer relies on its state. The call
+   asks GL some hundred questions, for each of which drivers with threads of their own wait. */
 
 GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
 /* Sets again what glbk_state_save has kept. What was bound must not be deleted in between; a program that you
@@ -740,9 +740,9 @@ GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result re
                                          const char *field, double value, const char *wanted);
 GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
                                          const char *field, double value, double low, double high);
-/* glbk__target_create makes a target as glbk_target_create does, a technique's own: nobody else is to draw to
-   it, which glbk_check looks for. glbk__attach attaches a texture to the framebuffer that is bound; if the
-   texture is NULL it does nothing. */
+/* glbk__target_create makes a target of a technique's own as glbk_target_create does. Nobody else may draw to
+   such a target; glbk_check looks whether somebody does. glbk__attach attaches a texture to the framebuffer
+   that is bound; if the texture is NULL it does nothing. */
 GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
 GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
                             uint32_t level, uint32_t layer);
@@ -1378,8 +1378,8 @@ static int glbk__is_float(glbk_format f)
            (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
-/* What a user left behind of row lengths, offsets, byte order and pixel buffers would change what GL reads or
-   writes; so a transfer sets them, and puts them back. */
+/* Row lengths, offsets, byte order and pixel buffers that the user has set would change which bytes GL reads
+   or writes; so a transfer sets them to its own values, and puts the user's back. */
 enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
 
 static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
@@ -1490,9 +1490,9 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
-/* Allots all levels at once, on ES and WebGL. Of textures whose levels are allotted one by one, ES lets
-   nobody draw to a level while only those below it are seen (BASE_LEVEL, MAX_LEVEL), as makers of pyramids
-   do. */
+/* Allots all levels at once, on ES and WebGL. Makers of pyramids draw to a level while only the level below
+   can be read (BASE_LEVEL, MAX_LEVEL), and ES does not allow that if the levels were allotted one by
+   one. */
 static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];

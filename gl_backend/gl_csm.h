@@ -397,8 +397,8 @@ GLBK_DEF const glbk_part *glbk_csm_part(void);
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
 /* Binds textures and uniform block of the maps for a program of yours that uses lib/csm_visible.glsl and is
    bound (glbk_begin). A program that was compiled with maps->defines among its own is much faster, since it
-   holds the code of one domain, one order and one orientation. It is right for maps with the same defines
-   only.
+   holds the code of one domain, one order and one orientation. Such a program gives right answers
+   for maps with the same defines only.
    offset   what glbk_source.offsets gives this part in the program; NULL = none */
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
@@ -482,7 +482,8 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
        glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
 
 typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view, as cohsm_builder_view does. Of its fields matrix and depth_scale are read. */
+/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale
+   alone. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
 /* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
@@ -563,7 +564,7 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              glbk_csm_add_fn add_fn, void *user);
 /* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
-   view. Of the cohsm_stats of such a build only the count of open, empty entries is missing.
+   view. The cohsm_stats of such a build lack the count of open, empty entries alone.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
             compressed. GLBK_ERR_INPUT: add_fn returned something other than 0. GLBK_ERR_ALLOC */
@@ -607,7 +608,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(uint, pad0, 1) X(uint, pad1, 1)                                                           \
     X(uvec4, instances, 176)        /* 11 for each of 16: its record, texels 1 to 7 of its block */
 
-/* What one pass shades: samples of one light. */
+/* This block says what one pass shades: samples of one light. */
 #define GLBK_CSM_LIGHT_MEMBERS(X)                                                               \
     X(uint, light_texel, 1)         /* where the light begins in its table */                   \
     X(uint, pattern_texel, 1)       /* where the patterns begin in that table */                \
@@ -3327,7 +3328,7 @@ static int glbk__csm_is_sky(const lsamp_light_desc *d)
     return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
 }
 
-/* What is said when a light is refused: to whom, by which public function, and where the light stands:
+/* Says how a refusal of a light is logged: to whom, by which public function, and where the light stands:
    "ARRAY[INDEX]", or "ARRAY" alone if the index is GLBK__NO_INDEX. */
 typedef struct glbk__csm_logger {
     const glbk_context *ctx;
@@ -3671,7 +3672,7 @@ static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
     return (float)total;
 }
 
-/* What the table holds of a light's shape; cohsm_light.glsl says what each is. */
+/* A light's shape as the table holds it; cohsm_light.glsl says what each member means. */
 typedef struct glbk__csm_geometry {
     glbk_csm__v3 n;
     glbk_csm__v3 ex;

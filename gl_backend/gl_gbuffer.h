@@ -457,7 +457,7 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *functio
     X(float, depth_scale, 1)        /* clip z of a depth d is depth_scale d + depth_offset */ \
     X(float, depth_offset, 1)
 
-/* What a resolve draws to, and a glbk_picture. */
+/* This block says which pixels a resolve draws to, and has the fields of a glbk_picture. */
 #define GLBK_SHOWN_MEMBERS(X)                                                                           \
     X(mat4, to_clip, 1)             /* world to clip space, with has_depth */                           \
     X(uint, left, 1)                /* pixels of the target, an int by its bits */                      \

@@ -34,9 +34,9 @@ typedef struct cohsm__segment {
     uint16_t exact;
 } cohsm__segment;
 
-/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. It reads the
-   word before the field's last one and never the word after, which may be another line's: that miss would
-   cost more than the whole search. */
+/* Reads a field of up to 30 bits of a block, which lies 32 bits or more from the block's begin. The
+   function reads the word before the field's last word and never the word after, which may lie in another
+   cache line: such a miss would cost more than the whole search. */
 static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
     uint32_t i = ((bit + count - 1u) >> 5) - 1u;

@@ -52,10 +52,10 @@
 
    Conventions
 
-   Coordinates are right-handed; matrices are column-major float[16]; distances are in the mesh's units, angles
-   in radians. Directions point from the surface to the light: those of a query may have any length but 0,
-   and those that cohsm_location writes are unit. The poles of the maps of directions are +Y and -Y: turn a
-   scene whose up is Z before it comes here.
+   Coordinates are right-handed; matrices are column-major float[16]; distances are in the mesh's units,
+   angles in radians. Directions point from the surface to the light: those of a query may have any length
+   but 0, and those that cohsm_location writes are unit. The poles of the maps of directions are +Y and -Y:
+   turn a scene whose up is Z before it comes here.
 
      map        the depths of the object along one direction (an orthographic image), or around one position
                 (the six faces of a cube)
@@ -128,7 +128,8 @@
      section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search_tile  T59
      section 5, the rest    the estimator                        in lightsampling.h                   -
      section 6, quality     the bias                             cohsm_query                          T71
-     section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72, furnace
+     section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72,
+                                                                                                 furnace
      table 1                compression rates                    cohsm_get_info                       T63
      table 2                queries a second                     cohsm_visible, cohsm_layout          -
 

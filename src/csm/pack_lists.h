@@ -177,8 +177,8 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
 }
 
 /* Codes where the segment that began at first ends, and returns that view. Views near a break of a neighbour
-   are coded one by one. Of a stretch without such views it is coded whether the segment ends in it, and then
-   where. */
+   are coded one by one. For a stretch without such views the function codes whether the segment ends in the
+   stretch, and if so, where. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;

@@ -205,8 +205,8 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
-/* Those of COHSM__STRETCH neighbouring clusters that are in sight. The list has room for eight more, since it
-   is written eight at a time. */
+/* Lists which of COHSM__STRETCH neighbouring clusters are in sight. The list has room for eight more, since
+   kernels write eight entries at a time. */
 enum { COHSM__STRETCH = 512 };
 typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
 

@@ -229,8 +229,8 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
 
-/* Returns the log of the first instance that has maps. Of a count that cannot be true only one instance is
-   looked at. */
+/* Returns the log of the first instance that has maps. If count is larger than any scene can be, the function
+   looks at the first instance alone. */
 static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, size_t count)
 {
     const cohsm_maps *maps = NULL;

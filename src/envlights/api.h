@@ -254,8 +254,8 @@ ENVLT_DEF envlt_result envlt_gltf_write(const envlt_light *lights, uint32_t coun
 
 ENVLT_DEF double envlt_texel_solid_angle(envlt_projection projection, uint32_t width, uint32_t height,
                                          uint32_t x, uint32_t y);
-/* Returns the solid angle of texel x, y in steradians, exactly: all texels of a map add up to 4 pi. It is the
-   same on all faces of a cube. Returns 0 for texels outside the map. */
+/* Returns the solid angle of texel x, y in steradians, exactly: all texels of a map add up to 4 pi. All
+   faces of a cube have the same solid angles. Returns 0 for texels outside the map. */
 
 ENVLT_DEF void envlt_texel_direction(envlt_projection projection, uint32_t width, uint32_t height,
                                      uint32_t face, float x, float y, float direction[3]);

@@ -54,8 +54,8 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
 /* Keeps every state that passes and binding calls may change, docs/gl-state.md, for glbk_state_restore. Call
-   both round a pass or a whole frame of them where the rest of your renderer relies on its state. It asks GL
-   some hundred times, which drivers with threads of their own wait for. */
+   both round a pass or a whole frame of them where the rest of your renderer relies on its state. The call
+   asks GL some hundred questions, for each of which drivers with threads of their own wait. */
 
 GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
 /* Sets again what glbk_state_save has kept. What was bound must not be deleted in between; a program that you

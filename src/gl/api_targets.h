@@ -29,7 +29,7 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
                                       uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);
 /* Copies width x height pixels of a colour attachment from the GPU, from pixel (x, y) on, rows from the
-   bottom up. It waits until the GPU has done all that was asked of it before.
+   bottom up. The call waits until the GPU has done all its work.
    attachment   0 .. target->count - 1
    rgba         receives 16 bytes a pixel: four floats, or four uint32_t where the format has integers. Of a
                 GLBK_FORMAT_COLOR target these are the floats in either case

@@ -93,8 +93,8 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
 
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
                                       size_t bytes, void *out);
-/* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. It waits until the
-   GPU has done all that was asked of it before, so it is for tests and tools, not for frames.
+/* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. The call waits until
+   the GPU has done all its work, so the call is for tests and tools, not for frames.
    Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE on ES and WebGL, which cannot read buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);

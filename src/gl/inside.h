@@ -25,9 +25,9 @@ GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result re
                                          const char *field, double value, const char *wanted);
 GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
                                          const char *field, double value, double low, double high);
-/* glbk__target_create makes a target as glbk_target_create does, a technique's own: nobody else is to draw to
-   it, which glbk_check looks for. glbk__attach attaches a texture to the framebuffer that is bound; if the
-   texture is NULL it does nothing. */
+/* glbk__target_create makes a target of a technique's own as glbk_target_create does. Nobody else may draw to
+   such a target; glbk_check looks whether somebody does. glbk__attach attaches a texture to the framebuffer
+   that is bound; if the texture is NULL it does nothing. */
 GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
 GLBK__DEF void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glbk_texture *t,
                             uint32_t level, uint32_t layer);

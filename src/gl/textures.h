@@ -74,8 +74,8 @@ static int glbk__is_float(glbk_format f)
            (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
-/* What a user left behind of row lengths, offsets, byte order and pixel buffers would change what GL reads or
-   writes; so a transfer sets them, and puts them back. */
+/* Row lengths, offsets, byte order and pixel buffers that the user has set would change which bytes GL reads
+   or writes; so a transfer sets them to its own values, and puts the user's back. */
 enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
 
 static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
@@ -186,9 +186,9 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
-/* Allots all levels at once, on ES and WebGL. Of textures whose levels are allotted one by one, ES lets
-   nobody draw to a level while only those below it are seen (BASE_LEVEL, MAX_LEVEL), as makers of pyramids
-   do. */
+/* Allots all levels at once, on ES and WebGL. Makers of pyramids draw to a level while only the level below
+   can be read (BASE_LEVEL, MAX_LEVEL), and ES does not allow that if the levels were allotted one by
+   one. */
 static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
     const glbk__format_info *f = &glbk__formats[d->format];

@@ -58,8 +58,8 @@ GLBK_DEF const glbk_part *glbk_csm_part(void);
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
 /* Binds textures and uniform block of the maps for a program of yours that uses lib/csm_visible.glsl and is
    bound (glbk_begin). A program that was compiled with maps->defines among its own is much faster, since it
-   holds the code of one domain, one order and one orientation. It is right for maps with the same defines
-   only.
+   holds the code of one domain, one order and one orientation. Such a program gives right answers
+   for maps with the same defines only.
    offset   what glbk_source.offsets gives this part in the program; NULL = none */
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
@@ -143,7 +143,8 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
        glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
 
 typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view, as cohsm_builder_view does. Of its fields matrix and depth_scale are read. */
+/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale
+   alone. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
 /* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
@@ -224,7 +225,7 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              glbk_csm_add_fn add_fn, void *user);
 /* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
-   view. Of the cohsm_stats of such a build only the count of open, empty entries is missing.
+   view. The cohsm_stats of such a build lack the count of open, empty entries alone.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
             compressed. GLBK_ERR_INPUT: add_fn returned something other than 0. GLBK_ERR_ALLOC */

@@ -32,7 +32,7 @@
     X(uint, pad0, 1) X(uint, pad1, 1)                                                           \
     X(uvec4, instances, 176)        /* 11 for each of 16: its record, texels 1 to 7 of its block */
 
-/* What one pass shades: samples of one light. */
+/* This block says what one pass shades: samples of one light. */
 #define GLBK_CSM_LIGHT_MEMBERS(X)                                                               \
     X(uint, light_texel, 1)         /* where the light begins in its table */                   \
     X(uint, pattern_texel, 1)       /* where the patterns begin in that table */                \

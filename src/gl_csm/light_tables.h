@@ -141,7 +141,7 @@ static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
     return (float)total;
 }
 
-/* What the table holds of a light's shape; cohsm_light.glsl says what each is. */
+/* A light's shape as the table holds it; cohsm_light.glsl says what each member means. */
 typedef struct glbk__csm_geometry {
     glbk_csm__v3 n;
     glbk_csm__v3 ex;

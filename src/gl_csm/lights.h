@@ -12,7 +12,7 @@ static int glbk__csm_is_sky(const lsamp_light_desc *d)
     return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
 }
 
-/* What is said when a light is refused: to whom, by which public function, and where the light stands:
+/* Says how a refusal of a light is logged: to whom, by which public function, and where the light stands:
    "ARRAY[INDEX]", or "ARRAY" alone if the index is GLBK__NO_INDEX. */
 typedef struct glbk__csm_logger {
     const glbk_context *ctx;

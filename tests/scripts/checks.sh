@@ -30,7 +30,7 @@ check-papers | csm.h | s/entities of     T62/entity of       T62/| cohsm_query h
 check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1/| entries with neither rows nor -
 check-papers | rsm.h | s/\(rsm_light_kind  *\)T30 T37/\1T5/| its table names T5, which has no test of rsm
 check-papers | gl_backend/gl_rsm.h | s/rsm_gloss  /rsm_glass  /| its table names rsm_glass
-check-papers | csm.h | s/T72, furnace/T72, mirror/| entries with neither rows nor -
+check-papers | csm.h | s/^  *furnace$/ mirror/| entries with neither rows nor -
 check-papers | envlights.h | s/T15 irradiance/T15 furnace/| its table names furnace, which has no test of envlights
 check-papers | ism.h | s/From the paper to the code/From the paper/| has no table
 check-page-one | rsm.h | s/---- page one: /---- page 1: /| has no /* ---- page one
