@@ -1735,7 +1735,7 @@ static sfield__allocator sfield__allocator_of(const sfield_system *system)
              : sfield__allocator_make(NULL, NULL, NULL);
 }
 
-/* Has an allocator both functions, or none? */
+/* Returns whether an allocator has both of its functions, or none. */
 static int sfield__system_good(const sfield_system *system)
 {
     return !system || sfield__allocator_valid(system->allocator.alloc_fn, system->allocator.free_fn);
@@ -1794,9 +1794,9 @@ static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfi
 
 /* Returns whether a setting is in its range, as `good` says. If the setting is not, a line says so. */
 static int sfield__check_value(const sfield__logger *log, int good, const char *field, double value,
-                        const char *wanted)
+                        const char *range)
 {
-    if (!good) sfield__log_value(log, field, value, wanted);
+    if (!good) sfield__log_value(log, field, value, range);
     return good;
 }
 
@@ -1825,7 +1825,7 @@ static sfield_result sfield__check_units(const sfield__logger *log, const char *
     return SFIELD_OK;
 }
 
-/* Do planes have room for the vectors of a call? If not, a line says so. */
+/* Returns whether planes have room for the vectors of a call. If they have not, a line says so. */
 static int sfield__check_stride(const sfield__logger *log, size_t stride, size_t count)
 {
     return sfield__check_value(log, stride >= count, "stride", (double)stride, "at least count");
@@ -1837,7 +1837,8 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Are there positions and normals, and are their strides good? If not, a line says what is wrong. */
+/* Returns whether positions and normals are there and their strides are good. If not, a line says what is
+   wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {
@@ -1890,11 +1891,10 @@ enum {
     SFIELD__SHARED = 3              /* lanes that the same eight samples must serve, on average */
 };
 
-static int sfield__simd(void) { return sfield__simd_level(); }
+/* The functions below call the kernels of the best instruction set there is, which kernels_end.h chooses. All
+   of them work on sixteen lanes. */
 
-/* What the kernels do, by the best instruction set there is; kernels_end.h chooses. All of sixteen lanes. */
-
-/* out = a b, or with occlude a - a b. */
+/* Writes the product a b, or a - a b if occlude is not 0. */
 static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
                               size_t stride, int occlude);
 
@@ -1925,8 +1925,9 @@ static void sfield__sincos_d(double x, double *s, double *c)
     if ((k + 1) & 2) *c = -*c;
 }
 
-/* Normalised associated Legendre functions without their power of sin(theta), which goes with cos and sin of
-   m phi into the polynomials cm + i sm = (x + i y)^m. No Condon-Shortley sign. */
+/* The recurrences are those of normalised associated Legendre functions without their power of sin(theta).
+   That power goes with the cosine and sine of m phi into the polynomials cm + i sm = (x + i y)^m. There is no
+   sign of Condon and Shortley. */
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y)
 {
     double z = direction[2], cm = 1, sm = 0;
@@ -1955,7 +1956,8 @@ SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], doubl
 
 static size_t sfield__grid_size(uint32_t degree) { return (size_t)(degree / 2 + 1) * (degree + 1); }
 
-/* Gauss-Legendre in z times equal steps in phi: exact for polynomials up to degree. x, y, z, weight. */
+/* Writes x, y, z and weight of the nodes of a grid: Gauss-Legendre in z times equal steps in phi. Sums over
+   the grid are exact for polynomials up to the degree. */
 static void sfield__fill_grid(uint32_t degree, double *node)
 {
     uint32_t n = degree / 2 + 1, m = degree + 1, i;
@@ -1999,7 +2001,7 @@ SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[S
         factors[l] = 1.0f / (1.0f + strength * (float)(l * l * (l + 1) * (l + 1)));
 }
 
-/* Is a function, with factors for its bands, at least `lowest` at 36 x 72 directions? */
+/* Returns whether a function, its bands multiplied by factors, is at least `lowest` in 36 x 72 directions. */
 static int sfield__is_above(uint32_t bands, const float *factors, const float *coefs, float lowest)
 {
     uint32_t i, k, l;
@@ -2183,7 +2185,7 @@ SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_syst
     t->log = log;
     t->bands = bands;
     t->coefs = bands * bands;
-    t->simd = sfield__simd();
+    t->simd = sfield__simd_level();
     nodes = sfield__grid_size(3 * (bands - 1));
     pairs = (size_t)t->coefs * (t->coefs - 1) / 2;
     work = (double *)sfield__alloc(&a, nodes * (t->coefs + 5) * sizeof *work +
@@ -2314,8 +2316,8 @@ SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions,
 
 /* ---- harmonics: rotations ---- */
 
-/* Is a rotation times a scale no rotation? Asked of zeros, since a diagonal divided by its mean length may
-   miss 1. */
+/* Returns whether a matrix that rotates and scales does not rotate. Only the zeros are looked at, since a
+   diagonal that was divided by its mean length may miss 1. */
 static int sfield__is_upright(const float *m)
 {
     return m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0 && m[0] > 0 && m[5] > 0;
@@ -2364,7 +2366,7 @@ SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *r, size_t count
                                           size_t stride)
 {
     float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
-    int simd = sfield__simd();
+    int simd = sfield__simd_level();
     uint32_t coefs;
     size_t i;
     if (!r || !in || !out || stride < count || r->bands < 1 || r->bands > SFIELD_MAX_BANDS)
@@ -2411,8 +2413,8 @@ static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_
     }
 }
 
-/* log f = V^T log(D) V 1, where V^T D V is the matrix that multiplies by f. work: 2 n^2 doubles, n
-   coefficients. */
+/* Computes the logarithm log f = V^T log(D) V 1, where V^T D V is the matrix that multiplies by f. work has
+   room for 2 n^2 doubles, where n is the number of coefficients. */
 static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, double *work)
 {
     uint32_t n = t->coefs, i, j;
@@ -2457,8 +2459,8 @@ SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *vis
     return SFIELD_OK;
 }
 
-/* A tile: the constant apart, then exp(h) = (1 + h/s + (h/s)^2/2 + (h/s)^3/6)^s with s a power of two so that
-   |h/s| is small. out may be in. */
+/* Computes the exponentials of a tile. The constant is taken apart; of the rest h, exp(h) = (1 + h/s +
+   (h/s)^2/2 + (h/s)^3/6)^s, where the power of two s is so large that |h/s| is small. out may be in. */
 static void sfield__exponentiate16(const sfield_algebra *t, const float *in, float *out)
 {
     float h[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 }, constant[SFIELD__LANES], most = 0, scale = 1;
@@ -2503,7 +2505,7 @@ SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, co
 
 /* ---- cubes: texels of cube maps, and their harmonics ---- */
 
-/* Faces in OpenGL's order: a direction's components along the face's s, t and its axis. */
+/* Writes a direction's components along a face's s, its t and its axis. Faces are in OpenGL's order. */
 SFIELD__INLINE void sfield__to_face(uint32_t face, const float *p, float *q)
 {
     float x = p[0], y = p[1], z = p[2];
@@ -2723,7 +2725,7 @@ static void sfield__haar_texels(uint32_t side, const float *coefs, float *texels
 
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs)
 {
-    const int simd = sfield__simd();
+    const int simd = sfield__simd_level();
     uint32_t face, n = side * side;
     if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
     for (face = 0; face < 6; face++) sfield__haar_face(side, texels + face * n, coefs + face * n, simd);
@@ -2737,8 +2739,8 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
     return SFIELD_OK;
 }
 
-/* Which squares have coefficients at them or below: a bit for each, level after level as the coefficients lie
-   (node / 1 + 4 + 16 ...). */
+/* One bit for each square that has coefficients of its own or below, in the order of the coefficients: level
+   after level (node / 1 + 4 + 16 ...). */
 #define SFIELD__MARKS 1365u                     /* (4^6 - 1) / 3 squares a face of 64 x 64 */
 
 static uint32_t sfield__mark_base(uint32_t squares) { return (squares - 1) / 3; }
@@ -3123,8 +3125,8 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
     return sfield__add_to_crc(crc, f->sample, sampled, sfield__part_of(part, share, 1));
 }
 
-/* In group g, is coefficient k everywhere `ratio` times coefficient of, to the bits that are kept? The first
-   coefficient of the channel of the latter says how much that is. */
+/* Returns whether coefficient k of group g is everywhere `ratio` times coefficient `of`, to the bits that are
+   kept. The first coefficient of the latter's channel says how much that is. */
 static int sfield__is_multiple(const sfield_field *f, uint32_t g, uint32_t k, uint32_t of, float ratio)
 {
     const size_t stride = f->h.stride, samples = f->h.samples / (f->h.shells * f->h.frames);
@@ -3315,7 +3317,7 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfiel
     return result;
 }
 
-/* Does shard b go on where a ends, and was it made in the same way? */
+/* Returns whether shard b continues where shard a ends, and was made in the same way. */
 static int sfield__is_next_shard(const sfield_field *a, const sfield_field *b)
 {
     sfield__header x = a->h, y = b->h;
@@ -3455,7 +3457,7 @@ static void sfield__weigh_corners(const sfield__place *at, int l, float *b)
     b[3] = x * y;
 }
 
-/* Between which eight samples a point lies, and how much each of them weighs. */
+/* The eight samples between which a point lies, and the weight of each. */
 typedef struct sfield__between {
     size_t base, group;             /* sample and scales of the inner shell's first corner */
     float  corner[4];               /* weights of the corners of both shells */
@@ -3540,7 +3542,7 @@ static void sfield__load_eight(const sfield_field *f, size_t base, size_t group,
 
 /* ---- wavelets: lists of coefficients about a point ---- */
 
-/* The lists of wavelets around a point: which samples with which weights. */
+/* The lists of wavelets around a point: which samples they belong to, with which weights. */
 typedef struct sfield__lists { size_t sample[16]; float weight[16]; uint32_t count; } sfield__lists;
 
 static void sfield__find_lists(const sfield_field *f, const sfield__place *at, int l, float time,
@@ -4169,7 +4171,7 @@ static sfield_result sfield__take_emitter(sfield__build *b)
 
 /* ---- building: what is seen of a mesh from a sample point ---- */
 
-/* Sets samples x0..x1 of a row. */
+/* Sets the bits of samples x0 to x1 of a row. */
 static void sfield__set_bits(uint64_t *row, int x0, int x1)
 {
     int a = x0 >> 6, b = x1 >> 6, w;
@@ -4187,9 +4189,9 @@ typedef struct sfield__edges {      /* of a triangle on a face: c[0] s + c[1] t 
     float det;                      /* > 0: counter-clockwise for the eye */
 } sfield__edges;
 
-/* The triangle as the cone from the eye through it: no clipping, nothing to divide by, and an edge shared by
-   two triangles has the same numbers but for their sign, so that no sample falls between them. 0: seen edge
-   on. */
+/* Describes a triangle as the cone from the eye through its edges. So nothing is clipped or divided, and an
+   edge that two triangles share has the same numbers in both but for their sign: no sample falls between
+   them. Returns 0 if the triangle is seen from its edge. */
 static int sfield__edges_of(const float *const *corner, uint32_t face, sfield__edges *e)
 {
     float q[3][3];
@@ -4228,8 +4230,8 @@ static int sfield__find_span(const sfield__edges *e, uint32_t width, int y, cons
     return *x0 <= *x1;
 }
 
-/* Sides that do not emit lie a little farther away: those of a sheet that shines on both would hide it by
-   rounding. */
+/* Draws a triangle on a face. Sides that do not emit are drawn a little farther away; otherwise those of a
+   sheet that shines on both sides would hide its light by rounding. */
 static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box,
                                 uint32_t owner)
 {
@@ -4258,7 +4260,8 @@ static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_
     }
 }
 
-/* Projects all vertices for an eye, which becomes the origin: their faces, and where they lie on these. */
+/* Projects all vertices for an eye, which becomes the origin: finds the face on which each lies, and its
+   place on that face. */
 static void sfield__project_vertices(const sfield__build *b, sfield__view *v, const float *eye)
 {
     size_t i;
@@ -4277,7 +4280,7 @@ static void sfield__project_vertices(const sfield__build *b, sfield__view *v, co
     }
 }
 
-/* Rounds a box outwards by a little and to samples; 0: none inside. */
+/* Rounds a box to samples, outwards by a little. Returns 0 if no sample is inside. */
 static int sfield__round_box(float x0, float y0, float x1, float y1, uint32_t width, int *box)
 {
     float most = (float)width - 1;
@@ -4296,7 +4299,7 @@ static int sfield__round_box(float x0, float y0, float x1, float y1, uint32_t wi
 static float sfield__min3(float a, float b, float c) { return a < b ? (a < c ? a : c) : b < c ? b : c; }
 static float sfield__max3(float a, float b, float c) { return a > b ? (a > c ? a : c) : b > c ? b : c; }
 
-/* Draws a triangle that lies over several faces, on each whose pyramid it may touch. */
+/* Draws a triangle that lies over several faces, on each face whose pyramid the triangle may touch. */
 static void sfield__raster_across(sfield__view *v, const float *const *corner, uint32_t owner)
 {
     sfield__edges e;
@@ -4363,7 +4366,7 @@ static void sfield__raster_mesh(const sfield__build *b, sfield__view *v)
     }
 }
 
-/* Counts samples into texels. The buffers are clean again afterwards. */
+/* Adds the drawn samples up to texels, and clears the buffers. */
 static void sfield__count_samples(const sfield__build *b, sfield__view *v)
 {
     uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face;
@@ -4510,9 +4513,10 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
     return sum / (float)b->cells;
 }
 
-/* Moves the eye, where sfield__project_vertices was asked for, out of the mesh: 0 if it is not inside. Inside
-   is where nearly all is hidden and most rays come out of the mesh once more than they go in, its triangles
-   being counter-clockwise from outside: not behind a single sheet, not in a room, not in a cup. */
+/* Moves the eye, whose view sfield__project_vertices has prepared, out of the mesh. Returns 0 if the eye is
+   not inside. It is inside if nearly all directions are hidden and most rays leave the mesh once more than
+   they enter it, counter-clockwise triangles being seen from outside. So nothing is inside a single sheet, a
+   room or a cup. */
 static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
     sfield__inside_ray ray[SFIELD__INSIDE_RAYS];
@@ -4569,7 +4573,7 @@ static uint32_t sfield__mesh_index(const sfield_mesh *m, size_t i)
     return m->indices ? m->indices[i] : m->indices16 ? m->indices16[i] : (uint32_t)i;
 }
 
-/* Counts, strides and indices; what is wrong goes to the log. */
+/* Checks counts, strides and indices. What is wrong goes to the log. */
 static sfield_result sfield__check_mesh(const sfield__build *b, const sfield_mesh *m)
 {
     const size_t corners = sfield__mesh_corners(m);
@@ -4642,8 +4646,8 @@ static void sfield__fit_sphere(sfield__build *b, const sfield_mesh *m, size_t st
     b->h.radius = sqrtf(r2);
 }
 
-/* Does the bounding sphere hold what is drawn, to a thousandth? Horizons, cones and the tail beyond the last
-   shell trust it; fields of points have none of them. */
+/* Returns whether the bounding sphere holds what is drawn, to a thousandth. Horizons, cones and the tail
+   beyond the last shell rely on the sphere; fields of points have none of them. */
 static int sfield__is_bounded(const sfield__build *b)
 {
     size_t i;
@@ -5000,7 +5004,7 @@ static void sfield__quantise(sfield__build *b, size_t first, uint32_t group)
     }
 }
 
-/* Asks the caller's renderer, for some eyes. If it returns not 0, the build ends. */
+/* Asks the caller's renderer what some eyes see. If the renderer returns not 0, the build ends. */
 static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 {
     sfield_views views;
@@ -5014,8 +5018,8 @@ static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
     return b->see(b->see_user, &views);
 }
 
-/* Asks for samples from .. to - 1: for all, then again for those that are inside the mesh, a run at a
-   time. */
+/* Asks for all samples of the batch, then once more for those that are inside the mesh, a run of neighbours
+   at a time. */
 static int sfield__ask_batch(sfield__build *b)
 {
     size_t i, end, count = b->to - b->from;
@@ -5050,7 +5054,7 @@ static sfield_result sfield__build_batch(sfield__build *b, uint32_t group)
 
 /* ---- building: from a desc to a field ---- */
 
-/* Tables, the scratch of every task, and room for the values of a batch. */
+/* Makes the tables, the scratch of every task, and room for the values of a batch. */
 static sfield_result sfield__prepare_build(sfield__build *b)
 {
     const uint32_t haar = b->h.basis == SFIELD_BASIS_HAAR, planes = haar ? 0 : b->planes;
@@ -5205,7 +5209,7 @@ static sfield_result sfield__run_build(sfield__build *b, sfield_field **out, sfi
 
 /* ---- building: the public calls ---- */
 
-/* Ends a build: all that it holds is freed. */
+/* Frees all that a build holds, and returns the result. */
 static sfield_result sfield__end_build(sfield__build *b, sfield_result result)
 {
     if (result == SFIELD_ERR_ALLOC) sfield__log_text(&b->log, "desc.system.allocator", "returned no memory");
@@ -5234,7 +5238,7 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
     return sfield__end_build(&b, result);
 }
 
-/* Radiance of all triangles in all frames: every number must be one. */
+/* Checks the radiance of all triangles in all frames. Every number must be finite, 0..1e18. */
 static sfield_result sfield__check_radiance(const sfield__build *b, const float *radiance, size_t count)
 {
     size_t i;
@@ -5322,7 +5326,7 @@ SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source,
     return sfield__end_build(&b, result);
 }
 
-/* Positions that are numbers, normals that are unit or 0. */
+/* Checks that positions are finite and in range, and that normals are unit or 0. */
 static sfield_result sfield__check_points(const sfield__logger *log, const sfield_points *p)
 {
     size_t i, k;
@@ -5424,7 +5428,7 @@ struct sfield_scene {
 typedef struct sfield__last {       /* a tile or a point, when its results were kept */
     uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
     float    middle[3], extent;     /* a sphere about the points */
-    uint32_t shown, active;         /* bits: points that were wanted; those that can be shaded: others give
+    uint32_t visible, active;       /* bits: points that were visible; those that can be shaded: others give
                                        0 */
     int      has;                   /* which results */
 } sfield__last;
@@ -5441,8 +5445,8 @@ struct sfield_cache {
     uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics:
                                        what the marks of a tile are of */
     float    *sky;
-    uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are
-                                       kept */
+    uint8_t  *marks;                /* harmonics: of each tile, how many T are kept of those that all lights
+                                       have in common */
     sfield__last *last;             /* of each tile (harmonics) or point */
     float    *result;               /* of the last frame: r, g, b, ambient of each point */
 };
@@ -5451,9 +5455,9 @@ struct sfield_cache {
 
 /* ---- wavelets: what sixteen points share ---- */
 
-/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face:
-   texels, wavelets and sums are planes of sixteen, so that directions, sky and the samples that several
-   points lie between are read once for all of them. */
+/* Neighbours whose entities have the same order from near to far are shaded together, a lane each, face by
+   face. Texels, wavelets and sums are planes of sixteen, so that directions, the sky, and the samples that
+   several points lie between are read once for all lanes. */
 enum { SFIELD__STRANDS = 32, SFIELD__STRAND_LISTS = 256, SFIELD__BLOCK = 64, SFIELD__FEWEST = 3 };
 
 typedef struct sfield__listing {    /* what is kept at a sample, and how much of it each point takes */
@@ -6766,7 +6770,7 @@ SFIELD__KERNEL static void sfield__transpose(const float *rows, size_t stride, u
             sfield__transpose8(rows + l * stride + k, stride, planes + 16 * k + l, 16);
 }
 
-/* What sixteen points between the same eight samples take of each. */
+/* The weights that sixteen points between the same eight samples give to each of these. */
 typedef struct sfield__corner_weights {
     sfield__lanes x0, x1, x2, x3;   /* of the corners of a shell */
     sfield__lanes w0, w1;           /* of the shells */
@@ -6828,7 +6832,8 @@ SFIELD__KERNEL static void sfield__mix(const sfield_field *f, const sfield__betw
     sfield__mix_row(f, at->base, at->group, 0, n, &w, out);
 }
 
-/* A coefficient of one shell: q its four samples, n apart. */
+/* Interpolates one coefficient between the four samples of a shell, which are q[0], q[n], q[2 n] and q[3 n].
+   */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
                                                                    const float *q,
                                                                    uint32_t n, float scale, float bias)
@@ -6840,8 +6845,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads
-   to. */
+/* Copies of the pointers to scale and bias of both shells. Compilers would otherwise load them again after
+   every store of a kernel. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)
@@ -6864,7 +6869,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_eight(const sfield
     return sfield__lanes_muladd(outer, w->w1, sfield__lanes_mul(inner, w->w0));
 }
 
-/* out: n planes, to which the coefficients are added where there are more to come. */
+/* Interpolates between eight samples, for the lanes by their factors. out holds n planes; unless more is 0
+   the coefficients are added to what the planes hold. */
 SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at,
                                                    const float *factor, int more, float *out)
 {
@@ -7135,7 +7141,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__at_least_0(sfield__lanes a
     return sfield__lanes_max(a, sfield__lanes_all(0));
 }
 
-/* Is any lane not 0? */
+/* Returns whether any lane is not 0. */
 static inline SFIELD__IN_KERNEL int sfield__any_lane(sfield__lanes a)
 {
     return sfield__mask_any(sfield__lanes_differ(a, sfield__lanes_all(0)));
@@ -7604,8 +7610,8 @@ static void sfield__rows_to_planes(const float *rows, size_t stride, uint32_t n,
     SFIELD__CALL_BEST(sfield__transpose, simd, (rows, stride, n, planes));
 }
 
-/* Interpolates between eight samples, for the lanes by their factors, into planes; adds to them if there
-   are more. */
+/* Interpolates between eight samples, for the lanes by their factors, into planes; unless more is 0 the
+   coefficients are added to what the planes hold. */
 static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
                               float *out, int simd)
 {
@@ -7857,7 +7863,7 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     memset(s, 0, sizeof *s);
     s->allocator = a;
     s->desc = d;
-    s->simd = sfield__simd();
+    s->simd = sfield__simd_level();
     s->side = d.cube_side;
     s->cells = 6 * s->side * s->side;
     s->coefs = haar ? s->cells : d.bands * d.bands;
@@ -7992,15 +7998,16 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-/* Takes up what results depend on now. before: the hash before this change if it only moved occluders, or
-   0. */
+/* Notes all that results depend on now. `before` is the hash before this change if the change did no more
+   than move occluders, otherwise 0. */
 static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
     s->before_hash = before;
     s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
 }
 
-/* Compares the new entities with those before: which occluders moved, and whether that is all. */
+/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has
+   changed. */
 static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
 {
     int alike = n->item_count == s->item_count && n->item_count > 0;
@@ -8098,7 +8105,8 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 
 /* ---- scenes: distant light ---- */
 
-/* What a map leaves in a texel of the cube: sums by solid angle, and the least of each channel. */
+/* What a texel of the cube receives from the map: sums of radiance by solid angle, and the least radiance of
+   each channel. */
 typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
 
 static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)
@@ -8112,8 +8120,9 @@ static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double an
     g->angle += angle;
 }
 
-/* A texel of the map has one radiance and its exact solid angle. It counts where its middle lies in the cube,
-   in parts where the map is coarser: no sun falls between samples, none counts twice (T11, T12). */
+/* Adds every texel of the map to the texel of the cube that holds its middle. A texel of the map has one
+   radiance and its exact solid angle; where the map is coarser than the cube its texels are added in parts.
+   So no sun falls between samples, and none counts twice (T11, T12). */
 static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
                                sfield__gathered *g)
 {
@@ -8145,9 +8154,9 @@ static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t
     }
 }
 
-/* The sky as a cube of texels. What falls into one fills its solid angle but for its edges: what all of it
-   has at least counts for the whole texel, and what is brighter by the energy there is; the rest of that
-   error is scaled away. 0: no memory. */
+/* Makes the cube of texels from a map. What falls into a texel of the cube covers its solid angle but for its
+   edges. So the least radiance among this counts for the whole texel, and what is brighter counts by its
+   energy; then the remaining error of the energy is scaled away. Returns 0 if there is no memory. */
 static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height)
 {
     const float *angle = s->texel + 3 * (size_t)s->cells;
@@ -8365,13 +8374,14 @@ SFIELD_DEF void sfield_cache_free(sfield_cache *cache)
 
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ? cache->bytes : 0; }
 
-/* Smaller T are kept as 0: 32767 over them would pass what a float holds. */
+/* The least T that the cache keeps; a smaller one becomes 0, since 32767 divided by it might be beyond
+   floats. */
 #define SFIELD__LEAST_T 1e-30f
 
-/* Hashes what T of a set depends on besides the occluders on its way: how the scene computes, and where the
-   points stand. Points that lie on an entity move with it. The number of occluders decides which T on the way
-   are rounded (sfield__chain_products). */
-static uint64_t sfield__hash_stand(const sfield_scene *s, const sfield_points *set)
+/* Hashes all that T of a set depends on besides the occluders before each light: how the scene computes, and
+   where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
+   rounded between lights (sfield__chain_products). */
+static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set)
 {
     const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,
                               s->has_sky || s->has_sun };
@@ -8417,7 +8427,8 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
     sfield__recall16(value, scale, c->coefs, t, simd);
 }
 
-/* Returns where T after `number` steps of the way is kept: behind what lights keep. */
+/* Returns the slot of T after `number` of the steps that all lights share. These slots lie behind those of
+   lights. */
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {
     return ((c->points + 15) / 16 + tile) * c->lights + number - 1;
@@ -8427,56 +8438,57 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
-/* Which of some points are wanted, as bits. */
-static uint32_t sfield__find_wanted(const sfield_points *set, size_t first, uint32_t count)
+/* Returns the bits of the points that are visible, as the caller says. */
+static uint32_t sfield__visible_bits(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
     for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
     return bits;
 }
 
-/* Whether an occluder that stood or stands at c may hide something of the sphere about some points. Wider
-   than the test that leaves occluders out by as much as roundings can matter. */
+/* Returns whether an occluder that stood or stands at c may hide something of the sphere about some points.
+   The test is wider than the one that leaves occluders out, by as much as roundings can matter. */
 static int sfield__is_near(const sfield__last *last, const float *c, float reach)
 {
     float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
     return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
 }
 
-/* Whether what was computed for a unit (a tile or a point) in the last frame still holds: nothing changed but
-   occluders that were, and are, out of its reach, and the same points are wanted: which of them share samples
-   of a field decides the last bits. Costs a few comparisons for each occluder that moved. */
-static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t stand, size_t unit,
-                                uint32_t wanted)
+/* Returns whether the results of a unit (a tile or a point) in the last frame still hold. They do if nothing
+   changed but occluders that were, and are, out of its reach, and if the same points are visible: which of
+   these share samples of a field decides the last bits. The test costs a few comparisons for each occluder
+   that moved. */
+static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t set_hash,
+                                size_t unit, uint32_t visible)
 {
     sfield__last *last = &set->cache->last[unit];
     uint32_t i;
     const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    if (!last->seen || ((wanted ^ last->shown) & last->active) || (has & ~last->has)) return 0;
-    if (last->seen == sfield__hash(stand, s->now_hash)) return 1;
-    if (!s->before_hash || last->seen != sfield__hash(stand, s->before_hash)) return 0;
+    if (!last->seen || ((visible ^ last->visible) & last->active) || (has & ~last->has)) return 0;
+    if (last->seen == sfield__hash(set_hash, s->now_hash)) return 1;
+    if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
         const sfield__item *it = &s->item[s->moved[i]];
         if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
             return 0;
     }
-    last->seen = sfield__hash(stand, s->now_hash);
+    last->seen = sfield__hash(set_hash, s->now_hash);
     return 1;
 }
 
-/* Writes the results of the last frame again, 0 for points that are not wanted. Returns how many were. */
+/* Writes the results of the last frame again, 0 for points that are not visible. Returns how many are. */
 static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
-                                       uint32_t wanted)
+                                       uint32_t visible)
 {
     const float *result = set->cache->result + 4 * first;
     uint32_t l, k;
-    wanted &= set->cache->last[unit].active;
+    visible &= set->cache->last[unit].active;
     for (l = 0; l < count; l++, result += 4) {
-        const int here = wanted >> l & 1;
+        const int here = visible >> l & 1;
         for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
         if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
     }
-    return sfield__popcount(wanted);
+    return sfield__popcount(visible);
 }
 
 /* Keeps the results that were just written for a unit of points. */
@@ -8498,38 +8510,48 @@ static void sfield__keep_results(const sfield_points *set, size_t unit, size_t f
 
 /* ---- shading: a tile of sixteen points ---- */
 
+/* What is known of an occluder of a tile: its visibility was not fetched yet; it was; or it need not be. */
+enum { SFIELD__NOT_FETCHED, SFIELD__FETCHED, SFIELD__ALL_HIDDEN };
+
 typedef struct sfield__tile {
     const sfield_scene *s;
     const sfield_points *set;
-    size_t    first;
-    uint32_t  lanes, active, visible;           /* how many, which can be shaded, which are wanted; bits */
+    size_t    first;                            /* number of the first point */
+    uint32_t  lanes;                            /* how many points there are */
+    uint32_t  active, visible;                  /* bits: points that can be shaded; those of them that the
+                                                   caller sees */
     float     p[48], n[48], view[48];           /* planes, world */
     float     middle[3], extent;                /* a sphere about all lanes */
-    uint32_t  count;                            /* occluders that count for some lane */
-    uint32_t *item, *order, *used, *shown;      /* used: lanes for which it counts; shown: and is not
-                                                   hidden */
-    float *mean, *widest, *farthest; /* d of the middle; of all lanes: greatest sine of the inscribed sphere,
-                                        d */
-    float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
-    uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
-    uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
-    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: below the horizon too */
-    float    *light_d2;                         /* 16 each */
+    uint32_t  count;                            /* occluders that count for some lane: `item` of each, and
+                                                   `order` from near to far */
+    uint32_t *item, *order;
+    uint32_t *used, *shown;                     /* bits: lanes for which an occluder counts; those of them
+                                                   for which no nearer one hides it */
+    float    *mean, *widest, *farthest;         /* the middle's distance; the greatest sine of the inscribed
+                                                   sphere, and the greatest distance, of all lanes */
+    float    *d2, *factor, *occlusion;          /* of each occluder: 16, 16 and 16 n^2 floats */
+    uint8_t  *state;                            /* of each occluder: SFIELD__NOT_FETCHED, ... */
+    uint32_t  lights;                           /* the environment, if there is one, comes behind them */
+    int       sky;                              /* 1: there is an environment */
+    int       chains;                           /* 2 with a lobe, otherwise 1 */
+    int       all_round;                        /* not 0: occluders below the horizon count too */
+    float    *light_d2;                         /* 16 squared distances of each light */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
-    uint64_t  stand;                            /* sfield__hash_stand */
-    uint64_t *hash, way;                        /* of what each light sees, and of all occluders; with a
-                                                   cache */
-    uint8_t  *needed;
-    uint32_t *prefix;                           /* of the order: how many are nearer than it for all their
-                                                   lanes */
+    uint64_t  set_hash;                         /* sfield__hash_set */
+    uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
+                                                   all occluders */
+    uint8_t  *needed;                           /* of each light: not 0 if its T has to be computed */
+    uint32_t *prefix;                           /* of each light: how many occluders, from the first in order
+                                                   on, are nearer than the light for all lanes that they count
+                                                   for */
     float    *t;                                /* [light][chain] 16 n^2 */
-    float    *start;                            /* [chain] */
+    float    *start;                            /* [chain] 16 n^2 */
     float    *rows, *planes, *turned;           /* for one entity: 16 rows of 3 channels; planes twice */
     sfield_scene_stats stats;
 } sfield__tile;
 
-/* Carves the scratch of one task out of memory, or (NULL) measures it: of 65,535 entities no more than 2^34
-   bytes, which a size_t may not hold. */
+/* Divides memory among the arrays of one task; with NULL only measures how much they need. 65,535 entities
+   need up to 2^34 bytes, which a size_t may not hold. */
 static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights,
                               uint32_t coefs, uint32_t chains)
 {
@@ -8619,11 +8641,6 @@ static void sfield__bound_lanes(sfield__tile *t)
     t->extent = 0.5f * sqrtf(most);
 }
 
-static uint32_t sfield__count_lanes(uint32_t mask)
-{
-    return sfield__popcount(mask);
-}
-
 static void sfield__measure_distances(const float *p, const float *c, float *d2)
 {
     int l;
@@ -8639,8 +8656,9 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
     sfield__to_local16(it->turn, it->center[which], it->inverse[which], p, local, simd);
 }
 
-/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden
-   by their own visibility: what would be added is ringing, of the strongest light there is. */
+/* Returns whether light j is the entity that the points lie on. All of its light comes from below their
+   horizon, or is hidden by their own visibility: what would be added is ringing, of the strongest light there
+   is. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;
@@ -8678,15 +8696,15 @@ static void sfield__find_candidates(sfield__tile *t)
             used = t->all_round ? near_by : near_by & used >> 16;
         }
         t->stats.pairs += t->lanes;
-        t->stats.culled_far += sfield__count_lanes(t->active & ~near_by);
-        t->stats.culled_horizon += sfield__count_lanes(near_by & ~used);
+        t->stats.culled_far += sfield__popcount(t->active & ~near_by);
+        t->stats.culled_horizon += sfield__popcount(near_by & ~used);
         if (!used) continue;
         t->farthest[t->count] = mean + t->extent;
         t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
         t->used[t->count] = used;
         t->item[t->count] = s->occluder[i];
         t->mean[t->count] = mean;
-        t->state[t->count] = 0;
+        t->state[t->count] = SFIELD__NOT_FETCHED;
         for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
         t->order[j] = t->count++;
     }
@@ -8710,17 +8728,20 @@ static void sfield__find_masks(sfield__tile *t)
     const sfield_scene *s = t->s;
     const int cached = t->set->cache != NULL;
     uint32_t j, i;
-    t->way = t->stand;
-    for (i = 0; i < t->count && cached; i++)
-        t->way = sfield__hash(sfield__hash(t->way, s->item[t->item[t->order[i]]].body), t->used[t->order[i]]);
-    t->way |= 1;
+    t->occluders_hash = t->set_hash;
+    for (i = 0; i < t->count && cached; i++) {
+        const uint32_t o = t->order[i];
+        t->occluders_hash = sfield__hash(t->occluders_hash, s->item[t->item[o]].body);
+        t->occluders_hash = sfield__hash(t->occluders_hash, t->used[o]);
+    }
+    t->occluders_hash |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
         float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
         uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE, prefix = 0;
         if (sfield__is_own(t, j)) continue;
         if (j < t->lights) sfield__measure_distances(t->p, s->item[own].center[1], light);
-        t->hash[j] = t->stand;
+        t->hash[j] = t->set_hash;
         for (i = 0; i < t->count; i++) {
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
@@ -8733,14 +8754,14 @@ static void sfield__find_masks(sfield__tile *t)
             if (bits && cached)
                 t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
-        /* where its way leaves that of all lights, up to where T is rounded */
+        /* up to this occluder T is that of all lights, and is rounded */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
 }
 
-/* Is no line from a lane to the middle of a in the inscribed sphere of b? Those lines are nowhere farther
-   from that of the tile's middle than the lanes are. */
+/* Returns whether no line from a lane to the middle of a meets the inscribed sphere of b. Such a line is
+   nowhere farther from the line of the tile's middle than the lanes are from that middle. */
 static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const sfield__item *b)
 {
     const sfield__v3 m = sfield__v3_load(t->middle), v = sfield__v3_sub(sfield__v3_load(a->center[0]), m);
@@ -8759,7 +8780,8 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
     for (j = 0; j < t->count; j++) {
         const sfield__item *b = &t->s->item[t->item[j]];
         const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
-        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
+        /* j hides i from no lane */
+        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
             float d2 = near_i[l], e2 = near_j[l], dot = 0;
@@ -8913,11 +8935,11 @@ static void sfield__fetch_occluder(sfield__tile *t, uint32_t i)
     float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     sfield__place at;
     uint32_t hidden;
-    if (t->state[i]) return;
+    if (t->state[i] != SFIELD__NOT_FETCHED) return;
     hidden = sfield__find_hidden(t, i, t->used[i]);
-    t->stats.culled_hidden += sfield__count_lanes(hidden);
+    t->stats.culled_hidden += sfield__popcount(hidden);
     t->shown[i] = t->used[i] & ~hidden;
-    t->state[i] = t->shown[i] ? 1 : 2;
+    t->state[i] = t->shown[i] ? SFIELD__FETCHED : SFIELD__ALL_HIDDEN;
     if (!t->shown[i]) return;
     sfield__move_to_local(it, 0, t->p, local, s->simd);
     sfield__locate16(it->e.occlusion, local, &at, s->simd);
@@ -8934,12 +8956,12 @@ static void sfield__apply_occluder(sfield__tile *t, uint32_t i, uint32_t mask, f
     const sfield_scene *s = t->s;
     const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     int c;
-    if (t->state[i] == 2 || !mask) return;
+    if (t->state[i] == SFIELD__ALL_HIDDEN || !mask) return;
     if (mask != t->used[i]) {
         sfield__select16(o, s->coefs * SFIELD__LANES, mask, t->turned, s->simd);
         o = t->turned;
     }
-    t->stats.products += sfield__count_lanes(mask);
+    t->stats.products += sfield__popcount(mask);
     for (c = 0; c < t->chains; c++, chain += s->coefs * SFIELD__LANES)
         sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
 }
@@ -9095,9 +9117,9 @@ static void sfield__write_outputs(sfield__tile *t)
 
 /* ---- shading: from near to far, and for incident radiance from far to near ---- */
 
-/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment.
-   Occluders commute up to truncation and are ordered for the tile; which of them are nearer than a light is
-   decided lane by lane. */
+/* Shades 16 points as figure 5 of the paper does: T is multiplied by the visibility of occluders from near to
+   far, and each light takes the T of the moment. Occluders commute up to truncation and are ordered for the
+   tile; which of them are nearer than a light is decided lane by lane. */
 static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 {
     const sfield_scene *s = t->s;
@@ -9115,8 +9137,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) {
         step = s->occluder_count / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
-        if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
-        cache->lit[tile] = t->way;
+        if (cache->lit[tile] != t->occluders_hash) cache->marks[tile] = 0;
+        cache->lit[tile] = t->occluders_hash;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
         if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
         from *= step;
@@ -9128,7 +9150,7 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
     for (i = from; i <= last; i++) {
 #ifndef SFIELD_WITHOUT_CACHE
-        /* rounded always, so that a later start from here is the same */
+        /* T is rounded even if nothing starts here, so that a later start from here is the same. */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
             sfield__keep_tile(cache, slot, now);
@@ -9150,7 +9172,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     }
 }
 
-/* Does the same by logarithms: their sum, one exp and one product for each light. */
+/* Shades 16 points by logarithms: for each light they are added up, which costs one exponential and one
+   product. */
 static void sfield__chain_logarithms(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -9167,12 +9190,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
         for (i = 0; i < t->count; i++) {
             uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
             const float *o = t->occlusion + (size_t)t->order[i] * n;
-            if (t->state[t->order[i]] == 2 || !mask) continue;
+            if (t->state[t->order[i]] == SFIELD__ALL_HIDDEN || !mask) continue;
             for (k = 0; k < n; k += SFIELD__LANES)
                 for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
         }
         sfield__exponentiate16(s->algebra, sum, sum);
-        t->stats.products += sfield__count_lanes(t->active);
+        t->stats.products += sfield__popcount(t->active);
         for (c = 0; c < t->chains; c++)
             sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n,
                               SFIELD__LANES, 0);
@@ -9180,12 +9203,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
 }
 
 /* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
-static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
+static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
 {
     const size_t unit = t->first / SFIELD__LANES;
     uint64_t points, lights;
-    if (!sfield__is_untouched(t->s, t->set, t->stand, unit, wanted)) return 0;
-    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, wanted);
+    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, visible)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, visible);
     lights = points * sfield__lights_of(t->s, t->set, t->sky);
     t->stats.points += points;
     t->stats.lights += lights;
@@ -9193,21 +9216,21 @@ static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
     return 1;
 }
 
-/* Keeps what was written, for the next frame. */
-static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
+/* Keeps the results that were written, for the next frame. */
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t visible)
 {
     sfield__last now;
     memset(&now, 0, sizeof now);
-    now.seen = sfield__hash(t->stand, t->s->now_hash);
+    now.seen = sfield__hash(t->set_hash, t->s->now_hash);
     memcpy(now.middle, t->middle, sizeof now.middle);
     now.extent = t->extent;
-    now.shown = wanted;
+    now.visible = visible;
     now.active = t->active;
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
 
 #ifndef SFIELD_WITHOUT_CACHE
-/* Asks for the memory of what a cache keeps for the tile, which arrives while occluders are looked
+/* Asks for the memory in which a cache keeps T of the tile. The memory arrives while occluders are looked
    through. */
 static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
 {
@@ -9217,8 +9240,8 @@ static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
     for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
 }
 
-/* Keeps T of the lights whose T was computed, and takes T of all lights from the cache: new ones too, so
-   that they are rounded like those that were kept. */
+/* Keeps T of those lights for which it was computed, and takes T of all lights from the cache: new ones too,
+   so that they are rounded like those that were kept. */
 static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
 {
     const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
@@ -9246,7 +9269,7 @@ static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, 
         if (sfield__is_own(t, j)) continue;
         t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
         needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
+        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->visible);
     }
     return needed;
 }
@@ -9259,8 +9282,8 @@ static void sfield__shade_tile(sfield__tile *t)
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
 #ifndef SFIELD_WITHOUT_CACHE
-    const uint32_t wanted = cache ? sfield__find_wanted(t->set, t->first, t->lanes) : 0;
-    if (cache && sfield__repeat_tile(t, wanted)) return;
+    const uint32_t visible = cache ? sfield__visible_bits(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, visible)) return;
 #endif
     sfield__load_lanes(t);
     if (!t->visible) {
@@ -9271,8 +9294,8 @@ static void sfield__shade_tile(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) sfield__fetch_kept(t, cache);
 #endif
-    t->stats.points += sfield__count_lanes(t->visible);
-    t->stats.lights += (uint64_t)sfield__count_lanes(t->visible) * sfield__lights_of(s, t->set, t->sky);
+    t->stats.points += sfield__popcount(t->visible);
+    t->stats.lights += (uint64_t)sfield__popcount(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
     if (sfield__find_needed(t, cache, slots)) {
@@ -9288,7 +9311,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) sfield__keep_tile_results(t, wanted);
+    if (cache) sfield__keep_tile_results(t, visible);
 #endif
 }
 
@@ -9332,9 +9355,9 @@ static void sfield__add_radiance(const sfield__tile *t, uint32_t j, uint32_t lan
     }
 }
 
-/* Far to near (section 3.2 of the paper): each occluder on the way hides the radiance so far, and each light
-   joins it. Three channels, 16 points. Lanes may disagree about the order of a light and an occluder, so the
-   order is made lane by lane. */
+/* Computes the radiance that arrives at 16 points, three channels, from far to near (section 3.2 of the
+   paper). Each occluder hides part of the radiance so far, and each light joins it. Lanes may disagree about
+   the order of a light and an occluder, so the order is made lane by lane. */
 static void sfield__shade_incident(sfield__tile *t, float *out)
 {
     const sfield_scene *s = t->s;
@@ -9355,8 +9378,8 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
             const uint32_t lanes = sfield__is_own(t, j) ? 0 : sfield__find_lanes_behind(t, j, i);
             if (lanes & t->active) sfield__add_radiance(t, j, lanes, sum);
         }
-        if (i == 0 || t->state[t->order[i - 1]] == 2) continue;
-        t->stats.products += 3 * sfield__count_lanes(t->active);
+        if (i == 0 || t->state[t->order[i - 1]] == SFIELD__ALL_HIDDEN) continue;
+        t->stats.products += 3 * sfield__popcount(t->active);
         for (c = 0; c < 3; c++)
             sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n,
                               sum + c * n, SFIELD__LANES, 1);
@@ -9394,7 +9417,7 @@ typedef struct sfield__point {
     uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
     sfield__ray *ray;
     float       *rgb;                           /* of one point */
-    uint64_t     stand;                         /* sfield__hash_stand */
+    uint64_t     set_hash;                       /* sfield__hash_set */
     sfield_scene_stats stats;
 } sfield__point;
 
@@ -9424,8 +9447,9 @@ static void sfield__shade_faces(const sfield__point *p)
                          p->s->simd);
 }
 
-/* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked:
-   square k of all levels in turn lies in square (k - 1) / 4. sfield__clear_lists cleans up. */
+/* Adds the lists of an occluder up in p->coefs, which is clean before, and marks the squares that they use
+   and all above these. Square k of all levels in turn lies in square (k - 1) / 4. sfield__clear_lists cleans
+   up. */
 static void sfield__add_lists(sfield__point *p, const sfield_field *f, const sfield__lists *lists,
                               float factor)
 {
@@ -9692,7 +9716,7 @@ static void sfield__add_sky(sfield__point *p)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Does a cache keep T for a light? */
+/* Returns whether a cache keeps T for a light. */
 static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
@@ -9745,15 +9769,15 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
     }
 }
 
-/* Writes what T of each light depends on: the occluders before it on the way from near to far; 0 for lights
-   that are not asked for. Returns how many rays have to be walked, the environment as the last: to the last
-   light whose T is not kept or out of date. */
+/* Writes the hash of all that T of each light depends on, which is the occluders nearer than the light; 0 for
+   lights that are not asked for. Returns how many rays have to be walked, the environment as the last: up to
+   the last light whose T is not kept, or is out of date. */
 static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t count, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
     const sfield_cache *cache = p->set->cache;
     const int sky = s->has_sky || s->has_sun;
-    uint64_t before = p->stand;
+    uint64_t before = p->set_hash;
     uint32_t i, until = 0;
     for (i = 0; i <= s->light_count; i++) hash[i] = 0;
     for (i = 0; i <= count; i++) {
@@ -9783,7 +9807,7 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Shades a point that can be shaded, into p->rgb, and *ambient if it is wanted. */
+/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
 static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
                                 uint64_t *hash, float *ambient)
 {
@@ -9809,11 +9833,11 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
-    sfield__tile one;                           /* for its way of loading */
+    sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, wanted = sfield__find_wanted(set, index, 1);
-    if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
-        const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
+    uint32_t k, visible = sfield__visible_bits(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, visible)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, visible);
         p->stats.points += points;
         p->stats.lights += points * lights;
         p->stats.reused += points * lights;
@@ -9841,9 +9865,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     if (set->cache) {
         sfield__last now;
         memset(&now, 0, sizeof now);
-        now.seen = sfield__hash(p->stand, s->now_hash);
+        now.seen = sfield__hash(p->set_hash, s->now_hash);
         memcpy(now.middle, x, sizeof now.middle);
-        now.shown = wanted;
+        now.visible = visible;
         now.active = one.active;
         sfield__keep_results(set, index, index, 1, &now);
     }
@@ -10029,8 +10053,8 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
     }
 }
 
-/* Can a set be shaded in bundles? Texels are multiplied, nothing is kept, and nobody is turned who hides,
-   shines or brings an own visibility. */
+/* Returns whether a set can be shaded in bundles: texels are multiplied, no cache keeps anything, and no
+   entity is turned that hides, shines or has a visibility of its own. */
 static int sfield__can_bundle(const sfield_scene *s, const sfield_points *set)
 {
     uint32_t i;
@@ -10059,7 +10083,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     memset(&b, 0, sizeof b);
     p.s = b.s = s;
     p.set = set;
-    p.stand = sfield__hash_stand(s, set);
+    p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
     memory += sfield__carve_point(&p, memory, rays, s->cells);
@@ -10129,7 +10153,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.sky = s->has_sky || s->has_sun || set->ambient;
     t.chains = set->gloss && set->exponents ? 2 : 1;
     t.all_round = job->incident != NULL;
-    t.stand = sfield__hash_stand(s, set);
+    t.set_hash = sfield__hash_set(s, set);
     t.stats = *stats;
     (void)sfield__carve_tile(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
@@ -10302,16 +10326,16 @@ static int sfield__compare_cells(const void *a, const void *b)
 
 /* Finds a cell by its place and side among sorted cells. Returns NULL if no point lies there. */
 static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t count,
-                                             const sfield__cell *wanted)
+                                             const sfield__cell *key)
 {
     size_t low = 0, high = count;
     while (low < high) {
         size_t middle = (low + high) / 2;
-        if (sfield__compare_cells(&cells[middle], wanted) < 0) low = middle + 1;
+        if (sfield__compare_cells(&cells[middle], key) < 0) low = middle + 1;
         else high = middle;
     }
-    if (low == count || cells[low].x != wanted->x || cells[low].y != wanted->y || cells[low].z != wanted->z ||
-        cells[low].side != wanted->side)
+    if (low == count || cells[low].x != key->x || cells[low].y != key->y || cells[low].z != key->z ||
+        cells[low].side != key->side)
         return NULL;
     return &cells[low];
 }
@@ -10329,15 +10353,15 @@ static void sfield__find_sources(const sfield__cell *cells, size_t count, const 
     uint32_t k, j;
     sources[0] = sources[1] = sources[2] = 0;
     for (i = 0; i < 27; i++) {
-        sfield__cell wanted = *own;
+        sfield__cell key = *own;
         const sfield__cell *c;
         const float *there;
         float d2 = 0, to;
-        wanted.x += i % 3 - 1;
-        wanted.y += i / 3 % 3 - 1;
-        wanted.z += i / 9 - 1;
-        wanted.point = 0;
-        c = sfield__find_cell(cells, count, &wanted);
+        key.x += i % 3 - 1;
+        key.y += i / 3 % 3 - 1;
+        key.z += i / 9 - 1;
+        key.point = 0;
+        c = sfield__find_cell(cells, count, &key);
         if (!c) continue;
         there = sfield__row(points->positions, points->position_stride, chosen[c->point]);
         for (k = 0; k < 3; k++) {
@@ -10365,7 +10389,7 @@ static void sfield__find_sources(const sfield__cell *cells, size_t count, const 
     }
 }
 
-/* Can all points be put into cells? */
+/* Checks that all points can be put into cells. */
 static sfield_result sfield__check_sparse(const sfield__logger *log, const sfield_points *points,
                                           float spacing)
 {

@@ -185,5 +185,5 @@ int bn_sfield_algebra(const bn_options *options)
 const char *bn_sfield_simd(void)
 {
     static const char *const names[] = { "none", "avx2", "avx512" };
-    return names[sfield__simd()];
+    return names[sfield__simd_level()];
 }

@@ -1,6 +1,6 @@
 /* ---- building: the public calls ---- */
 
-/* Ends a build: all that it holds is freed. */
+/* Frees all that a build holds, and returns the result. */
 static sfield_result sfield__end_build(sfield__build *b, sfield_result result)
 {
     if (result == SFIELD_ERR_ALLOC) sfield__log_text(&b->log, "desc.system.allocator", "returned no memory");
@@ -29,7 +29,7 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
     return sfield__end_build(&b, result);
 }
 
-/* Radiance of all triangles in all frames: every number must be one. */
+/* Checks the radiance of all triangles in all frames. Every number must be finite, 0..1e18. */
 static sfield_result sfield__check_radiance(const sfield__build *b, const float *radiance, size_t count)
 {
     size_t i;
@@ -117,7 +117,7 @@ SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source,
     return sfield__end_build(&b, result);
 }
 
-/* Positions that are numbers, normals that are unit or 0. */
+/* Checks that positions are finite and in range, and that normals are unit or 0. */
 static sfield_result sfield__check_points(const sfield__logger *log, const sfield_points *p)
 {
     size_t i, k;

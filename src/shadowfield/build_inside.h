@@ -87,9 +87,10 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
     return sum / (float)b->cells;
 }
 
-/* Moves the eye, where sfield__project_vertices was asked for, out of the mesh: 0 if it is not inside. Inside
-   is where nearly all is hidden and most rays come out of the mesh once more than they go in, its triangles
-   being counter-clockwise from outside: not behind a single sheet, not in a room, not in a cup. */
+/* Moves the eye, whose view sfield__project_vertices has prepared, out of the mesh. Returns 0 if the eye is
+   not inside. It is inside if nearly all directions are hidden and most rays leave the mesh once more than
+   they enter it, counter-clockwise triangles being seen from outside. So nothing is inside a single sheet, a
+   room or a cup. */
 static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
     sfield__inside_ray ray[SFIELD__INSIDE_RAYS];

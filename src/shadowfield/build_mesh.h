@@ -15,7 +15,7 @@ static uint32_t sfield__mesh_index(const sfield_mesh *m, size_t i)
     return m->indices ? m->indices[i] : m->indices16 ? m->indices16[i] : (uint32_t)i;
 }
 
-/* Counts, strides and indices; what is wrong goes to the log. */
+/* Checks counts, strides and indices. What is wrong goes to the log. */
 static sfield_result sfield__check_mesh(const sfield__build *b, const sfield_mesh *m)
 {
     const size_t corners = sfield__mesh_corners(m);
@@ -88,8 +88,8 @@ static void sfield__fit_sphere(sfield__build *b, const sfield_mesh *m, size_t st
     b->h.radius = sqrtf(r2);
 }
 
-/* Does the bounding sphere hold what is drawn, to a thousandth? Horizons, cones and the tail beyond the last
-   shell trust it; fields of points have none of them. */
+/* Returns whether the bounding sphere holds what is drawn, to a thousandth. Horizons, cones and the tail
+   beyond the last shell rely on the sphere; fields of points have none of them. */
 static int sfield__is_bounded(const sfield__build *b)
 {
     size_t i;

@@ -128,7 +128,7 @@ static void sfield__quantise(sfield__build *b, size_t first, uint32_t group)
     }
 }
 
-/* Asks the caller's renderer, for some eyes. If it returns not 0, the build ends. */
+/* Asks the caller's renderer what some eyes see. If the renderer returns not 0, the build ends. */
 static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 {
     sfield_views views;
@@ -142,8 +142,8 @@ static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
     return b->see(b->see_user, &views);
 }
 
-/* Asks for samples from .. to - 1: for all, then again for those that are inside the mesh, a run at a
-   time. */
+/* Asks for all samples of the batch, then once more for those that are inside the mesh, a run of neighbours
+   at a time. */
 static int sfield__ask_batch(sfield__build *b)
 {
     size_t i, end, count = b->to - b->from;

@@ -1,6 +1,6 @@
 /* ---- building: from a desc to a field ---- */
 
-/* Tables, the scratch of every task, and room for the values of a batch. */
+/* Makes the tables, the scratch of every task, and room for the values of a batch. */
 static sfield_result sfield__prepare_build(sfield__build *b)
 {
     const uint32_t haar = b->h.basis == SFIELD_BASIS_HAAR, planes = haar ? 0 : b->planes;

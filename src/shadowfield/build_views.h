@@ -1,6 +1,6 @@
 /* ---- building: what is seen of a mesh from a sample point ---- */
 
-/* Sets samples x0..x1 of a row. */
+/* Sets the bits of samples x0 to x1 of a row. */
 static void sfield__set_bits(uint64_t *row, int x0, int x1)
 {
     int a = x0 >> 6, b = x1 >> 6, w;
@@ -18,9 +18,9 @@ typedef struct sfield__edges {      /* of a triangle on a face: c[0] s + c[1] t 
     float det;                      /* > 0: counter-clockwise for the eye */
 } sfield__edges;
 
-/* The triangle as the cone from the eye through it: no clipping, nothing to divide by, and an edge shared by
-   two triangles has the same numbers but for their sign, so that no sample falls between them. 0: seen edge
-   on. */
+/* Describes a triangle as the cone from the eye through its edges. So nothing is clipped or divided, and an
+   edge that two triangles share has the same numbers in both but for their sign: no sample falls between
+   them. Returns 0 if the triangle is seen from its edge. */
 static int sfield__edges_of(const float *const *corner, uint32_t face, sfield__edges *e)
 {
     float q[3][3];
@@ -59,8 +59,8 @@ static int sfield__find_span(const sfield__edges *e, uint32_t width, int y, cons
     return *x0 <= *x1;
 }
 
-/* Sides that do not emit lie a little farther away: those of a sheet that shines on both would hide it by
-   rounding. */
+/* Draws a triangle on a face. Sides that do not emit are drawn a little farther away; otherwise those of a
+   sheet that shines on both sides would hide its light by rounding. */
 static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box,
                                 uint32_t owner)
 {
@@ -89,7 +89,8 @@ static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_
     }
 }
 
-/* Projects all vertices for an eye, which becomes the origin: their faces, and where they lie on these. */
+/* Projects all vertices for an eye, which becomes the origin: finds the face on which each lies, and its
+   place on that face. */
 static void sfield__project_vertices(const sfield__build *b, sfield__view *v, const float *eye)
 {
     size_t i;
@@ -108,7 +109,7 @@ static void sfield__project_vertices(const sfield__build *b, sfield__view *v, co
     }
 }
 
-/* Rounds a box outwards by a little and to samples; 0: none inside. */
+/* Rounds a box to samples, outwards by a little. Returns 0 if no sample is inside. */
 static int sfield__round_box(float x0, float y0, float x1, float y1, uint32_t width, int *box)
 {
     float most = (float)width - 1;
@@ -127,7 +128,7 @@ static int sfield__round_box(float x0, float y0, float x1, float y1, uint32_t wi
 static float sfield__min3(float a, float b, float c) { return a < b ? (a < c ? a : c) : b < c ? b : c; }
 static float sfield__max3(float a, float b, float c) { return a > b ? (a > c ? a : c) : b > c ? b : c; }
 
-/* Draws a triangle that lies over several faces, on each whose pyramid it may touch. */
+/* Draws a triangle that lies over several faces, on each face whose pyramid the triangle may touch. */
 static void sfield__raster_across(sfield__view *v, const float *const *corner, uint32_t owner)
 {
     sfield__edges e;
@@ -194,7 +195,7 @@ static void sfield__raster_mesh(const sfield__build *b, sfield__view *v)
     }
 }
 
-/* Counts samples into texels. The buffers are clean again afterwards. */
+/* Adds the drawn samples up to texels, and clears the buffers. */
 static void sfield__count_samples(const sfield__build *b, sfield__view *v)
 {
     uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face;

@@ -1,6 +1,6 @@
 /* ---- cubes: texels of cube maps, and their harmonics ---- */
 
-/* Faces in OpenGL's order: a direction's components along the face's s, t and its axis. */
+/* Writes a direction's components along a face's s, its t and its axis. Faces are in OpenGL's order. */
 SFIELD__INLINE void sfield__to_face(uint32_t face, const float *p, float *q)
 {
     float x = p[0], y = p[1], z = p[2];

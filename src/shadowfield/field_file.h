@@ -55,8 +55,8 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
     return sfield__add_to_crc(crc, f->sample, sampled, sfield__part_of(part, share, 1));
 }
 
-/* In group g, is coefficient k everywhere `ratio` times coefficient of, to the bits that are kept? The first
-   coefficient of the channel of the latter says how much that is. */
+/* Returns whether coefficient k of group g is everywhere `ratio` times coefficient `of`, to the bits that are
+   kept. The first coefficient of the latter's channel says how much that is. */
 static int sfield__is_multiple(const sfield_field *f, uint32_t g, uint32_t k, uint32_t of, float ratio)
 {
     const size_t stride = f->h.stride, samples = f->h.samples / (f->h.shells * f->h.frames);
@@ -247,7 +247,7 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfiel
     return result;
 }
 
-/* Does shard b go on where a ends, and was it made in the same way? */
+/* Returns whether shard b continues where shard a ends, and was made in the same way. */
 static int sfield__is_next_shard(const sfield_field *a, const sfield_field *b)
 {
     sfield__header x = a->h, y = b->h;

@@ -85,8 +85,8 @@ static void sfield__rows_to_planes(const float *rows, size_t stride, uint32_t n,
     SFIELD__CALL_BEST(sfield__transpose, simd, (rows, stride, n, planes));
 }
 
-/* Interpolates between eight samples, for the lanes by their factors, into planes; adds to them if there
-   are more. */
+/* Interpolates between eight samples, for the lanes by their factors, into planes; unless more is 0 the
+   coefficients are added to what the planes hold. */
 static void sfield__mix_eight(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
                               float *out, int simd)
 {

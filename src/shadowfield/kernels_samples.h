@@ -22,7 +22,7 @@ SFIELD__KERNEL static void sfield__transpose(const float *rows, size_t stride, u
             sfield__transpose8(rows + l * stride + k, stride, planes + 16 * k + l, 16);
 }
 
-/* What sixteen points between the same eight samples take of each. */
+/* The weights that sixteen points between the same eight samples give to each of these. */
 typedef struct sfield__corner_weights {
     sfield__lanes x0, x1, x2, x3;   /* of the corners of a shell */
     sfield__lanes w0, w1;           /* of the shells */
@@ -84,7 +84,8 @@ SFIELD__KERNEL static void sfield__mix(const sfield_field *f, const sfield__betw
     sfield__mix_row(f, at->base, at->group, 0, n, &w, out);
 }
 
-/* A coefficient of one shell: q its four samples, n apart. */
+/* Interpolates one coefficient between the four samples of a shell, which are q[0], q[n], q[2 n] and q[3 n].
+   */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
                                                                    const float *q,
                                                                    uint32_t n, float scale, float bias)
@@ -96,8 +97,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Scale and bias of both shells, copied: what a kernel stores might lie in anything that a pointer leads
-   to. */
+/* Copies of the pointers to scale and bias of both shells. Compilers would otherwise load them again after
+   every store of a kernel. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)
@@ -120,7 +121,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_eight(const sfield
     return sfield__lanes_muladd(outer, w->w1, sfield__lanes_mul(inner, w->w0));
 }
 
-/* out: n planes, to which the coefficients are added where there are more to come. */
+/* Interpolates between eight samples, for the lanes by their factors. out holds n planes; unless more is 0
+   the coefficients are added to what the planes hold. */
 SFIELD__KERNEL static void sfield__eight_to_planes(const sfield__eight *c, const sfield__place *at,
                                                    const float *factor, int more, float *out)
 {

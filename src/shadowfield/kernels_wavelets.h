@@ -5,7 +5,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__at_least_0(sfield__lanes a
     return sfield__lanes_max(a, sfield__lanes_all(0));
 }
 
-/* Is any lane not 0? */
+/* Returns whether any lane is not 0. */
 static inline SFIELD__IN_KERNEL int sfield__any_lane(sfield__lanes a)
 {
     return sfield__mask_any(sfield__lanes_differ(a, sfield__lanes_all(0)));

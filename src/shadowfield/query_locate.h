@@ -44,7 +44,7 @@ static void sfield__weigh_corners(const sfield__place *at, int l, float *b)
     b[3] = x * y;
 }
 
-/* Between which eight samples a point lies, and how much each of them weighs. */
+/* The eight samples between which a point lies, and the weight of each. */
 typedef struct sfield__between {
     size_t base, group;             /* sample and scales of the inner shell's first corner */
     float  corner[4];               /* weights of the corners of both shells */

@@ -77,7 +77,7 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     memset(s, 0, sizeof *s);
     s->allocator = a;
     s->desc = d;
-    s->simd = sfield__simd();
+    s->simd = sfield__simd_level();
     s->side = d.cube_side;
     s->cells = 6 * s->side * s->side;
     s->coefs = haar ? s->cells : d.bands * d.bands;
@@ -212,15 +212,16 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-/* Takes up what results depend on now. before: the hash before this change if it only moved occluders, or
-   0. */
+/* Notes all that results depend on now. `before` is the hash before this change if the change did no more
+   than move occluders, otherwise 0. */
 static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
     s->before_hash = before;
     s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
 }
 
-/* Compares the new entities with those before: which occluders moved, and whether that is all. */
+/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has
+   changed. */
 static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
 {
     int alike = n->item_count == s->item_count && n->item_count > 0;

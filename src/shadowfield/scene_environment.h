@@ -1,6 +1,7 @@
 /* ---- scenes: distant light ---- */
 
-/* What a map leaves in a texel of the cube: sums by solid angle, and the least of each channel. */
+/* What a texel of the cube receives from the map: sums of radiance by solid angle, and the least radiance of
+   each channel. */
 typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
 
 static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)
@@ -14,8 +15,9 @@ static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double an
     g->angle += angle;
 }
 
-/* A texel of the map has one radiance and its exact solid angle. It counts where its middle lies in the cube,
-   in parts where the map is coarser: no sun falls between samples, none counts twice (T11, T12). */
+/* Adds every texel of the map to the texel of the cube that holds its middle. A texel of the map has one
+   radiance and its exact solid angle; where the map is coarser than the cube its texels are added in parts.
+   So no sun falls between samples, and none counts twice (T11, T12). */
 static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
                                sfield__gathered *g)
 {
@@ -47,9 +49,9 @@ static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t
     }
 }
 
-/* The sky as a cube of texels. What falls into one fills its solid angle but for its edges: what all of it
-   has at least counts for the whole texel, and what is brighter by the energy there is; the rest of that
-   error is scaled away. 0: no memory. */
+/* Makes the cube of texels from a map. What falls into a texel of the cube covers its solid angle but for its
+   edges. So the least radiance among this counts for the whole texel, and what is brighter counts by its
+   energy; then the remaining error of the energy is scaled away. Returns 0 if there is no memory. */
 static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height)
 {
     const float *angle = s->texel + 3 * (size_t)s->cells;

@@ -50,7 +50,7 @@ struct sfield_scene {
 typedef struct sfield__last {       /* a tile or a point, when its results were kept */
     uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
     float    middle[3], extent;     /* a sphere about the points */
-    uint32_t shown, active;         /* bits: points that were wanted; those that can be shaded: others give
+    uint32_t visible, active;       /* bits: points that were visible; those that can be shaded: others give
                                        0 */
     int      has;                   /* which results */
 } sfield__last;
@@ -67,8 +67,8 @@ struct sfield_cache {
     uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics:
                                        what the marks of a tile are of */
     float    *sky;
-    uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are
-                                       kept */
+    uint8_t  *marks;                /* harmonics: of each tile, how many T are kept of those that all lights
+                                       have in common */
     sfield__last *last;             /* of each tile (harmonics) or point */
     float    *result;               /* of the last frame: r, g, b, ambient of each point */
 };

@@ -7,7 +7,7 @@ static sfield__allocator sfield__allocator_of(const sfield_system *system)
              : sfield__allocator_make(NULL, NULL, NULL);
 }
 
-/* Has an allocator both functions, or none? */
+/* Returns whether an allocator has both of its functions, or none. */
 static int sfield__system_good(const sfield_system *system)
 {
     return !system || sfield__allocator_valid(system->allocator.alloc_fn, system->allocator.free_fn);
@@ -66,9 +66,9 @@ static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfi
 
 /* Returns whether a setting is in its range, as `good` says. If the setting is not, a line says so. */
 static int sfield__check_value(const sfield__logger *log, int good, const char *field, double value,
-                        const char *wanted)
+                        const char *range)
 {
-    if (!good) sfield__log_value(log, field, value, wanted);
+    if (!good) sfield__log_value(log, field, value, range);
     return good;
 }
 
@@ -97,7 +97,7 @@ static sfield_result sfield__check_units(const sfield__logger *log, const char *
     return SFIELD_OK;
 }
 
-/* Do planes have room for the vectors of a call? If not, a line says so. */
+/* Returns whether planes have room for the vectors of a call. If they have not, a line says so. */
 static int sfield__check_stride(const sfield__logger *log, size_t stride, size_t count)
 {
     return sfield__check_value(log, stride >= count, "stride", (double)stride, "at least count");
@@ -109,7 +109,8 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Are there positions and normals, and are their strides good? If not, a line says what is wrong. */
+/* Returns whether positions and normals are there and their strides are good. If not, a line says what is
+   wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {

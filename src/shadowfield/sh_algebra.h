@@ -108,7 +108,7 @@ SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_syst
     t->log = log;
     t->bands = bands;
     t->coefs = bands * bands;
-    t->simd = sfield__simd();
+    t->simd = sfield__simd_level();
     nodes = sfield__grid_size(3 * (bands - 1));
     pairs = (size_t)t->coefs * (t->coefs - 1) / 2;
     work = (double *)sfield__alloc(&a, nodes * (t->coefs + 5) * sizeof *work +

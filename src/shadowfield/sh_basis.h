@@ -20,8 +20,9 @@ static void sfield__sincos_d(double x, double *s, double *c)
     if ((k + 1) & 2) *c = -*c;
 }
 
-/* Normalised associated Legendre functions without their power of sin(theta), which goes with cos and sin of
-   m phi into the polynomials cm + i sm = (x + i y)^m. No Condon-Shortley sign. */
+/* The recurrences are those of normalised associated Legendre functions without their power of sin(theta).
+   That power goes with the cosine and sine of m phi into the polynomials cm + i sm = (x + i y)^m. There is no
+   sign of Condon and Shortley. */
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y)
 {
     double z = direction[2], cm = 1, sm = 0;
@@ -50,7 +51,8 @@ SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], doubl
 
 static size_t sfield__grid_size(uint32_t degree) { return (size_t)(degree / 2 + 1) * (degree + 1); }
 
-/* Gauss-Legendre in z times equal steps in phi: exact for polynomials up to degree. x, y, z, weight. */
+/* Writes x, y, z and weight of the nodes of a grid: Gauss-Legendre in z times equal steps in phi. Sums over
+   the grid are exact for polynomials up to the degree. */
 static void sfield__fill_grid(uint32_t degree, double *node)
 {
     uint32_t n = degree / 2 + 1, m = degree + 1, i;
@@ -94,7 +96,7 @@ SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[S
         factors[l] = 1.0f / (1.0f + strength * (float)(l * l * (l + 1) * (l + 1)));
 }
 
-/* Is a function, with factors for its bands, at least `lowest` at 36 x 72 directions? */
+/* Returns whether a function, its bands multiplied by factors, is at least `lowest` in 36 x 72 directions. */
 static int sfield__is_above(uint32_t bands, const float *factors, const float *coefs, float lowest)
 {
     uint32_t i, k, l;

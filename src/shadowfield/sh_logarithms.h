@@ -28,8 +28,8 @@ static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_
     }
 }
 
-/* log f = V^T log(D) V 1, where V^T D V is the matrix that multiplies by f. work: 2 n^2 doubles, n
-   coefficients. */
+/* Computes the logarithm log f = V^T log(D) V 1, where V^T D V is the matrix that multiplies by f. work has
+   room for 2 n^2 doubles, where n is the number of coefficients. */
 static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, double *work)
 {
     uint32_t n = t->coefs, i, j;
@@ -74,8 +74,8 @@ SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *vis
     return SFIELD_OK;
 }
 
-/* A tile: the constant apart, then exp(h) = (1 + h/s + (h/s)^2/2 + (h/s)^3/6)^s with s a power of two so that
-   |h/s| is small. out may be in. */
+/* Computes the exponentials of a tile. The constant is taken apart; of the rest h, exp(h) = (1 + h/s +
+   (h/s)^2/2 + (h/s)^3/6)^s, where the power of two s is so large that |h/s| is small. out may be in. */
 static void sfield__exponentiate16(const sfield_algebra *t, const float *in, float *out)
 {
     float h[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 }, constant[SFIELD__LANES], most = 0, scale = 1;

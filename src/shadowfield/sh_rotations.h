@@ -1,7 +1,7 @@
 /* ---- harmonics: rotations ---- */
 
-/* Is a rotation times a scale no rotation? Asked of zeros, since a diagonal divided by its mean length may
-   miss 1. */
+/* Returns whether a matrix that rotates and scales does not rotate. Only the zeros are looked at, since a
+   diagonal that was divided by its mean length may miss 1. */
 static int sfield__is_upright(const float *m)
 {
     return m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0 && m[0] > 0 && m[5] > 0;
@@ -50,7 +50,7 @@ SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *r, size_t count
                                           size_t stride)
 {
     float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
-    int simd = sfield__simd();
+    int simd = sfield__simd_level();
     uint32_t coefs;
     size_t i;
     if (!r || !in || !out || stride < count || r->bands < 1 || r->bands > SFIELD_MAX_BANDS)

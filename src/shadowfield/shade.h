@@ -13,7 +13,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.sky = s->has_sky || s->has_sun || set->ambient;
     t.chains = set->gloss && set->exponents ? 2 : 1;
     t.all_round = job->incident != NULL;
-    t.stand = sfield__hash_stand(s, set);
+    t.set_hash = sfield__hash_set(s, set);
     t.stats = *stats;
     (void)sfield__carve_tile(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {

@@ -57,13 +57,14 @@ SFIELD_DEF void sfield_cache_free(sfield_cache *cache)
 
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ? cache->bytes : 0; }
 
-/* Smaller T are kept as 0: 32767 over them would pass what a float holds. */
+/* The least T that the cache keeps; a smaller one becomes 0, since 32767 divided by it might be beyond
+   floats. */
 #define SFIELD__LEAST_T 1e-30f
 
-/* Hashes what T of a set depends on besides the occluders on its way: how the scene computes, and where the
-   points stand. Points that lie on an entity move with it. The number of occluders decides which T on the way
-   are rounded (sfield__chain_products). */
-static uint64_t sfield__hash_stand(const sfield_scene *s, const sfield_points *set)
+/* Hashes all that T of a set depends on besides the occluders before each light: how the scene computes, and
+   where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
+   rounded between lights (sfield__chain_products). */
+static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set)
 {
     const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,
                               s->has_sky || s->has_sun };
@@ -109,7 +110,8 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
     sfield__recall16(value, scale, c->coefs, t, simd);
 }
 
-/* Returns where T after `number` steps of the way is kept: behind what lights keep. */
+/* Returns the slot of T after `number` of the steps that all lights share. These slots lie behind those of
+   lights. */
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {
     return ((c->points + 15) / 16 + tile) * c->lights + number - 1;
@@ -119,56 +121,57 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
-/* Which of some points are wanted, as bits. */
-static uint32_t sfield__find_wanted(const sfield_points *set, size_t first, uint32_t count)
+/* Returns the bits of the points that are visible, as the caller says. */
+static uint32_t sfield__visible_bits(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
     for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
     return bits;
 }
 
-/* Whether an occluder that stood or stands at c may hide something of the sphere about some points. Wider
-   than the test that leaves occluders out by as much as roundings can matter. */
+/* Returns whether an occluder that stood or stands at c may hide something of the sphere about some points.
+   The test is wider than the one that leaves occluders out, by as much as roundings can matter. */
 static int sfield__is_near(const sfield__last *last, const float *c, float reach)
 {
     float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
     return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
 }
 
-/* Whether what was computed for a unit (a tile or a point) in the last frame still holds: nothing changed but
-   occluders that were, and are, out of its reach, and the same points are wanted: which of them share samples
-   of a field decides the last bits. Costs a few comparisons for each occluder that moved. */
-static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t stand, size_t unit,
-                                uint32_t wanted)
+/* Returns whether the results of a unit (a tile or a point) in the last frame still hold. They do if nothing
+   changed but occluders that were, and are, out of its reach, and if the same points are visible: which of
+   these share samples of a field decides the last bits. The test costs a few comparisons for each occluder
+   that moved. */
+static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t set_hash,
+                                size_t unit, uint32_t visible)
 {
     sfield__last *last = &set->cache->last[unit];
     uint32_t i;
     const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    if (!last->seen || ((wanted ^ last->shown) & last->active) || (has & ~last->has)) return 0;
-    if (last->seen == sfield__hash(stand, s->now_hash)) return 1;
-    if (!s->before_hash || last->seen != sfield__hash(stand, s->before_hash)) return 0;
+    if (!last->seen || ((visible ^ last->visible) & last->active) || (has & ~last->has)) return 0;
+    if (last->seen == sfield__hash(set_hash, s->now_hash)) return 1;
+    if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
         const sfield__item *it = &s->item[s->moved[i]];
         if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
             return 0;
     }
-    last->seen = sfield__hash(stand, s->now_hash);
+    last->seen = sfield__hash(set_hash, s->now_hash);
     return 1;
 }
 
-/* Writes the results of the last frame again, 0 for points that are not wanted. Returns how many were. */
+/* Writes the results of the last frame again, 0 for points that are not visible. Returns how many are. */
 static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
-                                       uint32_t wanted)
+                                       uint32_t visible)
 {
     const float *result = set->cache->result + 4 * first;
     uint32_t l, k;
-    wanted &= set->cache->last[unit].active;
+    visible &= set->cache->last[unit].active;
     for (l = 0; l < count; l++, result += 4) {
-        const int here = wanted >> l & 1;
+        const int here = visible >> l & 1;
         for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
         if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
     }
-    return sfield__popcount(wanted);
+    return sfield__popcount(visible);
 }
 
 /* Keeps the results that were just written for a unit of points. */

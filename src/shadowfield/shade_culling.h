@@ -22,15 +22,15 @@ static void sfield__find_candidates(sfield__tile *t)
             used = t->all_round ? near_by : near_by & used >> 16;
         }
         t->stats.pairs += t->lanes;
-        t->stats.culled_far += sfield__count_lanes(t->active & ~near_by);
-        t->stats.culled_horizon += sfield__count_lanes(near_by & ~used);
+        t->stats.culled_far += sfield__popcount(t->active & ~near_by);
+        t->stats.culled_horizon += sfield__popcount(near_by & ~used);
         if (!used) continue;
         t->farthest[t->count] = mean + t->extent;
         t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
         t->used[t->count] = used;
         t->item[t->count] = s->occluder[i];
         t->mean[t->count] = mean;
-        t->state[t->count] = 0;
+        t->state[t->count] = SFIELD__NOT_FETCHED;
         for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
         t->order[j] = t->count++;
     }
@@ -54,17 +54,20 @@ static void sfield__find_masks(sfield__tile *t)
     const sfield_scene *s = t->s;
     const int cached = t->set->cache != NULL;
     uint32_t j, i;
-    t->way = t->stand;
-    for (i = 0; i < t->count && cached; i++)
-        t->way = sfield__hash(sfield__hash(t->way, s->item[t->item[t->order[i]]].body), t->used[t->order[i]]);
-    t->way |= 1;
+    t->occluders_hash = t->set_hash;
+    for (i = 0; i < t->count && cached; i++) {
+        const uint32_t o = t->order[i];
+        t->occluders_hash = sfield__hash(t->occluders_hash, s->item[t->item[o]].body);
+        t->occluders_hash = sfield__hash(t->occluders_hash, t->used[o]);
+    }
+    t->occluders_hash |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
         float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
         uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE, prefix = 0;
         if (sfield__is_own(t, j)) continue;
         if (j < t->lights) sfield__measure_distances(t->p, s->item[own].center[1], light);
-        t->hash[j] = t->stand;
+        t->hash[j] = t->set_hash;
         for (i = 0; i < t->count; i++) {
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
@@ -77,14 +80,14 @@ static void sfield__find_masks(sfield__tile *t)
             if (bits && cached)
                 t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
-        /* where its way leaves that of all lights, up to where T is rounded */
+        /* up to this occluder T is that of all lights, and is rounded */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
 }
 
-/* Is no line from a lane to the middle of a in the inscribed sphere of b? Those lines are nowhere farther
-   from that of the tile's middle than the lanes are. */
+/* Returns whether no line from a lane to the middle of a meets the inscribed sphere of b. Such a line is
+   nowhere farther from the line of the tile's middle than the lanes are from that middle. */
 static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const sfield__item *b)
 {
     const sfield__v3 m = sfield__v3_load(t->middle), v = sfield__v3_sub(sfield__v3_load(a->center[0]), m);
@@ -103,7 +106,8 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
     for (j = 0; j < t->count; j++) {
         const sfield__item *b = &t->s->item[t->item[j]];
         const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
-        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
+        /* j hides i from no lane */
+        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
             float d2 = near_i[l], e2 = near_j[l], dot = 0;

@@ -132,11 +132,11 @@ static void sfield__fetch_occluder(sfield__tile *t, uint32_t i)
     float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     sfield__place at;
     uint32_t hidden;
-    if (t->state[i]) return;
+    if (t->state[i] != SFIELD__NOT_FETCHED) return;
     hidden = sfield__find_hidden(t, i, t->used[i]);
-    t->stats.culled_hidden += sfield__count_lanes(hidden);
+    t->stats.culled_hidden += sfield__popcount(hidden);
     t->shown[i] = t->used[i] & ~hidden;
-    t->state[i] = t->shown[i] ? 1 : 2;
+    t->state[i] = t->shown[i] ? SFIELD__FETCHED : SFIELD__ALL_HIDDEN;
     if (!t->shown[i]) return;
     sfield__move_to_local(it, 0, t->p, local, s->simd);
     sfield__locate16(it->e.occlusion, local, &at, s->simd);
@@ -153,12 +153,12 @@ static void sfield__apply_occluder(sfield__tile *t, uint32_t i, uint32_t mask, f
     const sfield_scene *s = t->s;
     const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     int c;
-    if (t->state[i] == 2 || !mask) return;
+    if (t->state[i] == SFIELD__ALL_HIDDEN || !mask) return;
     if (mask != t->used[i]) {
         sfield__select16(o, s->coefs * SFIELD__LANES, mask, t->turned, s->simd);
         o = t->turned;
     }
-    t->stats.products += sfield__count_lanes(mask);
+    t->stats.products += sfield__popcount(mask);
     for (c = 0; c < t->chains; c++, chain += s->coefs * SFIELD__LANES)
         sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
 }

@@ -1,8 +1,8 @@
 /* ---- shading: from near to far, and for incident radiance from far to near ---- */
 
-/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment.
-   Occluders commute up to truncation and are ordered for the tile; which of them are nearer than a light is
-   decided lane by lane. */
+/* Shades 16 points as figure 5 of the paper does: T is multiplied by the visibility of occluders from near to
+   far, and each light takes the T of the moment. Occluders commute up to truncation and are ordered for the
+   tile; which of them are nearer than a light is decided lane by lane. */
 static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 {
     const sfield_scene *s = t->s;
@@ -20,8 +20,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) {
         step = s->occluder_count / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
-        if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
-        cache->lit[tile] = t->way;
+        if (cache->lit[tile] != t->occluders_hash) cache->marks[tile] = 0;
+        cache->lit[tile] = t->occluders_hash;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
         if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
         from *= step;
@@ -33,7 +33,7 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
     for (i = from; i <= last; i++) {
 #ifndef SFIELD_WITHOUT_CACHE
-        /* rounded always, so that a later start from here is the same */
+        /* T is rounded even if nothing starts here, so that a later start from here is the same. */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
             sfield__keep_tile(cache, slot, now);
@@ -55,7 +55,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
     }
 }
 
-/* Does the same by logarithms: their sum, one exp and one product for each light. */
+/* Shades 16 points by logarithms: for each light they are added up, which costs one exponential and one
+   product. */
 static void sfield__chain_logarithms(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -72,12 +73,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
         for (i = 0; i < t->count; i++) {
             uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
             const float *o = t->occlusion + (size_t)t->order[i] * n;
-            if (t->state[t->order[i]] == 2 || !mask) continue;
+            if (t->state[t->order[i]] == SFIELD__ALL_HIDDEN || !mask) continue;
             for (k = 0; k < n; k += SFIELD__LANES)
                 for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
         }
         sfield__exponentiate16(s->algebra, sum, sum);
-        t->stats.products += sfield__count_lanes(t->active);
+        t->stats.products += sfield__popcount(t->active);
         for (c = 0; c < t->chains; c++)
             sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n,
                               SFIELD__LANES, 0);
@@ -85,12 +86,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
 }
 
 /* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
-static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
+static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
 {
     const size_t unit = t->first / SFIELD__LANES;
     uint64_t points, lights;
-    if (!sfield__is_untouched(t->s, t->set, t->stand, unit, wanted)) return 0;
-    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, wanted);
+    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, visible)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, visible);
     lights = points * sfield__lights_of(t->s, t->set, t->sky);
     t->stats.points += points;
     t->stats.lights += lights;
@@ -98,21 +99,21 @@ static int sfield__repeat_tile(sfield__tile *t, uint32_t wanted)
     return 1;
 }
 
-/* Keeps what was written, for the next frame. */
-static void sfield__keep_tile_results(const sfield__tile *t, uint32_t wanted)
+/* Keeps the results that were written, for the next frame. */
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t visible)
 {
     sfield__last now;
     memset(&now, 0, sizeof now);
-    now.seen = sfield__hash(t->stand, t->s->now_hash);
+    now.seen = sfield__hash(t->set_hash, t->s->now_hash);
     memcpy(now.middle, t->middle, sizeof now.middle);
     now.extent = t->extent;
-    now.shown = wanted;
+    now.visible = visible;
     now.active = t->active;
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
 
 #ifndef SFIELD_WITHOUT_CACHE
-/* Asks for the memory of what a cache keeps for the tile, which arrives while occluders are looked
+/* Asks for the memory in which a cache keeps T of the tile. The memory arrives while occluders are looked
    through. */
 static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
 {
@@ -122,8 +123,8 @@ static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
     for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
 }
 
-/* Keeps T of the lights whose T was computed, and takes T of all lights from the cache: new ones too, so
-   that they are rounded like those that were kept. */
+/* Keeps T of those lights for which it was computed, and takes T of all lights from the cache: new ones too,
+   so that they are rounded like those that were kept. */
 static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
 {
     const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
@@ -151,7 +152,7 @@ static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, 
         if (sfield__is_own(t, j)) continue;
         t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
         needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
+        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->visible);
     }
     return needed;
 }
@@ -164,8 +165,8 @@ static void sfield__shade_tile(sfield__tile *t)
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
 #ifndef SFIELD_WITHOUT_CACHE
-    const uint32_t wanted = cache ? sfield__find_wanted(t->set, t->first, t->lanes) : 0;
-    if (cache && sfield__repeat_tile(t, wanted)) return;
+    const uint32_t visible = cache ? sfield__visible_bits(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, visible)) return;
 #endif
     sfield__load_lanes(t);
     if (!t->visible) {
@@ -176,8 +177,8 @@ static void sfield__shade_tile(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) sfield__fetch_kept(t, cache);
 #endif
-    t->stats.points += sfield__count_lanes(t->visible);
-    t->stats.lights += (uint64_t)sfield__count_lanes(t->visible) * sfield__lights_of(s, t->set, t->sky);
+    t->stats.points += sfield__popcount(t->visible);
+    t->stats.lights += (uint64_t)sfield__popcount(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
     if (sfield__find_needed(t, cache, slots)) {
@@ -193,7 +194,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) sfield__keep_tile_results(t, wanted);
+    if (cache) sfield__keep_tile_results(t, visible);
 #endif
 }
 
@@ -237,9 +238,9 @@ static void sfield__add_radiance(const sfield__tile *t, uint32_t j, uint32_t lan
     }
 }
 
-/* Far to near (section 3.2 of the paper): each occluder on the way hides the radiance so far, and each light
-   joins it. Three channels, 16 points. Lanes may disagree about the order of a light and an occluder, so the
-   order is made lane by lane. */
+/* Computes the radiance that arrives at 16 points, three channels, from far to near (section 3.2 of the
+   paper). Each occluder hides part of the radiance so far, and each light joins it. Lanes may disagree about
+   the order of a light and an occluder, so the order is made lane by lane. */
 static void sfield__shade_incident(sfield__tile *t, float *out)
 {
     const sfield_scene *s = t->s;
@@ -260,8 +261,8 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
             const uint32_t lanes = sfield__is_own(t, j) ? 0 : sfield__find_lanes_behind(t, j, i);
             if (lanes & t->active) sfield__add_radiance(t, j, lanes, sum);
         }
-        if (i == 0 || t->state[t->order[i - 1]] == 2) continue;
-        t->stats.products += 3 * sfield__count_lanes(t->active);
+        if (i == 0 || t->state[t->order[i - 1]] == SFIELD__ALL_HIDDEN) continue;
+        t->stats.products += 3 * sfield__popcount(t->active);
         for (c = 0; c < 3; c++)
             sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n,
                               sum + c * n, SFIELD__LANES, 1);

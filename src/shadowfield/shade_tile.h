@@ -1,37 +1,47 @@
 /* ---- shading: a tile of sixteen points ---- */
 
+/* What is known of an occluder of a tile: its visibility was not fetched yet; it was; or it need not be. */
+enum { SFIELD__NOT_FETCHED, SFIELD__FETCHED, SFIELD__ALL_HIDDEN };
+
 typedef struct sfield__tile {
     const sfield_scene *s;
     const sfield_points *set;
-    size_t    first;
-    uint32_t  lanes, active, visible;           /* how many, which can be shaded, which are wanted; bits */
+    size_t    first;                            /* number of the first point */
+    uint32_t  lanes;                            /* how many points there are */
+    uint32_t  active, visible;                  /* bits: points that can be shaded; those of them that the
+                                                   caller sees */
     float     p[48], n[48], view[48];           /* planes, world */
     float     middle[3], extent;                /* a sphere about all lanes */
-    uint32_t  count;                            /* occluders that count for some lane */
-    uint32_t *item, *order, *used, *shown;      /* used: lanes for which it counts; shown: and is not
-                                                   hidden */
-    float *mean, *widest, *farthest; /* d of the middle; of all lanes: greatest sine of the inscribed sphere,
-                                        d */
-    float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
-    uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
-    uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
-    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: below the horizon too */
-    float    *light_d2;                         /* 16 each */
+    uint32_t  count;                            /* occluders that count for some lane: `item` of each, and
+                                                   `order` from near to far */
+    uint32_t *item, *order;
+    uint32_t *used, *shown;                     /* bits: lanes for which an occluder counts; those of them
+                                                   for which no nearer one hides it */
+    float    *mean, *widest, *farthest;         /* the middle's distance; the greatest sine of the inscribed
+                                                   sphere, and the greatest distance, of all lanes */
+    float    *d2, *factor, *occlusion;          /* of each occluder: 16, 16 and 16 n^2 floats */
+    uint8_t  *state;                            /* of each occluder: SFIELD__NOT_FETCHED, ... */
+    uint32_t  lights;                           /* the environment, if there is one, comes behind them */
+    int       sky;                              /* 1: there is an environment */
+    int       chains;                           /* 2 with a lobe, otherwise 1 */
+    int       all_round;                        /* not 0: occluders below the horizon count too */
+    float    *light_d2;                         /* 16 squared distances of each light */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
-    uint64_t  stand;                            /* sfield__hash_stand */
-    uint64_t *hash, way;                        /* of what each light sees, and of all occluders; with a
-                                                   cache */
-    uint8_t  *needed;
-    uint32_t *prefix;                           /* of the order: how many are nearer than it for all their
-                                                   lanes */
+    uint64_t  set_hash;                         /* sfield__hash_set */
+    uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
+                                                   all occluders */
+    uint8_t  *needed;                           /* of each light: not 0 if its T has to be computed */
+    uint32_t *prefix;                           /* of each light: how many occluders, from the first in order
+                                                   on, are nearer than the light for all lanes that they count
+                                                   for */
     float    *t;                                /* [light][chain] 16 n^2 */
-    float    *start;                            /* [chain] */
+    float    *start;                            /* [chain] 16 n^2 */
     float    *rows, *planes, *turned;           /* for one entity: 16 rows of 3 channels; planes twice */
     sfield_scene_stats stats;
 } sfield__tile;
 
-/* Carves the scratch of one task out of memory, or (NULL) measures it: of 65,535 entities no more than 2^34
-   bytes, which a size_t may not hold. */
+/* Divides memory among the arrays of one task; with NULL only measures how much they need. 65,535 entities
+   need up to 2^34 bytes, which a size_t may not hold. */
 static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights,
                               uint32_t coefs, uint32_t chains)
 {
@@ -121,11 +131,6 @@ static void sfield__bound_lanes(sfield__tile *t)
     t->extent = 0.5f * sqrtf(most);
 }
 
-static uint32_t sfield__count_lanes(uint32_t mask)
-{
-    return sfield__popcount(mask);
-}
-
 static void sfield__measure_distances(const float *p, const float *c, float *d2)
 {
     int l;
@@ -141,8 +146,9 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
     sfield__to_local16(it->turn, it->center[which], it->inverse[which], p, local, simd);
 }
 
-/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden
-   by their own visibility: what would be added is ringing, of the strongest light there is. */
+/* Returns whether light j is the entity that the points lie on. All of its light comes from below their
+   horizon, or is hidden by their own visibility: what would be added is ringing, of the strongest light there
+   is. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;

@@ -14,16 +14,16 @@ static int sfield__compare_cells(const void *a, const void *b)
 
 /* Finds a cell by its place and side among sorted cells. Returns NULL if no point lies there. */
 static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t count,
-                                             const sfield__cell *wanted)
+                                             const sfield__cell *key)
 {
     size_t low = 0, high = count;
     while (low < high) {
         size_t middle = (low + high) / 2;
-        if (sfield__compare_cells(&cells[middle], wanted) < 0) low = middle + 1;
+        if (sfield__compare_cells(&cells[middle], key) < 0) low = middle + 1;
         else high = middle;
     }
-    if (low == count || cells[low].x != wanted->x || cells[low].y != wanted->y || cells[low].z != wanted->z ||
-        cells[low].side != wanted->side)
+    if (low == count || cells[low].x != key->x || cells[low].y != key->y || cells[low].z != key->z ||
+        cells[low].side != key->side)
         return NULL;
     return &cells[low];
 }
@@ -41,15 +41,15 @@ static void sfield__find_sources(const sfield__cell *cells, size_t count, const 
     uint32_t k, j;
     sources[0] = sources[1] = sources[2] = 0;
     for (i = 0; i < 27; i++) {
-        sfield__cell wanted = *own;
+        sfield__cell key = *own;
         const sfield__cell *c;
         const float *there;
         float d2 = 0, to;
-        wanted.x += i % 3 - 1;
-        wanted.y += i / 3 % 3 - 1;
-        wanted.z += i / 9 - 1;
-        wanted.point = 0;
-        c = sfield__find_cell(cells, count, &wanted);
+        key.x += i % 3 - 1;
+        key.y += i / 3 % 3 - 1;
+        key.z += i / 9 - 1;
+        key.point = 0;
+        c = sfield__find_cell(cells, count, &key);
         if (!c) continue;
         there = sfield__row(points->positions, points->position_stride, chosen[c->point]);
         for (k = 0; k < 3; k++) {
@@ -77,7 +77,7 @@ static void sfield__find_sources(const sfield__cell *cells, size_t count, const 
     }
 }
 
-/* Can all points be put into cells? */
+/* Checks that all points can be put into cells. */
 static sfield_result sfield__check_sparse(const sfield__logger *log, const sfield_points *points,
                                           float spacing)
 {

@@ -14,11 +14,10 @@ enum {
     SFIELD__SHARED = 3              /* lanes that the same eight samples must serve, on average */
 };
 
-static int sfield__simd(void) { return sfield__simd_level(); }
+/* The functions below call the kernels of the best instruction set there is, which kernels_end.h chooses. All
+   of them work on sixteen lanes. */
 
-/* What the kernels do, by the best instruction set there is; kernels_end.h chooses. All of sixteen lanes. */
-
-/* out = a b, or with occlude a - a b. */
+/* Writes the product a b, or a - a b if occlude is not 0. */
 static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out,
                               size_t stride, int occlude);
 

@@ -56,7 +56,7 @@ static void sfield__haar_texels(uint32_t side, const float *coefs, float *texels
 
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs)
 {
-    const int simd = sfield__simd();
+    const int simd = sfield__simd_level();
     uint32_t face, n = side * side;
     if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
     for (face = 0; face < 6; face++) sfield__haar_face(side, texels + face * n, coefs + face * n, simd);
@@ -70,8 +70,8 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
     return SFIELD_OK;
 }
 
-/* Which squares have coefficients at them or below: a bit for each, level after level as the coefficients lie
-   (node / 1 + 4 + 16 ...). */
+/* One bit for each square that has coefficients of its own or below, in the order of the coefficients: level
+   after level (node / 1 + 4 + 16 ...). */
 #define SFIELD__MARKS 1365u                     /* (4^6 - 1) / 3 squares a face of 64 x 64 */
 
 static uint32_t sfield__mark_base(uint32_t squares) { return (squares - 1) / 3; }

@@ -176,8 +176,8 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
     }
 }
 
-/* Can a set be shaded in bundles? Texels are multiplied, nothing is kept, and nobody is turned who hides,
-   shines or brings an own visibility. */
+/* Returns whether a set can be shaded in bundles: texels are multiplied, no cache keeps anything, and no
+   entity is turned that hides, shines or has a visibility of its own. */
 static int sfield__can_bundle(const sfield_scene *s, const sfield_points *set)
 {
     uint32_t i;

@@ -210,7 +210,7 @@ static void sfield__add_sky(sfield__point *p)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Does a cache keep T for a light? */
+/* Returns whether a cache keeps T for a light. */
 static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
@@ -263,15 +263,15 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
     }
 }
 
-/* Writes what T of each light depends on: the occluders before it on the way from near to far; 0 for lights
-   that are not asked for. Returns how many rays have to be walked, the environment as the last: to the last
-   light whose T is not kept or out of date. */
+/* Writes the hash of all that T of each light depends on, which is the occluders nearer than the light; 0 for
+   lights that are not asked for. Returns how many rays have to be walked, the environment as the last: up to
+   the last light whose T is not kept, or is out of date. */
 static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t count, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
     const sfield_cache *cache = p->set->cache;
     const int sky = s->has_sky || s->has_sun;
-    uint64_t before = p->stand;
+    uint64_t before = p->set_hash;
     uint32_t i, until = 0;
     for (i = 0; i <= s->light_count; i++) hash[i] = 0;
     for (i = 0; i <= count; i++) {
@@ -301,7 +301,7 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Shades a point that can be shaded, into p->rgb, and *ambient if it is wanted. */
+/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
 static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
                                 uint64_t *hash, float *ambient)
 {
@@ -327,11 +327,11 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
-    sfield__tile one;                           /* for its way of loading */
+    sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, wanted = sfield__find_wanted(set, index, 1);
-    if (set->cache && sfield__is_untouched(s, set, p->stand, index, wanted)) {
-        const uint32_t points = sfield__repeat_results(set, index, index, 1, wanted);
+    uint32_t k, visible = sfield__visible_bits(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, visible)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, visible);
         p->stats.points += points;
         p->stats.lights += points * lights;
         p->stats.reused += points * lights;
@@ -359,9 +359,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     if (set->cache) {
         sfield__last now;
         memset(&now, 0, sizeof now);
-        now.seen = sfield__hash(p->stand, s->now_hash);
+        now.seen = sfield__hash(p->set_hash, s->now_hash);
         memcpy(now.middle, x, sizeof now.middle);
-        now.shown = wanted;
+        now.visible = visible;
         now.active = one.active;
         sfield__keep_results(set, index, index, 1, &now);
     }

@@ -1,6 +1,6 @@
 /* ---- wavelets: lists of coefficients about a point ---- */
 
-/* The lists of wavelets around a point: which samples with which weights. */
+/* The lists of wavelets around a point: which samples they belong to, with which weights. */
 typedef struct sfield__lists { size_t sample[16]; float weight[16]; uint32_t count; } sfield__lists;
 
 static void sfield__find_lists(const sfield_field *f, const sfield__place *at, int l, float time,

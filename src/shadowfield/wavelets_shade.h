@@ -14,7 +14,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     memset(&b, 0, sizeof b);
     p.s = b.s = s;
     p.set = set;
-    p.stand = sfield__hash_stand(s, set);
+    p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
     memory += sfield__carve_point(&p, memory, rays, s->cells);

@@ -1,8 +1,8 @@
 /* ---- wavelets: what sixteen points share ---- */
 
-/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face:
-   texels, wavelets and sums are planes of sixteen, so that directions, sky and the samples that several
-   points lie between are read once for all of them. */
+/* Neighbours whose entities have the same order from near to far are shaded together, a lane each, face by
+   face. Texels, wavelets and sums are planes of sixteen, so that directions, the sky, and the samples that
+   several points lie between are read once for all lanes. */
 enum { SFIELD__STRANDS = 32, SFIELD__STRAND_LISTS = 256, SFIELD__BLOCK = 64, SFIELD__FEWEST = 3 };
 
 typedef struct sfield__listing {    /* what is kept at a sample, and how much of it each point takes */

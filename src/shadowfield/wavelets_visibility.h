@@ -13,7 +13,7 @@ typedef struct sfield__point {
     uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
     sfield__ray *ray;
     float       *rgb;                           /* of one point */
-    uint64_t     stand;                         /* sfield__hash_stand */
+    uint64_t     set_hash;                       /* sfield__hash_set */
     sfield_scene_stats stats;
 } sfield__point;
 
@@ -43,8 +43,9 @@ static void sfield__shade_faces(const sfield__point *p)
                          p->s->simd);
 }
 
-/* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked:
-   square k of all levels in turn lies in square (k - 1) / 4. sfield__clear_lists cleans up. */
+/* Adds the lists of an occluder up in p->coefs, which is clean before, and marks the squares that they use
+   and all above these. Square k of all levels in turn lies in square (k - 1) / 4. sfield__clear_lists cleans
+   up. */
 static void sfield__add_lists(sfield__point *p, const sfield_field *f, const sfield__lists *lists,
                               float factor)
 {

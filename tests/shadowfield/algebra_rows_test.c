@@ -153,7 +153,7 @@ static void products_of_many_vectors(void **state)
         double exact[64], worst = 0;
         random_vector(&seed, 64 * 37, a);
         random_vector(&seed, 64 * 37, b);
-        for (simd = 0; simd <= (uint32_t)sfield__simd(); simd++) {
+        for (simd = 0; simd <= (uint32_t)sfield__simd_level(); simd++) {
             t->simd = (int)simd;
             sfield_sh_product(t, count, a, b, c, count);
             for (i = 0; i < count; i += 9) {
@@ -194,7 +194,7 @@ static void four_bands_have_the_bits_of_the_loops(void **state)
     assert_int_equal(sfield_sh_rotation(t, turn, &r), SFIELD_OK);
     random_vector(&seed, N, a);
     random_vector(&seed, N, b);
-    for (simd = 0; simd < sfield__simd(); simd++)
+    for (simd = 0; simd < sfield__simd_level(); simd++)
         for (way = 0; way < 2; way++) {
             products[simd][0](t, a, b, loops, SFIELD__LANES, way);
             memcpy(straight, a, sizeof a);
@@ -361,7 +361,7 @@ static void rotations_there_and_back(void **state)
         assert_int_equal(sfield_sh_rotation(t, back, &inverse), SFIELD_OK);
         sfield_sh_rotate(&inverse, count, b, c, count);
         for (k = 0; k < n * count; k++) assert_true(fabsf(c[k] - a[k]) < 2e-6f);
-        for (simd = 0; simd <= (uint32_t)sfield__simd(); simd++) {    /* every kernel, and the transposed way */
+        for (simd = 0; simd <= (uint32_t)sfield__simd_level(); simd++) {    /* every kernel, and the transposed way */
             sfield__rotate16(&r, a, c, count, 0, (int)simd);
             for (k = 0; k < n; k++) assert_true(fabsf(c[k * count] - b[k * count]) < 1e-5f);
             sfield__rotate16(&r, b, c, count, 1, (int)simd);

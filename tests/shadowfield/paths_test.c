@@ -98,7 +98,7 @@ static void shared_samples_give_the_bits_of_single_ones(void **state)
         sfield_field *f;
         d.bands = bands;
         f = box_field(&d);
-        for (simd = 0; simd <= sfield__simd(); simd++)
+        for (simd = 0; simd <= sfield__simd_level(); simd++)
             for (i = 0; i < 60; i++) {
                 float p[48], factor[16], rows[16 * 64], planes[16 * 64], expected[16 * 64];
                 uint32_t lanes = i % 4 ? rnd_below(&seed, 65535) + 1 : 65535, group[16];
@@ -132,7 +132,7 @@ static void shared_sources_give_the_bits_of_single_ones(void **state)
         d.bands = bands;
         f = glow_field(&d);
         assert_true(f->tone == 3);
-        for (simd = 0; simd <= sfield__simd(); simd++)
+        for (simd = 0; simd <= sfield__simd_level(); simd++)
             for (i = 0; i < 20; i++) {
                 float p[48], own[16], chain[16 * 64], planes[16 * 64], sum[16] = { 0 }, alone[16] = { 0 };
                 float room[32 * 64];
@@ -336,14 +336,14 @@ static void all_ways(const sfield_desc *d, sfield_product_mode product, int turn
     for (way = 0; way < 3; way++) {
         cached = caches[way];
         shade_frames(&s, &sd, 0, turned, cached, plain);
-        for (simd = 1; simd <= sfield__simd(); simd++) {
+        for (simd = 1; simd <= sfield__simd_level(); simd++) {
             shade_frames(&s, &sd, simd, turned, cached, other);
             off = apart(other, plain, FRAMES * FLOATS);
             printf("%s, caches of %u lights, simd %d: %.1e\n", what, cached, simd, off);
             assert_true(off <= (cached ? 2e-4 : 1e-5));
         }
         if (!cached || d->basis == SFIELD_BASIS_HAAR) continue;     /* whose caches keep few wavelets */
-        shade_frames(&s, &sd, sfield__simd(), turned, 0, other);
+        shade_frames(&s, &sd, sfield__simd_level(), turned, 0, other);
         for (i = 0; i < FRAMES * SETS; i++)
             assert_true(apart(plain + i * POINTS * 7, other + i * POINTS * 7, 4 * POINTS) <= 1e-3);
     }
@@ -399,7 +399,7 @@ static void bundles_are_as_single_points(void **state)
         sd.cube_side = sides[i];
         for (masked = 0; masked < 2; masked++) {
             s.visible = masked ? visible : NULL;
-            for (simd = 0; simd <= sfield__simd(); simd++) {
+            for (simd = 0; simd <= sfield__simd_level(); simd++) {
                 double off;
                 shade_frames(&s, &sd, simd, 0, 0, together);
                 part_points(&s, &d);
@@ -452,7 +452,7 @@ static void see_a_video(int together)
     e.time = 0.31f;
     e.tint[1] = 0.5f;
     sfield_sh_cosine(4, bands);
-    for (simd = 0; simd <= sfield__simd(); simd++) {
+    for (simd = 0; simd <= sfield__simd_level(); simd++) {
         assert_int_equal(sfield_scene_create(&sd, &s), SFIELD_OK);
         s->simd = s->algebra->simd = simd;
         assert_int_equal(sfield_scene_entities(s, &e, 1), SFIELD_OK);
