@@ -3133,7 +3133,7 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
 /* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and 4 x 4
-   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of four lanes. */
+   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of eight lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
@@ -3144,7 +3144,7 @@ typedef struct rsm__tile {
 } rsm__tile;
 
 /* Sets `bit` in those of a tile's pixels that a sample suits. s holds the sample's position and normal,
-   limits the least cosine, the largest slope^2 and the largest distance^2. */
+   limits the least cosine, the largest slope^2 and the largest distance^2. count is a multiple of 8. */
 typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                  int32_t bit);
 
@@ -3853,8 +3853,7 @@ RSM__KERNEL static void rsm__light_receivers_lossy(const rsm__block *k, size_t c
 /* ---- kernel of interpolation ---- */
 
 #if RSM__LANE_COUNT == 8
-/* Does what rsm__suit_kernel says, eight pixels at a time. Lanes behind the last pixel may hold any values,
-   since their bits are never read. */
+/* Does what rsm__suit_kernel says, eight pixels at a time: count is a multiple of 8. */
 RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                        int32_t bit)
 {
@@ -5370,7 +5369,7 @@ static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, 
    section 4. */
 static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rsm__tile *t, size_t count)
 {
-    size_t i, end = (count + 3) & ~(size_t)3;
+    size_t i, end = (count + 7) & ~(size_t)7;
     int k;
     for (i = count; i < end; i++) t->px[i] = t->py[i] = t->pz[i] = t->nx[i] = t->ny[i] = t->nz[i] = 0.0f;
     memset(t->good, 0, end * sizeof *t->good);

@@ -123,7 +123,7 @@ static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, 
    section 4. */
 static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rsm__tile *t, size_t count)
 {
-    size_t i, end = (count + 3) & ~(size_t)3;
+    size_t i, end = (count + 7) & ~(size_t)7;
     int k;
     for (i = count; i < end; i++) t->px[i] = t->py[i] = t->pz[i] = t->nx[i] = t->ny[i] = t->nz[i] = 0.0f;
     memset(t->good, 0, end * sizeof *t->good);

@@ -1,7 +1,7 @@
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
 /* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and 4 x 4
-   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of four lanes. */
+   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of eight lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
@@ -12,7 +12,7 @@ typedef struct rsm__tile {
 } rsm__tile;
 
 /* Sets `bit` in those of a tile's pixels that a sample suits. s holds the sample's position and normal,
-   limits the least cosine, the largest slope^2 and the largest distance^2. */
+   limits the least cosine, the largest slope^2 and the largest distance^2. count is a multiple of 8. */
 typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                  int32_t bit);
 

@@ -1,8 +1,7 @@
 /* ---- kernel of interpolation ---- */
 
 #if RSM__LANE_COUNT == 8
-/* Does what rsm__suit_kernel says, eight pixels at a time. Lanes behind the last pixel may hold any values,
-   since their bits are never read. */
+/* Does what rsm__suit_kernel says, eight pixels at a time: count is a multiple of 8. */
 RSM__KERNEL static void rsm__suit_tile(rsm__tile *t, size_t count, const float s[6], const float limits[3],
                                        int32_t bit)
 {
