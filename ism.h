@@ -125,6 +125,7 @@
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
                                                                         ism__smooth_pixel     -
+     section 6.3          corners of triangles from indexed meshes      ism_mesh, ism__corners -
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
@@ -4483,7 +4484,7 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     return ism__mask_bits(seen);
 }
 
-/* ism__splat's `place`. */
+/* This is `place` of ism__splat. */
 ISM__KERNEL static uint32_t ism__place_discs(ism__tile *tile, ism__discs *s)
 {
     uint32_t bits = 0;
@@ -4548,7 +4549,7 @@ static inline ISM__IN_KERNEL void ism__draw_disc(ism__tile *tile, const ism__dis
         }
 }
 
-/* ism__splat's `draw`. */
+/* This is `draw` of ism__splat. */
 ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, uint32_t bits)
 {
     if (tile->vpl->directional)
@@ -4563,8 +4564,8 @@ ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, ui
 /* ---- kernels: what receivers see of a triangle (paper 5.1, 5.2) ---- */
 
 #if ISM__LANE_COUNT == 8
-/* ism__triangle_kernel. The solid angle of a triangle that is small for its distance is taken for area cos /
-   d^2, whose relative error is at most area / d^2. */
+/* See ism__triangle_kernel. The solid angle of a triangle that is small for its distance is taken for area
+   cos / d^2, whose relative error is at most area / d^2. */
 ISM__KERNEL static float ism__mean_solid_angle(const ism__v3 p[3], ism__v3 normal2,
                                                const float views[3][ISM__VIEWS], uint32_t count)
 {
@@ -4706,7 +4707,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, con
     return ism__lanes_select(seen, zoom, one);
 }
 
-/* ism__cluster_kernel. */
+/* See ism__cluster_kernel. */
 ISM__KERNEL static void ism__weigh_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect)
 {
     const ism_maps *m = w->m;
@@ -4789,8 +4790,8 @@ static void ism__choose_spread(ism__spread_work *w)
 
 /* ---- clusters: triangles are put together, for what a VPL sees of them ---- */
 
-/* Measures cluster c, which is triangles t to end - 1. A cluster without area is all 0, since kernels compute on
-   its lane too. */
+/* Measures cluster c, which is triangles t to end - 1. A cluster without area is all 0, since kernels compute
+   on its lane too. */
 static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, size_t end)
 {
     ism__v3 p[3], from;
@@ -4895,8 +4896,8 @@ static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t
     return ISM_OK;
 }
 
-/* Makes the prefix sums from which triangles are drawn: of solid angles, and of areas in a share that keeps
-   triangles in which are seen from their edge. */
+/* Makes the prefix sums from which triangles are drawn: of solid angles, and of a share of areas, so that
+   triangles that are seen from their edge are drawn too. */
 static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
 {
     ism_maps *m = w->m;

@@ -1,7 +1,7 @@
 /* ---- clusters: triangles are put together, for what a VPL sees of them ---- */
 
-/* Measures cluster c, which is triangles t to end - 1. A cluster without area is all 0, since kernels compute on
-   its lane too. */
+/* Measures cluster c, which is triangles t to end - 1. A cluster without area is all 0, since kernels compute
+   on its lane too. */
 static void ism__measure_cluster(const ism__spread_work *w, size_t c, size_t t, size_t end)
 {
     ism__v3 p[3], from;

@@ -108,7 +108,7 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_zoom(const ism_maps *m, con
     return ism__lanes_select(seen, zoom, one);
 }
 
-/* ism__cluster_kernel. */
+/* See ism__cluster_kernel. */
 ISM__KERNEL static void ism__weigh_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect)
 {
     const ism_maps *m = w->m;

@@ -169,7 +169,7 @@ static inline ISM__IN_KERNEL uint32_t ism__place_some(ism__tile *tile, ism__disc
     return ism__mask_bits(seen);
 }
 
-/* ism__splat's `place`. */
+/* This is `place` of ism__splat. */
 ISM__KERNEL static uint32_t ism__place_discs(ism__tile *tile, ism__discs *s)
 {
     uint32_t bits = 0;
@@ -234,7 +234,7 @@ static inline ISM__IN_KERNEL void ism__draw_disc(ism__tile *tile, const ism__dis
         }
 }
 
-/* ism__splat's `draw`. */
+/* This is `draw` of ism__splat. */
 ISM__KERNEL static void ism__draw_discs(ism__tile *tile, const ism__discs *s, uint32_t bits)
 {
     if (tile->vpl->directional)

@@ -1,8 +1,8 @@
 /* ---- kernels: what receivers see of a triangle (paper 5.1, 5.2) ---- */
 
 #if ISM__LANE_COUNT == 8
-/* ism__triangle_kernel. The solid angle of a triangle that is small for its distance is taken for area cos /
-   d^2, whose relative error is at most area / d^2. */
+/* See ism__triangle_kernel. The solid angle of a triangle that is small for its distance is taken for area
+   cos / d^2, whose relative error is at most area / d^2. */
 ISM__KERNEL static float ism__mean_solid_angle(const ism__v3 p[3], ism__v3 normal2,
                                                const float views[3][ISM__VIEWS], uint32_t count)
 {

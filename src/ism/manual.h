@@ -125,6 +125,7 @@
                                                                         ism_map_coordinates   T46, T47
      section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
                                                                         ism__smooth_pixel     -
+     section 6.3          corners of triangles from indexed meshes      ism_mesh, ism__corners -
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55

@@ -55,8 +55,8 @@ static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t
     return ISM_OK;
 }
 
-/* Makes the prefix sums from which triangles are drawn: of solid angles, and of areas in a share that keeps
-   triangles in which are seen from their edge. */
+/* Makes the prefix sums from which triangles are drawn: of solid angles, and of a share of areas, so that
+   triangles that are seen from their edge are drawn too. */
 static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
 {
     ism_maps *m = w->m;
