@@ -552,6 +552,14 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
    maps     NULL gives NULL
    bytes    may be NULL */
 
+COHSM_DEF const void *cohsm_fast_data(const cohsm_maps *maps, size_t *bytes);
+/* Returns what a GPU gets in place of the block if it is to answer faster, and writes its bytes: the block's
+   header and directions, then the trays of COHSM_LAYOUT_FAST (docs/gpu-layouts.md), in the byte order of the
+   host. It is no file, and lives as long as the maps. Returns NULL and 0 bytes for maps in the compact layout
+   and for trays of 4 GB or more.
+   maps     NULL gives NULL
+   bytes    may be NULL */
+
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_bytes);
 /* Writes the plain file, cohsm_info.bytes bytes that are the same on a host of any byte order.
    Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY (memory_bytes is below cohsm_info.bytes) */
@@ -1753,6 +1761,10 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
+    COHSM__FAST_MAGIC = 0x46534344,     /* "DCSF", of what cohsm_fast_data returns */
+    COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are lines,
+                                           base and at of the trays, where a block has its lookup */
+    COHSM__MOST_WORDS = 0x3fffffff,     /* of a block */
     COHSM__FORMAT = 1,
     COHSM__HEADER_WORDS = 96,
     COHSM__PADDING = 4,
@@ -1790,6 +1802,8 @@ static int cohsm__simd(void) { return cohsm__simd_level(); }
 typedef struct cohsm__trays {           /* the fast layout: see trays.h */
     void           *memory;             /* what the allocator gave, of so many bytes */
     size_t          bytes;
+    const void     *data;               /* what cohsm_fast_data returns */
+    size_t          data_bytes;
     const uint8_t  *lines;              /* 64-byte aligned; NULL: the layout is compact */
     const uint32_t *base;               /* for each bucket of views and group of pixels: its first line */
     const uint16_t *at;                 /* for each bucket and pixel: where the tray is, from that line on */
@@ -2901,7 +2915,8 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
 
 /* Maps in the fast layout keep, beside the block, a tray for each pixel and bucket of 256 views: the depths
    of the pixel over these views, within one line of 64 bytes, so that a question reads a pointer and one line
-   and decodes nothing. Three tables, in the order of their size:
+   and decodes nothing. Three tables, in the order of their size, which follow a copy of the block's first
+   sections in one run of bytes, so that a GPU gets all of it at once:
 
      lines   64 bytes each, 64-byte aligned: trays
      at      16 bits for each bucket and pixel, the pixel running fastest. Bits 14 and 15: split, the tray
@@ -4669,6 +4684,7 @@ typedef struct cohsm__tray_maker {
     int      writing;
     cohsm__tray_work *work;
     uint32_t *lines;                    /* of each column: first their number, then that of its first one */
+    size_t    line_count;               /* of all columns */
     uint8_t  *to;                       /* where line 0 is written */
     uint32_t *base;
     uint16_t *at;
@@ -4727,11 +4743,18 @@ static cohsm_result cohsm__run_columns(cohsm__tray_maker *k, const cohsm__wish *
     return COHSM_OK;
 }
 
+/* Returns the words of the block's first sections, filled up to whole lines. */
+static size_t cohsm__trays_head(const cohsm__header *h)
+{
+    const size_t words = (size_t)COHSM__HEADER_WORDS + h->order_words + h->location_words;
+    return (words + COHSM__BLOCK_WORDS - 1u) / COHSM__BLOCK_WORDS * COHSM__BLOCK_WORDS;
+}
+
 /* Returns the bytes of all trays, 0 if there are too many, and turns the number of lines of each column into
    the number of its first line. */
 static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
 {
-    size_t pointers, bases, bytes;
+    size_t pointers, bases, bytes = 4 * cohsm__trays_head(&k->maps->head);
     uint64_t sum = 0;
     uint32_t i, lines;
 
@@ -4741,8 +4764,9 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
         sum += lines;
         if (sum > 0xffffffffu) return 0;
     }
-    if (sum > SIZE_MAX / COHSM__LINE_BYTES - 1u) return 0;
-    bytes = ((size_t)sum + 1u) * COHSM__LINE_BYTES;     /* 1: for the alignment */
+    if (sum > (SIZE_MAX - bytes) / COHSM__LINE_BYTES - 2u) return 0;
+    k->line_count = (size_t)sum;
+    bytes += ((size_t)sum + 2u) * COHSM__LINE_BYTES;    /* 2: to begin and to end with a whole line */
     if (!cohsm__mul_size(k->buckets, k->maps->range, &pointers) || !cohsm__mul_size(pointers, 2, &pointers) ||
         !cohsm__mul_size(k->buckets, 4 * (size_t)k->groups, &bases) ||
         !cohsm__add_size(bytes, pointers, &bytes) || !cohsm__add_size(bytes, bases, &bytes))
@@ -4750,20 +4774,48 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
     return bytes;
 }
 
+/* Writes what stands before the lines: the block's first sections, with a header that says what follows. All
+   that is what a GPU needs in place of the block, unless it is longer than a block may be. */
+static void cohsm__trays_begin(const cohsm__tray_maker *k, uint32_t *words, cohsm__trays *trays)
+{
+    const size_t pointers = (size_t)k->buckets * k->maps->range, bases = (size_t)k->buckets * k->groups;
+    const size_t lines = COHSM__BLOCK_WORDS * k->line_count, first = cohsm__trays_head(&k->maps->head);
+    const uint64_t end = (uint64_t)first + lines + bases + (pointers + 1u) / 2u;
+    const uint64_t whole = (end + COHSM__BLOCK_WORDS - 1u) / COHSM__BLOCK_WORDS * COHSM__BLOCK_WORDS;
+    cohsm__header h = k->maps->head;
+
+    memset(words, 0, 4 * first);
+    memcpy(words, k->maps->words, 4 * ((size_t)COHSM__HEADER_WORDS + h.order_words + h.location_words));
+    if (whole > COHSM__MOST_WORDS) return;
+    h.magic = COHSM__FAST_MAGIC;
+    h.words = (uint32_t)whole;
+    h.crc = 0;
+    h.self_only |= COHSM__FAST_FLAG;
+    h.lookup_words = (uint32_t)lines;
+    h.directory_words = (uint32_t)bases;
+    h.line_words = (uint32_t)((pointers + 1u) / 2u);
+    memcpy(words, &h, sizeof h);
+    memset(words + (end - 1u), 0, 4 * (size_t)(whole - end + 1u));
+    trays->data = words;
+    trays->data_bytes = 4 * (size_t)whole;
+}
+
 /* Takes memory for the trays, whose lines were counted, and makes them there. */
 static cohsm_result cohsm__trays_fill(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
                                       cohsm__part part, cohsm__trays *trays)
 {
-    const size_t pointers = (size_t)k->buckets * k->maps->range, bases = (size_t)k->buckets * k->groups;
-    const size_t line_bytes = trays->bytes - 4 * bases - 2 * pointers;
+    uint32_t *words;
     cohsm_result result;
 
     trays->memory = cohsm__alloc(&k->maps->allocator, trays->bytes);
     if (!trays->memory) return COHSM_ERR_ALLOC;
-    k->to = (uint8_t *)trays->memory;
-    k->to += (size_t)COHSM__LINE_BYTES - (uintptr_t)k->to % COHSM__LINE_BYTES;
-    k->base = (uint32_t *)(void *)((uint8_t *)trays->memory + line_bytes);
-    k->at = (uint16_t *)(void *)(k->base + bases);
+    words = (uint32_t *)(void *)((uint8_t *)trays->memory + COHSM__LINE_BYTES -
+                                 (uintptr_t)trays->memory % COHSM__LINE_BYTES);
+    cohsm__trays_begin(k, words, trays);
+    words += cohsm__trays_head(&k->maps->head);
+    k->to = (uint8_t *)words;
+    k->base = words + COHSM__BLOCK_WORDS * k->line_count;
+    k->at = (uint16_t *)(void *)(k->base + (size_t)k->buckets * k->groups);
     k->writing = 1;
     result = cohsm__run_columns(k, wish, workers, part);
     if (result != COHSM_OK) {
@@ -5000,7 +5052,7 @@ static cohsm_result cohsm__size_block(cohsm__header *h, const cohsm__layout *l)
     uint64_t before = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words + h->lookup_words;
     uint64_t directories = l->directory_words, lines = COHSM__BLOCK_WORDS * l->line_count + COHSM__PADDING;
     directories += (0u - (before + directories)) % COHSM__BLOCK_WORDS;
-    if (before + directories + lines > 0x3fffffffu) return COHSM_ERR_LIMIT;
+    if (before + directories + lines > COHSM__MOST_WORDS) return COHSM_ERR_LIMIT;
     h->directory_words = (uint32_t)directories;
     h->line_words = (uint32_t)lines;
     h->words = (uint32_t)(before + directories + lines);
@@ -8821,7 +8873,7 @@ static int cohsm__header_sound(const cohsm__header *h)
     total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->directory_words;
     if (total % COHSM__BLOCK_WORDS) return 0;
     total += h->line_words;
-    if (total != h->words || total > 0x3fffffffu) return 0;
+    if (total != h->words || total > COHSM__MOST_WORDS) return 0;
     if (!cohsm__floats_finite(h) || !(h->open_thickness > 0.0f && h->open_thickness <= 1024.0f)) return 0;
     if (!cohsm__radius_usable(h->radius) || (h->positional && !(h->depth_far > 0.0f))) return 0;
     for (i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)
@@ -9807,6 +9859,12 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *bytes)
     if (!m) return NULL;
     if (bytes) *bytes = 4 * (size_t)m->head.words;
     return m->words;
+}
+
+COHSM_DEF const void *cohsm_fast_data(const cohsm_maps *m, size_t *bytes)
+{
+    if (bytes) *bytes = m ? m->trays.data_bytes : 0;
+    return m ? m->trays.data : NULL;
 }
 
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_bytes)

@@ -44,17 +44,18 @@ static cohsm_maps *build_maps(const bn_options *options, const bn_model *model, 
     cohsm_maps *maps = NULL;
     desc.domain.side[0] = desc.domain.side[1] = side;
     desc.map_side = m;
+    desc.layout = COHSM_LAYOUT_FAST;
     if (cohsm_build(&desc, &mesh, &maps, NULL) != COHSM_OK)
         bn_failed(model->name, "building failed");
     return maps;
 }
 
-static int upload(bn_gl *r, const cohsm_maps *maps, glbk_csm_maps *out)
+static int upload(bn_gl *r, const cohsm_maps *maps, int fast, glbk_csm_maps *out)
 {
     glbk_csm_block block;
     glbk_csm_instance one = { 0, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, 0 };
     glbk_result result;
-    block.data = cohsm_data(maps, &block.bytes);
+    block.data = fast ? cohsm_fast_data(maps, &block.bytes) : cohsm_data(maps, &block.bytes);
     result = glbk_csm_maps_create(&r->gl, &block, 1, 1, &one.start, out);
     if (result == GLBK_OK)
         result = glbk_csm_maps_place(&r->gl, out, &one, 1);
@@ -63,15 +64,16 @@ static int upload(bn_gl *r, const cohsm_maps *maps, glbk_csm_maps *out)
 
 /* ---- queries ---- */
 
-enum { WIDTH = 1024, HEIGHT = 256, QUERIES = WIDTH * HEIGHT };     /* a picture with one sample a pixel */
+/* A picture with one sample a pixel; with --full as many as keep the GPU of a data centre at work. */
+enum { WIDTH = 1024, HEIGHT = 256, FULL_HEIGHT = 4096 };
 
 /* Points on the surface, a little off it; directions at random, or one for all. */
-static void make_questions(const bn_model *model, int coherent, float *items)
+static void make_questions(const bn_model *model, int coherent, size_t count, float *items)
 {
     uint64_t seed = 1;
     float common[3];
     random_direction(&seed, common);
-    for (size_t i = 0; i < QUERIES; i++) {
+    for (size_t i = 0; i < count; i++) {
         const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
         float a = random_in(&seed, 0, 1), b = random_in(&seed, 0, 1), *q = items + 6 * i;
         if (a + b > 1) {
@@ -87,13 +89,14 @@ static void make_questions(const bn_model *model, int coherent, float *items)
     }
 }
 
-static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, glbk_result *result)
+static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, uint32_t count,
+                           glbk_result *result)
 {
     double best = HUGE_VAL, start = ex_seconds();
     for (int run = 0; *result == GLBK_OK && (run < 3 || (run < 50 && ex_seconds() - start < 1)); run++) {
         double t;
         ex_gl_timer_start(&r->timer);
-        *result = glbk_csm_ask_run(&r->gl, asker, maps, QUERIES);
+        *result = glbk_csm_ask_run(&r->gl, asker, maps, count);
         t = ex_gl_timer_stop(&r->timer);
         if (run > 0 && t < best)                /* the first one compiles */
             best = t;
@@ -106,75 +109,116 @@ static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps 
 static double mean_difference(bn_gl *r, glbk_csm_asker *asker, const cohsm_query *query, const cohsm_maps *built)
 {
     cohsm_instance one = { NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 } };
-    float *visible = malloc(2 * QUERIES * sizeof *visible), *wanted = visible ? visible + QUERIES : NULL;
+    const size_t count = query->count;
+    float *visible = malloc(2 * count * sizeof *visible), *wanted = visible ? visible + count : NULL;
     double sum = 0;
-    int ok = visible && glbk_csm_ask_read(&r->gl, asker, QUERIES, visible) == GLBK_OK;
+    int ok = visible && glbk_csm_ask_read(&r->gl, asker, (uint32_t)count, visible) == GLBK_OK;
     one.maps = built;
     ok = ok && cohsm_visible_scene(&one, 1, query, wanted, NULL) == COHSM_OK;
-    for (size_t i = 0; i < QUERIES && ok; i++)
+    for (size_t i = 0; i < count && ok; i++)
         sum += fabs((double)visible[i] - (double)wanted[i]);
     free(visible);
-    return ok ? sum / QUERIES : -1;
+    return ok ? sum / (double)count : -1;
+}
+
+/* What a row of queries is about. */
+typedef struct asking {
+    const bn_model *model;
+    cohsm_info      info;
+    int             fast;               /* the layout */
+    size_t          bytes;              /* of the maps on the GPU */
+    const cohsm_maps *built;
+    cohsm_query     query;
+    float          *items;              /* six a query: point and direction */
+} asking;
+
+/* Measures queries with one filter, at random or for one direction, and prints their row. */
+static glbk_result measure_row(const bn_options *options, bn_gl *r, asking *a, glbk_csm_asker *asker,
+                               const glbk_csm_maps *maps, int coherent)
+{
+    static const char *const filters[] = { "nearest", "pcf", "roulette" };
+    const size_t count = a->query.count;
+    double seconds, difference;
+    glbk_result result;
+
+    make_questions(a->model, coherent, count, a->items);
+    result = glbk_csm_ask_upload(&r->gl, asker, &a->query);
+    seconds = time_queries(r, asker, maps, (uint32_t)count, &result);
+    if (result != GLBK_OK)
+        return result;
+    difference = mean_difference(r, asker, &a->query, a->built);
+    if (difference < 0 || difference > 1e-3) {
+        bn_failed("gl_csm_query", "the GPU's answers are not csm.h's");
+        return GLBK_ERR_MISMATCH;
+    }
+    begin(options, r, "gl_csm_query");
+    bn_text("model", a->model->name);
+    bn_text("layout", a->fast ? "fast" : "compact");
+    bn_integer("bytes", a->bytes);
+    bn_text("mode", coherent ? "coherent" : "random");
+    bn_text("filter", filters[a->query.filter]);
+    bn_integer("map_count", a->info.map_count);
+    bn_integer("map_side", a->info.map_side);
+    bn_integer("width", WIDTH);
+    bn_integer("height", count / WIDTH);
+    bn_integer("samples", 1);
+    bn_number("frame_ms", 1e3 * seconds);
+    bn_number("msamples_s", (double)count / seconds * 1e-6);
+    bn_number("mean_difference", difference);
+    bn_end(options);
+    return GLBK_OK;
+}
+
+static glbk_result measure_layout(const bn_options *options, bn_gl *r, asking *a)
+{
+    glbk_csm_asker asker;
+    glbk_csm_maps maps;
+    glbk_result result;
+
+    memset(&asker, 0, sizeof asker);
+    if (upload(r, a->built, a->fast, &maps) != 0)
+        return GLBK_ERR_GL;
+    (void)(a->fast ? cohsm_fast_data(a->built, &a->bytes) : cohsm_data(a->built, &a->bytes));
+    result = glbk_csm_asker_create(&r->gl, (uint32_t)a->query.count, &asker);
+    for (int i = 0; i < 6 && result == GLBK_OK; i++) {
+        a->query.filter = (cohsm_filter)(i / 2);
+        result = measure_row(options, r, a, &asker, &maps, i % 2);
+    }
+    glbk_csm_asker_free(&r->gl, &asker);
+    glbk_csm_maps_free(&r->gl, &maps);
+    return result;
 }
 
 static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
 {
-    static const char *const filters[] = { "nearest", "pcf", "roulette" };
-    float *items = malloc(6 * QUERIES * sizeof *items);
-    uint32_t *entities = malloc(QUERIES * sizeof *entities);
-    glbk_csm_asker asker;
-    glbk_csm_maps maps;
-    cohsm_info info;
-    glbk_result result;
-    if (!items || !entities) {
-        free(items);
+    const size_t count = (size_t)WIDTH * (options->full ? FULL_HEIGHT : HEIGHT);
+    uint32_t *entities = malloc(count * sizeof *entities);
+    glbk_result result = GLBK_OK;
+    asking a;
+
+    memset(&a, 0, sizeof a);
+    a.items = malloc(6 * count * sizeof *a.items);
+    if (!a.items || !entities) {
+        free(a.items);
         free(entities);
         return bn_failed("gl_csm_query", "out of memory");
     }
-    for (size_t i = 0; i < QUERIES; i++)
+    for (size_t i = 0; i < count; i++)
         entities[i] = 1;
-    cohsm_get_info(built, &info);
-    result = upload(r, built, &maps) == 0 ? glbk_csm_asker_create(&r->gl, QUERIES, &asker) : GLBK_ERR_GL;
-    for (int i = 0; i < 6 && result == GLBK_OK; i++) {
-        cohsm_query q;
-        double seconds, difference;
-        memset(&q, 0, sizeof q);
-        q.count = QUERIES;
-        q.positions = items;
-        q.lights = items + 3;
-        q.position_stride = q.light_stride = 6 * sizeof *items;
-        q.entities = entities;
-        q.seed = 1;
-        q.filter = (cohsm_filter)(i / 2);
-        make_questions(model, i % 2, items);
-        result = glbk_csm_ask_upload(&r->gl, &asker, &q);
-        seconds = time_queries(r, &asker, &maps, &result);
-        difference = result == GLBK_OK ? mean_difference(r, &asker, &q, built) : -1;
-        if (difference < 0 || difference > 1e-3) {
-            if (result == GLBK_OK)
-                bn_failed("gl_csm_query", "the GPU's answers are not csm.h's");
-            result = result == GLBK_OK ? GLBK_ERR_MISMATCH : result;
-            break;
-        }
-        begin(options, r, "gl_csm_query");
-        bn_text("model", model->name);
-        bn_text("mode", i % 2 ? "coherent" : "random");
-        bn_text("filter", filters[i / 2]);
-        bn_integer("map_count", info.map_count);
-        bn_integer("map_side", info.map_side);
-        bn_integer("width", WIDTH);
-        bn_integer("height", HEIGHT);
-        bn_integer("samples", 1);
-        bn_number("frame_ms", 1e3 * seconds);
-        bn_number("msamples_s", QUERIES / seconds * 1e-6);
-        bn_number("mean_difference", difference);
-        bn_end(options);
-    }
+    a.model = model;
+    a.built = built;
+    cohsm_get_info(built, &a.info);
+    a.query.count = count;
+    a.query.positions = a.items;
+    a.query.lights = a.items + 3;
+    a.query.position_stride = a.query.light_stride = 6 * sizeof *a.items;
+    a.query.entities = entities;
+    a.query.seed = 1;
+    for (a.fast = 0; a.fast < 2 && result == GLBK_OK; a.fast++)
+        result = measure_layout(options, r, &a);
     if (result != GLBK_OK)
         bn_gl_failed(result);
-    glbk_csm_asker_free(&r->gl, &asker);
-    glbk_csm_maps_free(&r->gl, &maps);
-    free(items);
+    free(a.items);
     free(entities);
     return result == GLBK_OK ? 0 : -1;
 }
@@ -241,7 +285,7 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
     cohsm_get_info(built, &info);
     memset(&lights, 0, sizeof lights);
     memset(&renderer, 0, sizeof renderer);
-    if (upload(r, built, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
+    if (upload(r, built, 0, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
         (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK ||
         (result = glbk_gbuffer_create(&r->gl, &sizes, &seen)) != GLBK_OK || fill_gbuffer(r, &seen, model) != 0)
         result = GLBK_ERR_GL;

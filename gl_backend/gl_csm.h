@@ -82,7 +82,7 @@
 
      section 3.1  layers, view by view            glbk_csm_builder_draw      cohsm_builder_add       -
      eq. (1)      segments: one depth for many    glbk_csm_builder_compress  cohsm__compress_view    -
-     section 3.2  project, find segment, compare  cohsm_see, cohsm_lit       cohsm__project_point    T61 T66
+     section 3.2  project, find segment, compare  cohsm_see, cohsm_pixel     cohsm__project_point    T61 T66
      section 3.2  the search for a segment        cohsm_list_depth           cohsm__block_find       T61
      section 3.3  six faces of a cube             cohsm_face_coordinates     cohsm__face_of          T70
      section 4    D, where the maps look from     cohsm_map_parameter        cohsm__map_parameter    T73
@@ -159,7 +159,8 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
    capacity   the most instances that are ever placed, up to 2^26
    starts     receives for each block where it begins, for glbk_csm_instance.start
    out        zeroed on errors, like the out of all calls
-   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
+   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
+              returns is about 1.4 times as large as the block
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one.
               GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more than 4 GB, or than
               ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of textures and buffers */
@@ -214,7 +215,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *rend
 
 /* ---- structs of page one ---- */
 
-typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data returns */
+typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data returns, or cohsm_fast_data, by
+                                       which questions are answered faster, with the same answers */
     const void *data;
     size_t      bytes;
 } glbk_csm_block;
@@ -234,7 +236,7 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     uint32_t     texel_count;       /* of all blocks */
     uint32_t     capacity;          /* the most instances */
     uint32_t     count;             /* instances that are placed */
-    char         defines[80];       /* what all blocks have in common, for programs of your own: see
+    char         defines[104];      /* what all blocks have in common, for programs of your own: see
                                        glbk_csm_bind */
     uint32_t     key;               /* private, like all that follows: a number for defines */
     uint32_t     near_count;        /* instances that the uniform block has room for; 0 = they are in the
@@ -434,7 +436,8 @@ typedef struct glbk_csm_asker {     /* read only; zeroed = none */
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
 /* Makes room on the GPU for questions and their answers, which glbk_csm_asker_free takes back.
-   capacity   the most questions at once, 1..2^20
+   capacity   the most questions at once, 1..2^22; 2^20 is what GL guarantees on the core path, whose answers
+              are rows of 1024 texels, of which there are ctx->max_side at most
    Memory     36 bytes a question
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. Those of textures and
               buffers */
@@ -1597,8 +1600,8 @@ static const struct { char s0[3935]; char s1[3982]; char s2[3982]; char s3[1072]
     "}\n", 0
 };
 
-static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
-    "\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
+static const struct { char s0[3949]; char s1[3993]; char s2[3041]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+    "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
     "#endif\n"
     "\n#define COHSM_DOMAIN_LATLONG 1u\n"
@@ -1621,6 +1624,7 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "uint map_count;\n"
     "uint map_size;\n"
     "uint depth_top;\n"
+    "uint depth_step;\n"
     "uint dimensions;\n"
     "bool positional;\n"
     "uint pixel_begin;\n"
@@ -1630,6 +1634,9 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "uint lookup_at;\n"
     "uint directories_at;\n"
     "uint lines_at;\n"
+    "bool fast;\n"
+    "uint bases_at;\n"
+    "uint trays_at;\n"
     "vec3 center;\n"
     "float radius;\n"
     "float depth_far;\n"
@@ -1646,6 +1653,7 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "m.map_count=sides.w;\n"
     "m.map_size=sizes.y;\n"
     "m.depth_top=(1u<<sizes.z)-1u;\n"
+    "m.depth_step=65535u*65536u/m.depth_top+1u;\n"
     "m.dimensions=sizes.w;\n"
     "m.positional=range.x!=0u;\n"
     "m.pixel_begin=range.z;\n"
@@ -1654,7 +1662,13 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "m.locations_at=m.order_at+lengths.x;\n"
     "m.lookup_at=m.locations_at+lengths.y;\n"
     "m.directories_at=m.lookup_at+lengths.z;\n"
-    "m.lines_at=m.directories_at+lengths.w;\n"
+    "m.fast=(range.y&2u)!=0u;\n"
+    "#ifdef COHSM_ONE_LAYOUT\n"
+    "m.fast=COHSM_ONE_LAYOUT>1;\n"
+    "#endif\n"
+    "m.lines_at=cohsm_if(m.fast,(m.lookup_at+15u)& ~15u,m.directories_at+lengths.w);\n"
+    "m.bases_at=m.lines_at+lengths.z;\n"
+    "m.trays_at=m.bases_at+lengths.w;\n"
     "m.center=vec3(uintBitsToFloat(rest.w),uintBitsToFloat(sphere.xy));\n"
     "m.radius=uintBitsToFloat(sphere.z);\n"
     "m.depth_far=uintBitsToFloat(sphere.w);\n"
@@ -1690,6 +1704,9 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "}\n"
     "\n\nuint cohsm_popcount(uint x)\n"
     "{\n"
+    "#if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)\n"
+    "return uint(bitCount(x));\n"
+    "#endif\n"
     "x-=(x>>1)&0x55555555u;\n"
     "x=(x&0x33333333u)+((x>>2)&0x33333333u);\n"
     "x=(x+(x>>4))&0x0f0f0f0fu;\n"
@@ -1723,14 +1740,14 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "uint at=cohsm_select(cohsm_if(second,zeros.y,zeros.x),cohsm_if(second,number-low,number));\n"
     "return at+cohsm_if(second,33u,1u);\n"
     "}\n"
-    "\n\nuint cohsm_grid_depth(const in cohsm_maps m,uint g)\n"
+    "\n\n\n\nuint cohsm_grid_depth(const in cohsm_maps m,uint g)\n"
     "{\n"
-    "return cohsm_if(g>=m.depth_top,65535u,g*65535u/m.depth_top);\n"
+    "return cohsm_if(g>=m.depth_top,65535u,(g*m.depth_step)>>16);\n"
     "}\n"
     "\n\n\nstruct cohsm_line{\n"
     "uvec4 a,b,c,d;\n"
     "uint bit;\n"
-    "};\n"
+    "};\n",
     "\n\ncohsm_line cohsm_fetch_line(const in cohsm_maps m,uint word)\n"
     "{\n"
     "uint i=m.base+(word>>4<<2);\n"
@@ -1744,7 +1761,7 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "}\n"
     "\n\nuint cohsm_bits(const in cohsm_line l,uint bit,uint count)\n"
     "{\n"
-    "bit+=l.bit;\n",
+    "bit+=l.bit;\n"
     "uint at=bit>>5,shift=bit&31u,x=cohsm_line_word(l,at)>>shift;\n"
     "if(shift+count>32u)x|=cohsm_line_word(l,at+1u)<<(32u-shift);\n"
     "return cohsm_if(count>0u,x&(0xffffffffu>>(32u-count)),0u);\n"
@@ -1824,12 +1841,95 @@ static const struct { char s0[3996]; char s1[3328]; char end; } glbk__glsl_lib_c
     "uvec2 marks=cohsm_marks(head,cohsm_line_word(l,at+1u),cohsm_line_word(l,at+2u));\n"
     "return cohsm_segment_depth(m,l,head,marks,cohsm_segment(l,head,marks,view-block.y));\n"
     "}\n"
-    "\n\n\nuint cohsm_stored_depth(const in cohsm_maps m,uint pixel,uint place)\n"
+    "\n\n\n\nuint cohsm_byte(uvec4 t,uint i){return(cohsm_pick(t,i>>2)>>((i&3u)<<3))&255u;}\n"
+    "\n\nuint cohsm_half_word(const in cohsm_maps m,uint word,uint i)\n"
+    "{\n"
+    "return(cohsm_word(m,word+(i>>1))>>((i&1u)<<4))&0xffffu;\n"
+    "}\n"
+    "\n\nuint cohsm_high_bits(uvec4 s,uvec4 t)\n"
+    "{\n"
+    "s&=0x80808080u;\n"
+    "t&=0x80808080u;\n"
+    "return(s.x>>7)|(s.y>>6)|(s.z>>5)|(s.w>>4)|(t.x>>3)|(t.y>>2)|(t.z>>1)|t.w;\n"
+    "}\n"
+    "\n\n\nuint cohsm_bytes_up_to(uvec4 s,uvec4 t,uint v)\n"
+    "{\n"
+    "uvec4 all=uvec4(v*0x01010101u),least=all|0x80808080u;\n"
+    "uvec4 x=least-(s&0x7f7f7f7fu),y=least-(t&0x7f7f7f7fu);\n",
+    "return cohsm_high_bits((all& ~s)|(~(all^s)&x),(all& ~t)|(~(all^t)&y));\n"
+    "}\n"
+    "\n\nuint cohsm_bytes_exact(uvec4 s,uvec4 t)\n"
+    "{\n"
+    "s^=0xfefefefeu;\n"
+    "t^=0xfefefefeu;\n"
+    "uvec4 x=(s&0x7f7f7f7fu)+0x7f7f7f7fu,y=(t&0x7f7f7f7fu)+0x7f7f7f7fu;\n"
+    "return cohsm_high_bits(~(x|s),~(y|t));\n"
+    "}\n"
+    "\n\nuint cohsm_bytes_before(uint count)\n"
+    "{\n"
+    "count=min(count,32u);\n"
+    "uint more=0x01010101u&((1u<<((count&3u)<<3))-1u);\n"
+    "return((0x01010101u+more)<<(count>>2))-0x01010101u;\n"
+    "}\n"
+    "\n\n\nuvec2 cohsm_tray_at(const in cohsm_maps m,uint pixel,uint place)\n"
+    "{\n"
+    "uint pixels=m.pixel_end-m.pixel_begin,bucket=place>>8;\n"
+    "uint tray=cohsm_half_word(m,m.trays_at,bucket*pixels+pixel),first=tray&0x3fffu;\n"
+    "uint line=cohsm_word(m,m.bases_at+bucket*((pixels+255u)>>8)+(pixel>>8));\n"
+    "uint split=tray>>14,part=(place&255u)>>(8u-split);\n"
+    "uint byte=cohsm_if(split>0u,(first+part)<<6,first<<1);\n"
+    "return uvec2(m.base+(m.lines_at>>2)+(line<<2)+(byte>>4),byte&15u);\n"
+    "}\n"
+    "\n\n\n\n\nuint cohsm_tray_exact(uint texel,uvec4 a,uvec4 b,uint count,uint codes,uint byte,uint view)\n"
+    "{\n"
+    "uvec4 c=COHSM_TEXEL(texel+2u),d=COHSM_TEXEL(texel+3u);\n"
+    "uint low=cohsm_bytes_exact(a,b)&(cohsm_bytes_before(byte)^cohsm_bytes_before(codes));\n"
+    "uint high=cohsm_bytes_exact(c,d);\n"
+    "high&=cohsm_bytes_before(max(byte,32u)-32u)^cohsm_bytes_before(max(codes,32u)-32u);\n"
+    "uint at=codes+count+1u+2u*(cohsm_popcount(low)+cohsm_popcount(high));\n"
+    "at=cohsm_if(count==31u,64u*cohsm_byte(a,1u)+2u*(view&31u),at);\n"
+    "return(cohsm_pick(COHSM_TEXEL(texel+(at>>4)),at>>2)>>((at&2u)<<3))&0xffffu;\n"
+    "}\n"
+    "\n\n\n\nuint cohsm_tray_depth(const in cohsm_maps m,uint pixel,uint place)\n"
+    "{\n"
+    "uvec2 tray=cohsm_tray_at(m,pixel,place);\n"
+    "uvec4 a=COHSM_TEXEL(tray.x),b=COHSM_TEXEL(tray.x+1u);\n"
+    "uint view=place&255u,count=cohsm_byte(a,tray.y),firsts=tray.y+1u,codes=firsts+count;\n"
+    "uint up_to=cohsm_bytes_up_to(a,b,view)&(cohsm_bytes_before(codes)^cohsm_bytes_before(firsts));\n"
+    "uint byte=codes+cohsm_popcount(up_to);\n"
+    "if(codes>32u){\n"
+    "uvec4 c=COHSM_TEXEL(tray.x+2u);\n"
+    "byte+=cohsm_popcount(cohsm_bytes_up_to(c,c,view)&cohsm_bytes_before(codes-32u));\n"
+    "}\n"
+    "uint code=cohsm_byte(COHSM_TEXEL(tray.x+(byte>>4)),byte),depth=cohsm_grid_depth(m,code);\n"
+    "if(code==254u)depth=cohsm_tray_exact(tray.x,a,b,count,codes,byte,view);\n"
+    "return depth;\n"
+    "}\n"
+    "\n\n\n\nuint cohsm_listed_depth(const in cohsm_maps m,uint pixel,uint place)\n"
     "{\n"
     "uint entry=cohsm_word(m,m.lookup_at+(place>>16)*(m.pixel_end-m.pixel_begin)+pixel);\n"
     "uint depth=entry&0xffffu;\n"
     "if((entry&0x80000000u)==0u)depth=cohsm_list_depth(m,m.directories_at+entry,place&0xffffu);\n"
     "return depth;\n"
+    "}\n"
+    "\n\n\nuint cohsm_stored_depth(const in cohsm_maps m,uint pixel,uint place)\n"
+    "{\n"
+    "uint depth=0u;\n"
+    "if(m.fast)depth=cohsm_tray_depth(m,pixel,place);\n"
+    "if(!m.fast)depth=cohsm_listed_depth(m,pixel,place);\n"
+    "return depth;\n"
+    "}\n"
+    "\n\n\nuvec4 cohsm_stored_depths(const in cohsm_maps m,uvec4 pixels,uint place)\n"
+    "{\n"
+    "uvec4 depths=uvec4(0u);\n"
+    "if(m.fast)\n"
+    "depths=uvec4(cohsm_tray_depth(m,pixels.x,place),cohsm_tray_depth(m,pixels.y,place),\n"
+    "cohsm_tray_depth(m,pixels.z,place),cohsm_tray_depth(m,pixels.w,place));\n"
+    "for(int i=0;i<4&& !m.fast;i++){\n"
+    "depths=uvec4(depths.yzw,cohsm_listed_depth(m,pixels.x,place));\n"
+    "pixels=pixels.yzwx;\n"
+    "}\n"
+    "return depths;\n"
     "}\n", 0
 };
 
@@ -2023,7 +2123,7 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3981]; char s1[3990]; char s2[3246]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+static const struct { char s0[3981]; char s1[3950]; char s2[3246]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2191,13 +2291,6 @@ static const struct { char s0[3981]; char s1[3990]; char s2[3246]; char end; } g
     "bool kept=all(bvec3(all(there),p>=m.pixel_begin,p<m.pixel_end));\n"
     "return kept?pixel:COHSM_NO_PIXEL;\n"
     "}\n"
-    "\n\nfloat cohsm_lit(const in cohsm_maps m,vec2 at,uint place,int depth)\n"
-    "{\n"
-    "uint pixel=cohsm_pixel(m,at);\n"
-    "bool dark=depth>=0&&pixel!=COHSM_NO_PIXEL;\n"
-    "if(dark)dark=depth>int(cohsm_stored_depth(m,pixel,place));\n"
-    "return dark?.0:1.;\n"
-    "}\n"
     "\n\n\n\nfloat cohsm_pcf_map(const in cohsm_maps m,uvec3 c,vec3 p,float bias)\n"
     "{\n"
     "uint face;\n"
@@ -2205,14 +2298,14 @@ static const struct { char s0[3981]; char s1[3990]; char s2[3246]; char end; } g
     "if(!(abs(seen.x)<1e6&&abs(seen.y)<1e6))return .0;\n"
     "uint place=cohsm_place(m,c)+face*m.map_count;\n"
     "int depth=cohsm_compared_depth(seen.z);\n"
-    "vec2 low=floor(seen.xy-.5),f=seen.xy-.5-low;\n"
-    "float dark=.0;\n"
-    "for(int i=0;i<4;i++){\n"
-    "vec2 corner=vec2(float(i&1),float(i>>1));\n"
-    "float weight=cohsm_if(corner.x>.0,f.x,1.-f.x)*cohsm_if(corner.y>.0,f.y,1.-f.y);\n"
-    "if(weight>.0)dark+=weight*(1.-cohsm_lit(m,low+corner+.5,place,depth));\n"
-    "}\n"
-    "return dark;\n"
+    "if(depth<0)return .0;\n"
+    "vec2 low=floor(seen.xy-.5),f=seen.xy-.5-low,g=1.-f,at=low+.5;\n"
+    "uvec4 pixels=uvec4(cohsm_pixel(m,at),cohsm_pixel(m,at+vec2(1.,.0)),\n"
+    "cohsm_pixel(m,at+vec2(.0,1.)),cohsm_pixel(m,at+1.));\n"
+    "bvec4 beside=equal(pixels,uvec4(COHSM_NO_PIXEL));\n"
+    "uvec4 stored=cohsm_stored_depths(m,pixels*uvec4(not(beside)),place)|(65535u*uvec4(beside));\n"
+    "vec4 dark=vec4(greaterThan(ivec4(depth),ivec4(stored)));\n"
+    "return((g.x*g.y*dark.x+f.x*g.y*dark.y)+g.x*f.y*dark.z)+f.x*f.y*dark.w;\n"
     "}\n"
     "\n\nfloat cohsm_pcf(const in cohsm_maps m,vec3 at,vec3 p,float bias)\n"
     "{\n"
@@ -2663,8 +2756,8 @@ static const struct { char s0[333]; char end; } glbk__glsl_prog_csm_peel_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[427]; char end; } glbk__glsl_prog_csm_query_comp = {
-    "\n\n\n\nlayout(local_size_x=64)in;\n"
+static const struct { char s0[430]; char end; } glbk__glsl_prog_csm_query_comp = {
+    "\n\n\n\n\n\n\nlayout(local_size_x=64)in;\n"
     "\nvoid main()\n"
     "{\n"
     "uint i=gl_GlobalInvocationID.y*65536u+gl_GlobalInvocationID.x;\n"
@@ -2676,8 +2769,8 @@ static const struct { char s0[427]; char end; } glbk__glsl_prog_csm_query_comp =
     "}\n", 0
 };
 
-static const struct { char s0[563]; char end; } glbk__glsl_prog_csm_query_frag = {
-    "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
+static const struct { char s0[566]; char end; } glbk__glsl_prog_csm_query_frag = {
+    "\n\n\n\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
     "uint i=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x);\n"
@@ -2800,19 +2893,19 @@ static const glbk_file glbk__csm_files[] = {
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_peel_vert },
     { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" "\0" "",
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_query_comp },
     { "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "screen.vert" "\0"
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" "\0" "",
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_query_frag },
     { "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_resolve_frag },
     { "prog/csm_shade.comp\0" "csm_shade csm_frame" "\0" "" "\0"
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_shade_comp },
     { "prog/csm_shade.frag\0" "csm_shade csm_frame" "\0" "screen.vert" "\0"
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_shade_frag }
 };
 
@@ -2827,13 +2920,29 @@ GLBK__PART_CODE(csm, CSM)
 
 /* ---- csm: blocks and instances ---- */
 
-enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
+enum {
+    GLBK__CSM_RECORD = 4,
+    GLBK__CSM_MAGIC = 0x4d534344,
+    GLBK__CSM_FAST_MAGIC = 0x46534344,      /* of what cohsm_fast_data returns */
+    GLBK__CSM_HEADER = 96,                  /* words */
+    GLBK__CSM_SECTIONS = 20                 /* the word from which on five words hold the sections' lengths */
+};
+
+/* Finds the words at which the three last sections of a fast block begin and, in at[3], the last one ends. */
+static void glbk__csm_sections(const void *data, uint64_t at[4])
+{
+    uint32_t lengths[5], k;
+    memcpy(lengths, (const char *)data + 4 * GLBK__CSM_SECTIONS, sizeof lengths);
+    at[0] = ((uint64_t)GLBK__CSM_HEADER + lengths[0] + lengths[1] + 15) / 16 * 16;
+    for (k = 0; k < 3; k++) at[k + 1] = at[k] + lengths[k + 2];
+}
 
 /* Checks magic, format and length of block i, as docs/csm-format.md has them, in the host's byte order: that
    of GL. */
 static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b, size_t i)
 {
     static const char function[] = "glbk_csm_maps_create";
+    uint64_t sections[4];
     uint32_t head[3];
     if (!b->data)
         return glbk__refuse_element(ctx, GLBK_ERR_ARGUMENT, function, "blocks", i, ".data", "is NULL");
@@ -2841,7 +2950,7 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
         return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
                                           (double)b->bytes, "what cohsm_data says: a multiple of 16, >= 400");
     memcpy(head, b->data, sizeof head);
-    if (head[0] != GLBK__CSM_MAGIC)
+    if (head[0] != GLBK__CSM_MAGIC && head[0] != GLBK__CSM_FAST_MAGIC)
         return glbk__refuse_element(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".data",
                                     "begin with other bytes than a block of csm.h");
     if (head[2] != b->bytes / 4)
@@ -2850,6 +2959,11 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
     if (head[1] != 1)
         return glbk__refuse_element_value(ctx, GLBK_ERR_VERSION, function, "blocks", i, "'s version",
                                           (double)head[1], "1");
+    if (head[0] == GLBK__CSM_MAGIC) return GLBK_OK;
+    glbk__csm_sections(b->data, sections);
+    if (sections[3] > head[2])
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, "'s sections end at word",
+                                          (double)sections[3], "the length that its header names, or less");
     return GLBK_OK;
 }
 
@@ -2870,16 +2984,18 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
-   order and orientation if all blocks have the same, and how many instances stand in the uniform block, if
-   they fit. */
+   order, orientation and layout if all blocks have the same, and how many instances stand in the uniform
+   block, if they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
     /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
     static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
-    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], magic, layout, layouts = 0, k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
     for (i = 0; i < count; i++) {
+        memcpy(&magic, blocks[i].data, sizeof magic);
+        layouts |= magic == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
         memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
         if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
         for (k = 0; k < 3; k++)
@@ -2892,8 +3008,11 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
     glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
     glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[2]);
+    layout = layouts < 3 ? layouts : 0;
+    glbk__csm_define(&sink, " COHSM_ONE_LAYOUT=", layout);
     glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
-    out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
+    out->key = (((layout * 16 + kind[0]) * 8 + kind[1]) * 4 + kind[2]) * 4;
+    out->key += out->near_count > 1 ? 2 : out->near_count;
 }
 
 /* Checks the blocks and finds where each begins, in texels; *texels receives how many there are in all. */
@@ -2915,6 +3034,37 @@ static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_blo
         starts[i] = (uint32_t)*texels;
         *texels += blocks[i].bytes / 16;
         *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
+    }
+    return result;
+}
+
+/* Uploads a block. The lines of a fast block are bytes, and its last section half words: GLSL reads both from
+   words, the lowest bits first, whatever the byte order of the host. */
+static glbk_result glbk__csm_upload(glbk_context *ctx, const glbk_csm_maps *maps, uint32_t start,
+                                    const glbk_csm_block *b)
+{
+    uint32_t words[4096];
+    uint64_t sections[4];
+    size_t at, n = 0, i;
+    glbk_result result = GLBK_OK;
+
+    memcpy(words, b->data, 4);
+    if (words[0] == GLBK__CSM_MAGIC)
+        return glbk__table_update(ctx, &maps->blocks, start, b->bytes / 16, b->data);
+    glbk__csm_sections(b->data, sections);
+    for (at = 0; at < b->bytes / 4 && result == GLBK_OK; at += n) {
+        n = b->bytes / 4 - at < 4096 ? b->bytes / 4 - at : 4096;
+        memcpy(words, (const char *)b->data + 4 * at, 4 * n);
+        for (i = 0; i < n; i++) {
+            unsigned char bytes[4];
+            uint16_t halves[2];
+            memcpy(bytes, words + i, sizeof bytes);
+            memcpy(halves, words + i, sizeof halves);
+            if (at + i >= sections[2]) words[i] = halves[0] | (uint32_t)halves[1] << 16;
+            else if (at + i >= sections[0] && at + i < sections[1])
+                words[i] = bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+        }
+        result = glbk__table_update(ctx, &maps->blocks, start + at / 4, n / 4, words);
     }
     return result;
 }
@@ -2942,7 +3092,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
                                     &out->instances);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
-        result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+        result = glbk__csm_upload(ctx, out, starts[i], &blocks[i]);
     if (result == GLBK_OK) result = glbk__leave_created(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;
@@ -3082,12 +3232,12 @@ static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, gl
                                      uint32_t key, const char *name, const char *defines,
                                      const glbk_csm_maps *maps, glbk_program **out)
 {
-    char all[160] = { 0 };
+    char all[192] = { 0 };
     glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
     uint32_t i;
 
-    key = key << 11 | maps->key;
+    key = key << 13 | maps->key;
     *out = glbk__csm_keep_program(ctx, cache, key, &i);
     if (!*out)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
@@ -3139,8 +3289,8 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
     if (result != GLBK_OK) return result;
-    if (!capacity || capacity > (uint32_t)1 << 20)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
+    if (!capacity || capacity > (uint32_t)1 << 22)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 4194304);
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     out->capacity = capacity;

@@ -50,6 +50,14 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
    maps     NULL gives NULL
    bytes    may be NULL */
 
+COHSM_DEF const void *cohsm_fast_data(const cohsm_maps *maps, size_t *bytes);
+/* Returns what a GPU gets in place of the block if it is to answer faster, and writes its bytes: the block's
+   header and directions, then the trays of COHSM_LAYOUT_FAST (docs/gpu-layouts.md), in the byte order of the
+   host. It is no file, and lives as long as the maps. Returns NULL and 0 bytes for maps in the compact layout
+   and for trays of 4 GB or more.
+   maps     NULL gives NULL
+   bytes    may be NULL */
+
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_bytes);
 /* Writes the plain file, cohsm_info.bytes bytes that are the same on a host of any byte order.
    Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY (memory_bytes is below cohsm_info.bytes) */

@@ -145,7 +145,7 @@ static cohsm_result cohsm__size_block(cohsm__header *h, const cohsm__layout *l)
     uint64_t before = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words + h->lookup_words;
     uint64_t directories = l->directory_words, lines = COHSM__BLOCK_WORDS * l->line_count + COHSM__PADDING;
     directories += (0u - (before + directories)) % COHSM__BLOCK_WORDS;
-    if (before + directories + lines > 0x3fffffffu) return COHSM_ERR_LIMIT;
+    if (before + directories + lines > COHSM__MOST_WORDS) return COHSM_ERR_LIMIT;
     h->directory_words = (uint32_t)directories;
     h->line_words = (uint32_t)lines;
     h->words = (uint32_t)(before + directories + lines);

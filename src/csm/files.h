@@ -7,6 +7,12 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *bytes)
     return m->words;
 }
 
+COHSM_DEF const void *cohsm_fast_data(const cohsm_maps *m, size_t *bytes)
+{
+    if (bytes) *bytes = m ? m->trays.data_bytes : 0;
+    return m ? m->trays.data : NULL;
+}
+
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_bytes)
 {
     cohsm__logger log = cohsm__logger_of_maps(m, "cohsm_write");

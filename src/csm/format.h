@@ -14,6 +14,10 @@
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
+    COHSM__FAST_MAGIC = 0x46534344,     /* "DCSF", of what cohsm_fast_data returns */
+    COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are lines,
+                                           base and at of the trays, where a block has its lookup */
+    COHSM__MOST_WORDS = 0x3fffffff,     /* of a block */
     COHSM__FORMAT = 1,
     COHSM__HEADER_WORDS = 96,
     COHSM__PADDING = 4,
@@ -51,6 +55,8 @@ static int cohsm__simd(void) { return cohsm__simd_level(); }
 typedef struct cohsm__trays {           /* the fast layout: see trays.h */
     void           *memory;             /* what the allocator gave, of so many bytes */
     size_t          bytes;
+    const void     *data;               /* what cohsm_fast_data returns */
+    size_t          data_bytes;
     const uint8_t  *lines;              /* 64-byte aligned; NULL: the layout is compact */
     const uint32_t *base;               /* for each bucket of views and group of pixels: its first line */
     const uint16_t *at;                 /* for each bucket and pixel: where the tray is, from that line on */

@@ -32,7 +32,7 @@ static int cohsm__header_sound(const cohsm__header *h)
     total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->directory_words;
     if (total % COHSM__BLOCK_WORDS) return 0;
     total += h->line_words;
-    if (total != h->words || total > 0x3fffffffu) return 0;
+    if (total != h->words || total > COHSM__MOST_WORDS) return 0;
     if (!cohsm__floats_finite(h) || !(h->open_thickness > 0.0f && h->open_thickness <= 1024.0f)) return 0;
     if (!cohsm__radius_usable(h->radius) || (h->positional && !(h->depth_far > 0.0f))) return 0;
     for (i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)

@@ -2,7 +2,8 @@
 
 /* Maps in the fast layout keep, beside the block, a tray for each pixel and bucket of 256 views: the depths
    of the pixel over these views, within one line of 64 bytes, so that a question reads a pointer and one line
-   and decodes nothing. Three tables, in the order of their size:
+   and decodes nothing. Three tables, in the order of their size, which follow a copy of the block's first
+   sections in one run of bytes, so that a GPU gets all of it at once:
 
      lines   64 bytes each, 64-byte aligned: trays
      at      16 bits for each bucket and pixel, the pixel running fastest. Bits 14 and 15: split, the tray

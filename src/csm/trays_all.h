@@ -11,6 +11,7 @@ typedef struct cohsm__tray_maker {
     int      writing;
     cohsm__tray_work *work;
     uint32_t *lines;                    /* of each column: first their number, then that of its first one */
+    size_t    line_count;               /* of all columns */
     uint8_t  *to;                       /* where line 0 is written */
     uint32_t *base;
     uint16_t *at;
@@ -69,11 +70,18 @@ static cohsm_result cohsm__run_columns(cohsm__tray_maker *k, const cohsm__wish *
     return COHSM_OK;
 }
 
+/* Returns the words of the block's first sections, filled up to whole lines. */
+static size_t cohsm__trays_head(const cohsm__header *h)
+{
+    const size_t words = (size_t)COHSM__HEADER_WORDS + h->order_words + h->location_words;
+    return (words + COHSM__BLOCK_WORDS - 1u) / COHSM__BLOCK_WORDS * COHSM__BLOCK_WORDS;
+}
+
 /* Returns the bytes of all trays, 0 if there are too many, and turns the number of lines of each column into
    the number of its first line. */
 static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
 {
-    size_t pointers, bases, bytes;
+    size_t pointers, bases, bytes = 4 * cohsm__trays_head(&k->maps->head);
     uint64_t sum = 0;
     uint32_t i, lines;
 
@@ -83,8 +91,9 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
         sum += lines;
         if (sum > 0xffffffffu) return 0;
     }
-    if (sum > SIZE_MAX / COHSM__LINE_BYTES - 1u) return 0;
-    bytes = ((size_t)sum + 1u) * COHSM__LINE_BYTES;     /* 1: for the alignment */
+    if (sum > (SIZE_MAX - bytes) / COHSM__LINE_BYTES - 2u) return 0;
+    k->line_count = (size_t)sum;
+    bytes += ((size_t)sum + 2u) * COHSM__LINE_BYTES;    /* 2: to begin and to end with a whole line */
     if (!cohsm__mul_size(k->buckets, k->maps->range, &pointers) || !cohsm__mul_size(pointers, 2, &pointers) ||
         !cohsm__mul_size(k->buckets, 4 * (size_t)k->groups, &bases) ||
         !cohsm__add_size(bytes, pointers, &bytes) || !cohsm__add_size(bytes, bases, &bytes))
@@ -92,20 +101,48 @@ static size_t cohsm__trays_bytes(cohsm__tray_maker *k)
     return bytes;
 }
 
+/* Writes what stands before the lines: the block's first sections, with a header that says what follows. All
+   that is what a GPU needs in place of the block, unless it is longer than a block may be. */
+static void cohsm__trays_begin(const cohsm__tray_maker *k, uint32_t *words, cohsm__trays *trays)
+{
+    const size_t pointers = (size_t)k->buckets * k->maps->range, bases = (size_t)k->buckets * k->groups;
+    const size_t lines = COHSM__BLOCK_WORDS * k->line_count, first = cohsm__trays_head(&k->maps->head);
+    const uint64_t end = (uint64_t)first + lines + bases + (pointers + 1u) / 2u;
+    const uint64_t whole = (end + COHSM__BLOCK_WORDS - 1u) / COHSM__BLOCK_WORDS * COHSM__BLOCK_WORDS;
+    cohsm__header h = k->maps->head;
+
+    memset(words, 0, 4 * first);
+    memcpy(words, k->maps->words, 4 * ((size_t)COHSM__HEADER_WORDS + h.order_words + h.location_words));
+    if (whole > COHSM__MOST_WORDS) return;
+    h.magic = COHSM__FAST_MAGIC;
+    h.words = (uint32_t)whole;
+    h.crc = 0;
+    h.self_only |= COHSM__FAST_FLAG;
+    h.lookup_words = (uint32_t)lines;
+    h.directory_words = (uint32_t)bases;
+    h.line_words = (uint32_t)((pointers + 1u) / 2u);
+    memcpy(words, &h, sizeof h);
+    memset(words + (end - 1u), 0, 4 * (size_t)(whole - end + 1u));
+    trays->data = words;
+    trays->data_bytes = 4 * (size_t)whole;
+}
+
 /* Takes memory for the trays, whose lines were counted, and makes them there. */
 static cohsm_result cohsm__trays_fill(cohsm__tray_maker *k, const cohsm__wish *wish, uint32_t workers,
                                       cohsm__part part, cohsm__trays *trays)
 {
-    const size_t pointers = (size_t)k->buckets * k->maps->range, bases = (size_t)k->buckets * k->groups;
-    const size_t line_bytes = trays->bytes - 4 * bases - 2 * pointers;
+    uint32_t *words;
     cohsm_result result;
 
     trays->memory = cohsm__alloc(&k->maps->allocator, trays->bytes);
     if (!trays->memory) return COHSM_ERR_ALLOC;
-    k->to = (uint8_t *)trays->memory;
-    k->to += (size_t)COHSM__LINE_BYTES - (uintptr_t)k->to % COHSM__LINE_BYTES;
-    k->base = (uint32_t *)(void *)((uint8_t *)trays->memory + line_bytes);
-    k->at = (uint16_t *)(void *)(k->base + bases);
+    words = (uint32_t *)(void *)((uint8_t *)trays->memory + COHSM__LINE_BYTES -
+                                 (uintptr_t)trays->memory % COHSM__LINE_BYTES);
+    cohsm__trays_begin(k, words, trays);
+    words += cohsm__trays_head(&k->maps->head);
+    k->to = (uint8_t *)words;
+    k->base = words + COHSM__BLOCK_WORDS * k->line_count;
+    k->at = (uint16_t *)(void *)(k->base + (size_t)k->buckets * k->groups);
     k->writing = 1;
     result = cohsm__run_columns(k, wish, workers, part);
     if (result != COHSM_OK) {

@@ -95,7 +95,8 @@ typedef struct glbk_csm_asker {     /* read only; zeroed = none */
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
 /* Makes room on the GPU for questions and their answers, which glbk_csm_asker_free takes back.
-   capacity   the most questions at once, 1..2^20
+   capacity   the most questions at once, 1..2^22; 2^20 is what GL guarantees on the core path, whose answers
+              are rows of 1024 texels, of which there are ctx->max_side at most
    Memory     36 bytes a question
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. Those of textures and
               buffers */

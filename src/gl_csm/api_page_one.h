@@ -27,7 +27,8 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
    capacity   the most instances that are ever placed, up to 2^26
    starts     receives for each block where it begins, for glbk_csm_instance.start
    out        zeroed on errors, like the out of all calls
-   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16
+   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
+              returns is about 1.4 times as large as the block
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one.
               GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more than 4 GB, or than
               ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of textures and buffers */
@@ -82,7 +83,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *rend
 
 /* ---- structs of page one ---- */
 
-typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data returns */
+typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data returns, or cohsm_fast_data, by
+                                       which questions are answered faster, with the same answers */
     const void *data;
     size_t      bytes;
 } glbk_csm_block;
@@ -102,7 +104,7 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     uint32_t     texel_count;       /* of all blocks */
     uint32_t     capacity;          /* the most instances */
     uint32_t     count;             /* instances that are placed */
-    char         defines[80];       /* what all blocks have in common, for programs of your own: see
+    char         defines[104];      /* what all blocks have in common, for programs of your own: see
                                        glbk_csm_bind */
     uint32_t     key;               /* private, like all that follows: a number for defines */
     uint32_t     near_count;        /* instances that the uniform block has room for; 0 = they are in the

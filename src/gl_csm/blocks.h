@@ -1,12 +1,28 @@
 /* ---- csm: blocks and instances ---- */
 
-enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
+enum {
+    GLBK__CSM_RECORD = 4,
+    GLBK__CSM_MAGIC = 0x4d534344,
+    GLBK__CSM_FAST_MAGIC = 0x46534344,      /* of what cohsm_fast_data returns */
+    GLBK__CSM_HEADER = 96,                  /* words */
+    GLBK__CSM_SECTIONS = 20                 /* the word from which on five words hold the sections' lengths */
+};
+
+/* Finds the words at which the three last sections of a fast block begin and, in at[3], the last one ends. */
+static void glbk__csm_sections(const void *data, uint64_t at[4])
+{
+    uint32_t lengths[5], k;
+    memcpy(lengths, (const char *)data + 4 * GLBK__CSM_SECTIONS, sizeof lengths);
+    at[0] = ((uint64_t)GLBK__CSM_HEADER + lengths[0] + lengths[1] + 15) / 16 * 16;
+    for (k = 0; k < 3; k++) at[k + 1] = at[k] + lengths[k + 2];
+}
 
 /* Checks magic, format and length of block i, as docs/csm-format.md has them, in the host's byte order: that
    of GL. */
 static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b, size_t i)
 {
     static const char function[] = "glbk_csm_maps_create";
+    uint64_t sections[4];
     uint32_t head[3];
     if (!b->data)
         return glbk__refuse_element(ctx, GLBK_ERR_ARGUMENT, function, "blocks", i, ".data", "is NULL");
@@ -14,7 +30,7 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
         return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
                                           (double)b->bytes, "what cohsm_data says: a multiple of 16, >= 400");
     memcpy(head, b->data, sizeof head);
-    if (head[0] != GLBK__CSM_MAGIC)
+    if (head[0] != GLBK__CSM_MAGIC && head[0] != GLBK__CSM_FAST_MAGIC)
         return glbk__refuse_element(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".data",
                                     "begin with other bytes than a block of csm.h");
     if (head[2] != b->bytes / 4)
@@ -23,6 +39,11 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
     if (head[1] != 1)
         return glbk__refuse_element_value(ctx, GLBK_ERR_VERSION, function, "blocks", i, "'s version",
                                           (double)head[1], "1");
+    if (head[0] == GLBK__CSM_MAGIC) return GLBK_OK;
+    glbk__csm_sections(b->data, sections);
+    if (sections[3] > head[2])
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, "'s sections end at word",
+                                          (double)sections[3], "the length that its header names, or less");
     return GLBK_OK;
 }
 
@@ -43,16 +64,18 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
 }
 
 /* Writes the defines by which a program for these blocks alone is compiled, and a number for them: domain,
-   order and orientation if all blocks have the same, and how many instances stand in the uniform block, if
-   they fit. */
+   order, orientation and layout if all blocks have the same, and how many instances stand in the uniform
+   block, if they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
     /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
     static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
-    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], magic, layout, layouts = 0, k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
     for (i = 0; i < count; i++) {
+        memcpy(&magic, blocks[i].data, sizeof magic);
+        layouts |= magic == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
         memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
         if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
         for (k = 0; k < 3; k++)
@@ -65,8 +88,11 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
     glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
     glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[2]);
+    layout = layouts < 3 ? layouts : 0;
+    glbk__csm_define(&sink, " COHSM_ONE_LAYOUT=", layout);
     glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
-    out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
+    out->key = (((layout * 16 + kind[0]) * 8 + kind[1]) * 4 + kind[2]) * 4;
+    out->key += out->near_count > 1 ? 2 : out->near_count;
 }
 
 /* Checks the blocks and finds where each begins, in texels; *texels receives how many there are in all. */
@@ -88,6 +114,37 @@ static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_blo
         starts[i] = (uint32_t)*texels;
         *texels += blocks[i].bytes / 16;
         *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
+    }
+    return result;
+}
+
+/* Uploads a block. The lines of a fast block are bytes, and its last section half words: GLSL reads both from
+   words, the lowest bits first, whatever the byte order of the host. */
+static glbk_result glbk__csm_upload(glbk_context *ctx, const glbk_csm_maps *maps, uint32_t start,
+                                    const glbk_csm_block *b)
+{
+    uint32_t words[4096];
+    uint64_t sections[4];
+    size_t at, n = 0, i;
+    glbk_result result = GLBK_OK;
+
+    memcpy(words, b->data, 4);
+    if (words[0] == GLBK__CSM_MAGIC)
+        return glbk__table_update(ctx, &maps->blocks, start, b->bytes / 16, b->data);
+    glbk__csm_sections(b->data, sections);
+    for (at = 0; at < b->bytes / 4 && result == GLBK_OK; at += n) {
+        n = b->bytes / 4 - at < 4096 ? b->bytes / 4 - at : 4096;
+        memcpy(words, (const char *)b->data + 4 * at, 4 * n);
+        for (i = 0; i < n; i++) {
+            unsigned char bytes[4];
+            uint16_t halves[2];
+            memcpy(bytes, words + i, sizeof bytes);
+            memcpy(halves, words + i, sizeof halves);
+            if (at + i >= sections[2]) words[i] = halves[0] | (uint32_t)halves[1] << 16;
+            else if (at + i >= sections[0] && at + i < sections[1])
+                words[i] = bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+        }
+        result = glbk__table_update(ctx, &maps->blocks, start + at / 4, n / 4, words);
     }
     return result;
 }
@@ -115,7 +172,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
                                     &out->instances);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
-        result = glbk__table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+        result = glbk__csm_upload(ctx, out, starts[i], &blocks[i]);
     if (result == GLBK_OK) result = glbk__leave_created(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
     return result;

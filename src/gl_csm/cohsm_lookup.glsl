@@ -3,7 +3,8 @@
 // COHSM_TEXEL(i) is the including program's uvec4 of words 4 i .. 4 i + 3, where i, a uint, counts through
 // all blocks that were uploaded. cohsm_open reads what queries need of a block's header: keep its result.
 // COHSM_ONE_DOMAIN, COHSM_ONE_ORDER and COHSM_ONE_ORIENTATION may be defined as the number that all blocks
-// have there; the code for others is gone then.
+// have there, COHSM_ONE_LAYOUT as 1 if all came from cohsm_data and as 2 if all came from cohsm_fast_data;
+// the code for others is gone then.
 #ifndef COHSM_TEXEL
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
@@ -29,6 +30,7 @@ struct cohsm_maps {
     uint  map_count;
     uint  map_size;                 // pixels a side of a map
     uint  depth_top;                // greatest value of the grid of depths
+    uint  depth_step;               // 65,536 times the depth between two values of the grid, rounded up
     uint  dimensions;
     bool  positional;               // maps of positions, with six faces
     uint  pixel_begin;              // the block has pixels pixel_begin .. pixel_end - 1
@@ -38,6 +40,9 @@ struct cohsm_maps {
     uint  lookup_at;
     uint  directories_at;
     uint  lines_at;
+    bool  fast;                     // the block has trays in place of lists
+    uint  bases_at;                 // sections of trays; their lines are at lines_at, too
+    uint  trays_at;
     vec3  center;                   // of the object's sphere
     float radius;
     float depth_far;                // maps of positions: the depth that is stored as the greatest
@@ -56,6 +61,7 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
     m.map_count = sides.w;
     m.map_size = sizes.y;
     m.depth_top = (1u << sizes.z) - 1u;
+    m.depth_step = 65535u * 65536u / m.depth_top + 1u;
     m.dimensions = sizes.w;
     m.positional = range.x != 0u;
     m.pixel_begin = range.z;
@@ -64,7 +70,13 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
     m.locations_at = m.order_at + lengths.x;
     m.lookup_at = m.locations_at + lengths.y;
     m.directories_at = m.lookup_at + lengths.z;
-    m.lines_at = m.directories_at + lengths.w;
+    m.fast = (range.y & 2u) != 0u;
+#ifdef COHSM_ONE_LAYOUT
+    m.fast = COHSM_ONE_LAYOUT > 1;
+#endif
+    m.lines_at = cohsm_if(m.fast, (m.lookup_at + 15u) & ~15u, m.directories_at + lengths.w);
+    m.bases_at = m.lines_at + lengths.z;
+    m.trays_at = m.bases_at + lengths.w;
     m.center = vec3(uintBitsToFloat(rest.w), uintBitsToFloat(sphere.xy));
     m.radius = uintBitsToFloat(sphere.z);
     m.depth_far = uintBitsToFloat(sphere.w);
@@ -110,6 +122,9 @@ vec3 cohsm_floats(const in cohsm_maps m, uint i)
 // Returns how many bits of x are 1.
 uint cohsm_popcount(uint x)
 {
+#if __VERSION__ >= 400 || (defined(GL_ES) && __VERSION__ >= 310)
+    return uint(bitCount(x));
+#endif
     x -= (x >> 1) & 0x55555555u;
     x = (x & 0x33333333u) + ((x >> 2) & 0x33333333u);
     x = (x + (x >> 4)) & 0x0f0f0f0fu;
@@ -151,10 +166,12 @@ uint cohsm_after_zero(uvec2 marks, uint number)
     return at + cohsm_if(second, 33u, 1u);
 }
 
-// Returns the 16-bit depth of a value of the grid; the last one and those above are infinite.
+// Returns the 16-bit depth of a value of the grid; the last one and those above are infinite. The product is
+// g * 65535 / depth_top, rounded down: depth_step is at most 1 too large, and 254 / 65536 is less than what
+// such a quotient lacks to the next whole number, 1 / 127 or more.
 uint cohsm_grid_depth(const in cohsm_maps m, uint g)
 {
-    return cohsm_if(g >= m.depth_top, 65535u, g * 65535u / m.depth_top);
+    return cohsm_if(g >= m.depth_top, 65535u, (g * m.depth_step) >> 16);
 }
 
 // ---- lines: the 64 bytes that a block of segments lies in, fetched at once ----
@@ -274,12 +291,129 @@ uint cohsm_list_depth(const in cohsm_maps m, uint list, uint view)
     return cohsm_segment_depth(m, l, head, marks, cohsm_segment(l, head, marks, view - block.y));
 }
 
-// Returns the stored 16-bit depth of a pixel, counted from pixel_begin, in the view with this place in the
-// sequence. Its C twin is cohsm__stored_depth, public as cohsm_depths.
-uint cohsm_stored_depth(const in cohsm_maps m, uint pixel, uint place)
+// ---- trays: the fast layout, of blocks that came from cohsm_fast_data ----
+
+// Returns byte i modulo 16.
+uint cohsm_byte(uvec4 t, uint i) { return (cohsm_pick(t, i >> 2) >> ((i & 3u) << 3)) & 255u; }
+
+// Returns half word i of a run that begins at a word.
+uint cohsm_half_word(const in cohsm_maps m, uint word, uint i)
+{
+    return (cohsm_word(m, word + (i >> 1)) >> ((i & 1u) << 4)) & 0xffffu;
+}
+
+// Returns the highest bits of the bytes of two texels as one word: bit 8 b + w is that of byte b of word w.
+uint cohsm_high_bits(uvec4 s, uvec4 t)
+{
+    s &= 0x80808080u;
+    t &= 0x80808080u;
+    return (s.x >> 7) | (s.y >> 6) | (s.z >> 5) | (s.w >> 4) | (t.x >> 3) | (t.y >> 2) | (t.z >> 1) | t.w;
+}
+
+// Returns such a word that says which bytes are at most v. The lower seven bits are compared by a subtraction
+// in which no byte borrows from the next one, the highest bits by logic.
+uint cohsm_bytes_up_to(uvec4 s, uvec4 t, uint v)
+{
+    uvec4 all = uvec4(v * 0x01010101u), least = all | 0x80808080u;
+    uvec4 x = least - (s & 0x7f7f7f7fu), y = least - (t & 0x7f7f7f7fu);
+    return cohsm_high_bits((all & ~s) | (~(all ^ s) & x), (all & ~t) | (~(all ^ t) & y));
+}
+
+// Returns such a word that says which bytes are 254: those whose difference from it has no bit.
+uint cohsm_bytes_exact(uvec4 s, uvec4 t)
+{
+    s ^= 0xfefefefeu;
+    t ^= 0xfefefefeu;
+    uvec4 x = (s & 0x7f7f7f7fu) + 0x7f7f7f7fu, y = (t & 0x7f7f7f7fu) + 0x7f7f7f7fu;
+    return cohsm_high_bits(~(x | s), ~(y | t));
+}
+
+// Returns the bits that stand for the first bytes of two texels, of no more than 32.
+uint cohsm_bytes_before(uint count)
+{
+    count = min(count, 32u);
+    uint more = 0x01010101u & ((1u << ((count & 3u) << 3)) - 1u);
+    return ((0x01010101u + more) << (count >> 2)) - 0x01010101u;
+}
+
+// Returns the texel in which the tray of a pixel and view begins, and the byte of that texel. Of a split tray
+// that is the line for the view.
+uvec2 cohsm_tray_at(const in cohsm_maps m, uint pixel, uint place)
+{
+    uint pixels = m.pixel_end - m.pixel_begin, bucket = place >> 8;
+    uint tray = cohsm_half_word(m, m.trays_at, bucket * pixels + pixel), first = tray & 0x3fffu;
+    uint line = cohsm_word(m, m.bases_at + bucket * ((pixels + 255u) >> 8) + (pixel >> 8));
+    uint split = tray >> 14, part = (place & 255u) >> (8u - split);
+    uint byte = cohsm_if(split > 0u, (first + part) << 6, first << 1);
+    return uvec2(m.base + (m.lines_at >> 2) + (line << 2) + (byte >> 4), byte & 15u);
+}
+
+// Returns the depth of a view whose code, at a byte of the line of its tray, says that the depth stands
+// elsewhere: behind the codes, which begin at byte `codes`, after as many others as such codes stand before
+// this one; or, where a tray has 31 first views, view by view some lines further on. a and b are the texels
+// `texel` and the next one, from which bytes count.
+uint cohsm_tray_exact(uint texel, uvec4 a, uvec4 b, uint count, uint codes, uint byte, uint view)
+{
+    uvec4 c = COHSM_TEXEL(texel + 2u), d = COHSM_TEXEL(texel + 3u);
+    uint low = cohsm_bytes_exact(a, b) & (cohsm_bytes_before(byte) ^ cohsm_bytes_before(codes));
+    uint high = cohsm_bytes_exact(c, d);
+    high &= cohsm_bytes_before(max(byte, 32u) - 32u) ^ cohsm_bytes_before(max(codes, 32u) - 32u);
+    uint at = codes + count + 1u + 2u * (cohsm_popcount(low) + cohsm_popcount(high));
+    at = cohsm_if(count == 31u, 64u * cohsm_byte(a, 1u) + 2u * (view & 31u), at);
+    return (cohsm_pick(COHSM_TEXEL(texel + (at >> 4)), at >> 2) >> ((at & 2u) << 3)) & 0xffffu;
+}
+
+// Returns the 16-bit depth that the tray of a pixel holds for a view. The first views of its segments rise:
+// as many of them as are not above the view, counted at once, come before its code. Two texels hold them all
+// but in one of a few hundred questions.
+uint cohsm_tray_depth(const in cohsm_maps m, uint pixel, uint place)
+{
+    uvec2 tray = cohsm_tray_at(m, pixel, place);
+    uvec4 a = COHSM_TEXEL(tray.x), b = COHSM_TEXEL(tray.x + 1u);
+    uint view = place & 255u, count = cohsm_byte(a, tray.y), firsts = tray.y + 1u, codes = firsts + count;
+    uint up_to = cohsm_bytes_up_to(a, b, view) & (cohsm_bytes_before(codes) ^ cohsm_bytes_before(firsts));
+    uint byte = codes + cohsm_popcount(up_to);
+    if (codes > 32u) {
+        uvec4 c = COHSM_TEXEL(tray.x + 2u);
+        byte += cohsm_popcount(cohsm_bytes_up_to(c, c, view) & cohsm_bytes_before(codes - 32u));
+    }
+    uint code = cohsm_byte(COHSM_TEXEL(tray.x + (byte >> 4)), byte), depth = cohsm_grid_depth(m, code);
+    if (code == 254u) depth = cohsm_tray_exact(tray.x, a, b, count, codes, byte, view);
+    return depth;
+}
+
+// ---- either layout ----
+
+// Returns the 16-bit depth that the list of a pixel holds for a view.
+uint cohsm_listed_depth(const in cohsm_maps m, uint pixel, uint place)
 {
     uint entry = cohsm_word(m, m.lookup_at + (place >> 16) * (m.pixel_end - m.pixel_begin) + pixel);
     uint depth = entry & 0xffffu;
     if ((entry & 0x80000000u) == 0u) depth = cohsm_list_depth(m, m.directories_at + entry, place & 0xffffu);
     return depth;
+}
+
+// Returns the stored 16-bit depth of a pixel, counted from pixel_begin, in the view with this place in the
+// sequence. Its C twin is cohsm__stored_depth, public as cohsm_depths.
+uint cohsm_stored_depth(const in cohsm_maps m, uint pixel, uint place)
+{
+    uint depth = 0u;
+    if (m.fast) depth = cohsm_tray_depth(m, pixel, place);
+    if (!m.fast) depth = cohsm_listed_depth(m, pixel, place);
+    return depth;
+}
+
+// Returns the stored depths of four pixels in one view. Trays are read side by side, so that their fetches
+// overlap; lists, which take loops, one after the other.
+uvec4 cohsm_stored_depths(const in cohsm_maps m, uvec4 pixels, uint place)
+{
+    uvec4 depths = uvec4(0u);
+    if (m.fast)
+        depths = uvec4(cohsm_tray_depth(m, pixels.x, place), cohsm_tray_depth(m, pixels.y, place),
+                       cohsm_tray_depth(m, pixels.z, place), cohsm_tray_depth(m, pixels.w, place));
+    for (int i = 0; i < 4 && !m.fast; i++) {
+        depths = uvec4(depths.yzw, cohsm_listed_depth(m, pixels.x, place));
+        pixels = pixels.yzwx;
+    }
+    return depths;
 }

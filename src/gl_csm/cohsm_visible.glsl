@@ -213,15 +213,6 @@ uint cohsm_pixel(const in cohsm_maps m, vec2 at)
     return kept ? pixel : COHSM_NO_PIXEL;
 }
 
-// Returns 1 if a depth at a position of a map is lit, else 0.
-float cohsm_lit(const in cohsm_maps m, vec2 at, uint place, int depth)
-{
-    uint pixel = cohsm_pixel(m, at);
-    bool dark = depth >= 0 && pixel != COHSM_NO_PIXEL;
-    if (dark) dark = depth > int(cohsm_stored_depth(m, pixel, place));
-    return dark ? 0.0 : 1.0;
-}
-
 // ---- generalised PCF ----
 
 // Returns how much of the four nearest pixels of one map is dark, bilinearly weighted, 0..1.
@@ -232,14 +223,14 @@ float cohsm_pcf_map(const in cohsm_maps m, uvec3 c, vec3 p, float bias)
     if (!(abs(seen.x) < 1e6 && abs(seen.y) < 1e6)) return 0.0;
     uint place = cohsm_place(m, c) + face * m.map_count;
     int depth = cohsm_compared_depth(seen.z);
-    vec2 low = floor(seen.xy - 0.5), f = seen.xy - 0.5 - low;
-    float dark = 0.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 corner = vec2(float(i & 1), float(i >> 1));
-        float weight = cohsm_if(corner.x > 0.0, f.x, 1.0 - f.x) * cohsm_if(corner.y > 0.0, f.y, 1.0 - f.y);
-        if (weight > 0.0) dark += weight * (1.0 - cohsm_lit(m, low + corner + 0.5, place, depth));
-    }
-    return dark;
+    if (depth < 0) return 0.0;
+    vec2 low = floor(seen.xy - 0.5), f = seen.xy - 0.5 - low, g = 1.0 - f, at = low + 0.5;
+    uvec4 pixels = uvec4(cohsm_pixel(m, at), cohsm_pixel(m, at + vec2(1.0, 0.0)),
+                         cohsm_pixel(m, at + vec2(0.0, 1.0)), cohsm_pixel(m, at + 1.0));
+    bvec4 beside = equal(pixels, uvec4(COHSM_NO_PIXEL));
+    uvec4 stored = cohsm_stored_depths(m, pixels * uvec4(not(beside)), place) | (65535u * uvec4(beside));
+    vec4 dark = vec4(greaterThan(ivec4(depth), ivec4(stored)));
+    return ((g.x * g.y * dark.x + f.x * g.y * dark.y) + g.x * f.y * dark.z) + f.x * f.y * dark.w;
 }
 
 // Returns how much of the 2^d nearest maps is dark, weighted by their distances in the domain, 0..1.

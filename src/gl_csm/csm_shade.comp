@@ -1,6 +1,6 @@
 // Does what csm_shade.frag does, as a compute shader: the sum is an image, changed in place.
 // uses: csm_shade
-// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1
+// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1
 // sets: CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1
 layout(local_size_x = 8, local_size_y = 8) in;
 

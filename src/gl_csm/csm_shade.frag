@@ -1,7 +1,7 @@
 // Adds samples of one light to the running sum.
 // uses: csm_shade
 // with: screen.vert
-// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1
+// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1
 // sets: CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1
 layout(location = 0) out glbk_color result;
 

@@ -82,7 +82,7 @@
 
      section 3.1  layers, view by view            glbk_csm_builder_draw      cohsm_builder_add       -
      eq. (1)      segments: one depth for many    glbk_csm_builder_compress  cohsm__compress_view    -
-     section 3.2  project, find segment, compare  cohsm_see, cohsm_lit       cohsm__project_point    T61 T66
+     section 3.2  project, find segment, compare  cohsm_see, cohsm_pixel     cohsm__project_point    T61 T66
      section 3.2  the search for a segment        cohsm_list_depth           cohsm__block_find       T61
      section 3.3  six faces of a cube             cohsm_face_coordinates     cohsm__face_of          T70
      section 4    D, where the maps look from     cohsm_map_parameter        cohsm__map_parameter    T73

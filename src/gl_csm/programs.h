@@ -25,12 +25,12 @@ static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, gl
                                      uint32_t key, const char *name, const char *defines,
                                      const glbk_csm_maps *maps, glbk_program **out)
 {
-    char all[160] = { 0 };
+    char all[192] = { 0 };
     glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
     uint32_t i;
 
-    key = key << 11 | maps->key;
+    key = key << 13 | maps->key;
     *out = glbk__csm_keep_program(ctx, cache, key, &i);
     if (!*out)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,

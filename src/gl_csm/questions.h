@@ -22,8 +22,8 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
     if (result != GLBK_OK) return result;
-    if (!capacity || capacity > (uint32_t)1 << 20)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
+    if (!capacity || capacity > (uint32_t)1 << 22)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 4194304);
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     out->capacity = capacity;

@@ -238,35 +238,6 @@ static void shards_and_merged_maps_answer_alike(void **state)
 
 /* ---- what does not fit ---- */
 
-/* Layers as they come: from no segment of its own in pixels of the first column to one for almost every view in those
-   of the last, with depths that are exact where the layers lie close together. */
-static cohsm_maps *torture(cohsm_layout layout)
-{
-    enum { SIDE = 33, M = 16 };
-    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, SIDE, M);
-    cohsm_builder *b = NULL;
-    cohsm_maps *maps = NULL;
-    float z1[M * M], z2[M * M];
-    uint64_t seed = 31;
-    uint32_t i, p;
-
-    d.radius = 1;
-    d.order = COHSM_ORDER_SCANLINE;
-    d.layout = layout;
-    assert_int_equal(cohsm_builder_create(&d, &b), COHSM_OK);
-    for (i = 0; i < cohsm_builder_view_count(b); i++) {
-        for (p = 0; p < M * M; p++) {
-            int wild = rnd_below(&seed, 256) < (p % M) * (p % M);
-            z1[p] = wild ? (float)rnd_in(&seed, 0.1, 0.9) : 0.5f + 0.01f * (float)(p % 7);
-            z2[p] = z1[p] + (p % 4 == 1 ? 1e-5f : 0.02f);
-        }
-        assert_int_equal(cohsm_builder_add(b, i, z1, z2, z2), COHSM_OK);
-    }
-    assert_int_equal(cohsm_builder_finish(b, &maps, NULL), COHSM_OK);
-    cohsm_builder_free(b);
-    return maps;
-}
-
 /* Trays by their splits, and parts whose depths stand one by one. */
 static void count_trays(const cohsm_maps *m, size_t *split, size_t *spread)
 {
@@ -284,7 +255,7 @@ static void count_trays(const cohsm_maps *m, size_t *split, size_t *spread)
 
 static void what_does_not_fit_into_trays_answers_alike(void **state)
 {
-    cohsm_maps *a = torture(COHSM_LAYOUT_COMPACT), *b = torture(COHSM_LAYOUT_FAST);
+    cohsm_maps *a = torture_maps(COHSM_LAYOUT_COMPACT), *b = torture_maps(COHSM_LAYOUT_FAST);
     size_t split[4], spread;
     (void)state;
     count_trays(b, split, &spread);

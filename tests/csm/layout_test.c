@@ -20,7 +20,8 @@ enum { LIT = 1, DARK = 0, REFUSED = -1 };
 
 typedef struct block {
     const uint32_t *w;
-    uint32_t order_at, locations_at, lookup_at, directories_at, lines_at, side[3], count, size, dimensions, c[3];
+    uint32_t order_at, locations_at, lookup_at, directories_at, lines_at, bases_at, trays_at;
+    uint32_t side[3], count, size, dimensions, c[3];
 } block;
 
 static float real(const block *b, uint32_t word)
@@ -58,6 +59,9 @@ static block open_block(const void *data)
     b.lookup_at = b.locations_at + b.w[21];
     b.directories_at = b.lookup_at + b.w[22];
     b.lines_at = b.directories_at + b.w[23];
+    if (b.w[17] & 2) b.lines_at = (b.locations_at + b.w[21] + 15) & ~15u;
+    b.bases_at = b.lines_at + b.w[22];
+    b.trays_at = b.bases_at + b.w[23];
     return b;
 }
 
@@ -233,6 +237,27 @@ static uint32_t stored_depth(const block *b, uint32_t pixel, uint32_t place)
     return depth_in_block(b, b->w + b->lines_at + line, view);
 }
 
+/* ---- steps 6 to 8 in the fast layout ---- */
+
+static uint32_t stored_depth_fast(const block *b, uint32_t pixel, uint32_t place)
+{
+    const uint32_t pixels = b->w[19] - b->w[18], bucket = place >> 8, v = place & 255, top = (1u << b->w[14]) - 1;
+    const uint8_t *lines = (const uint8_t *)(b->w + b->lines_at), *tray, *other;
+    uint32_t line = b->w[b->bases_at + bucket * ((pixels + 255) >> 8) + (pixel >> 8)], split, first, n, j = 0, e = 0, i;
+    uint16_t a;
+    memcpy(&a, (const uint16_t *)(b->w + b->trays_at) + bucket * pixels + pixel, sizeof a);
+    split = (uint32_t)a >> 14;
+    first = a & 0x3fffu;
+    tray = lines + 64 * (size_t)line + 2 * first;
+    if (split) tray = lines + 64 * ((size_t)line + first + (v >> (8 - split)));
+    n = tray[0];
+    for (i = 1; i <= n; i++) j += tray[i] <= v;
+    if (tray[1 + n + j] != 254) return tray[1 + n + j] >= top ? 65535 : tray[1 + n + j] * 65535u / top;
+    for (i = 0; i < j; i++) e += tray[1 + n + i] == 254;
+    other = n == 31 ? tray + 64 * (size_t)tray[1] + 2 * (v & 31) : tray + 2 + 2 * n + 2 * e;
+    return other[0] | (uint32_t)other[1] << 8;
+}
+
 /* ---- steps 5 and 9, of what was seen ---- */
 
 static int compared(const block *b, const float *seen, uint32_t place)
@@ -243,7 +268,8 @@ static int compared(const block *b, const float *seen, uint32_t place)
     q = seen[2] * 65533 < 65535 ? (uint32_t)(65533 * seen[2]) : 65535;
     pixel = (uint32_t)seen[1] * b->size + (uint32_t)seen[0];
     if (pixel < b->w[18] || pixel >= b->w[19]) return LIT;
-    return q > stored_depth(b, pixel - b->w[18], place) ? DARK : LIT;
+    pixel -= b->w[18];
+    return q > (b->w[17] & 2 ? stored_depth_fast(b, pixel, place) : stored_depth(b, pixel, place)) ? DARK : LIT;
 }
 
 /* ---- local and semi-local lights ---- */
@@ -352,7 +378,7 @@ static void ask(const cohsm_maps *maps, cohsm_light_kind kind, float bias, uint6
     cohsm_query q = { 0 };
     cohsm_info info;
     size_t size;
-    block b = open_block(cohsm_data(maps, &size));
+    block b = open_block(cohsm_data(maps, &size)), fast = open_block(cohsm_fast_data(maps, &size));
     int i, k;
     cohsm_get_info(maps, &info);
     for (i = 0; i < COUNT; i++) {
@@ -373,11 +399,29 @@ static void ask(const cohsm_maps *maps, cohsm_light_kind kind, float bias, uint6
     assert_int_equal(cohsm_visible(maps, &q, expected, NULL), COHSM_OK);
     for (i = 0; i < COUNT; i++) {
         int found = answer(&b, kind, points[i], lights[i], bias);
+        assert_int_equal(answer(&fast, kind, points[i], lights[i], bias), found);
         t->differ += fabsf((float)found - expected[i]) > 0;
         t->dark += found == DARK;
         t->refused += found == REFUSED;
     }
     t->asked += COUNT;
+}
+
+/* Depths of trays that are split, spread and full of exact ones, read by the page. */
+static void the_page_reads_every_tray(void **state)
+{
+    cohsm_maps *maps = torture_maps(COHSM_LAYOUT_FAST);
+    static uint16_t wanted[256];
+    size_t size;
+    block b = open_block(cohsm_fast_data(maps, &size));
+    uint32_t view, pixel;
+    (void)state;
+    assert_int_equal(size, 4 * (size_t)b.w[2]);
+    for (view = 0; view < b.count; view++) {                /* the order is SCANLINE: a view is its place */
+        assert_int_equal(cohsm_depths(maps, view, wanted), COHSM_OK);
+        for (pixel = 0; pixel < 256; pixel++) assert_int_equal(stored_depth_fast(&b, pixel, view), wanted[pixel]);
+    }
+    cohsm_free(maps);
 }
 
 /* Roundings at the border of a map, a pixel or a depth may differ: the page fixes no order of sums. */
@@ -398,6 +442,7 @@ static void the_page_answers_as_the_header(void **state)
         d.order = csm_kinds[i].order;
         d.orientation = csm_kinds[i].orientation;
         d.depth_bits = i % 3 == 1 ? 5 : 8;
+        d.layout = COHSM_LAYOUT_FAST;
         assert_int_equal(cohsm_build(&d, &mesh, &maps, NULL), COHSM_OK);
         if (local_light)
             ask(maps, COHSM_LIGHT_PARAMETER, 1, &seed, &t);
@@ -421,6 +466,7 @@ static void the_page_answers_as_the_header(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(the_page_answers_as_the_header) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(the_page_reads_every_tray),
+                                        cmocka_unit_test(the_page_answers_as_the_header) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -371,4 +371,33 @@ static const struct {
     { COHSM_DOMAIN_VOLUME, 3, COHSM_ORDER_HILBERT, COHSM_ORIENTATION_DEFAULT }
 };
 
+/* Layers as they come: from no segment of its own in pixels of the first column to one for almost every view in those
+   of the last, with depths that are exact where the layers lie close together. */
+static inline cohsm_maps *torture_maps(cohsm_layout layout)
+{
+    enum { SIDE = 33, M = 16 };
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, SIDE, M);
+    cohsm_builder *b = NULL;
+    cohsm_maps *maps = NULL;
+    float z1[M * M], z2[M * M];
+    uint64_t seed = 31;
+    uint32_t i, p;
+
+    d.radius = 1;
+    d.order = COHSM_ORDER_SCANLINE;
+    d.layout = layout;
+    if (cohsm_builder_create(&d, &b) != COHSM_OK) abort();
+    for (i = 0; i < cohsm_builder_view_count(b); i++) {
+        for (p = 0; p < M * M; p++) {
+            int wild = rnd_below(&seed, 256) < (p % M) * (p % M);
+            z1[p] = wild ? (float)rnd_in(&seed, 0.1, 0.9) : 0.5f + 0.01f * (float)(p % 7);
+            z2[p] = z1[p] + (p % 4 == 1 ? 1e-5f : 0.02f);
+        }
+        if (cohsm_builder_add(b, i, z1, z2, z2) != COHSM_OK) abort();
+    }
+    if (cohsm_builder_finish(b, &maps, NULL) != COHSM_OK) abort();
+    cohsm_builder_free(b);
+    return maps;
+}
+
 #endif

@@ -385,7 +385,7 @@ static void csm_questions(void **state)
     REFUSED(glbk_csm_asker_create(NULL, 2, &a));
     REFUSED(glbk_csm_asker_create(gl, 2, NULL));
     MAKES(a, glbk_csm_asker_create(gl, 0, &a));
-    MAKES(a, glbk_csm_asker_create(gl, ((uint32_t)1 << 20) + 1, &a));
+    MAKES(a, glbk_csm_asker_create(gl, ((uint32_t)1 << 22) + 1, &a));
     assert_glbk(t, glbk_csm_asker_create(gl, 2, &a));
     ERROR_IS(GLBK_ERR_ORDER, glbk_csm_ask_run(gl, &a, &s.maps, 2));     /* nothing was uploaded */
     assert_glbk(t, glbk_csm_ask_upload(gl, &a, &q));
