@@ -296,8 +296,11 @@ static void light_agrees(void **state)
 static void near_points_agree(void **state)
 {
     GL_TEST(t, state)
-    static const float up[3] = { 0, 1, 0 }, right[3] = { 1, 0, 0 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 };
-    static const float v[3] = { 0, 0, 4 }, w[3] = { 0, 3, 0 };
+    /* Askew, since on a grid of round numbers directions fall on borders of texels, where rounding decides: on an H200
+       one VPL's map hid 12 of 1,200 receivers that it lights on llvmpipe. */
+    static const float up[3] = { 0, 1, 0 }, right[3] = { 1, 0, 0 }, ground[3] = { -1.971f, 0, -1.953f };
+    static const float wall[3] = { -2, 0.017f, -1.953f }, u[3] = { 3.913f, 0, 0 }, v[3] = { 0, 0, 3.887f };
+    static const float w[3] = { 0, 2.931f, 0 };
     static grid lit[2];
     double worst = 0, worst_lost = 0, lost, off;
     const ism_near_point *points;
@@ -311,8 +314,8 @@ static void near_points_agree(void **state)
     int k;
     memset(&d, 0, sizeof d);
     s = stage_open(&d, 0);
-    grid_fill(&lit[0], 32, 32, a, u, v, up, 0.01f);
-    grid_fill(&lit[1], 32, 32, a, v, w, right, 0.02f);
+    grid_fill(&lit[0], 32, 32, ground, u, v, up, 0.01f);
+    grid_fill(&lit[1], 32, 32, wall, v, w, right, 0.02f);
     for (k = 0; k < 2; k++) sources[k] = grid_source(&lit[k]);
     s->frame.sources = sources;
     s->frame.source_count = 2;
