@@ -285,7 +285,8 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
     cohsm_get_info(built, &info);
     memset(&lights, 0, sizeof lights);
     memset(&renderer, 0, sizeof renderer);
-    if (upload(r, built, 0, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
+    if (upload(r, built, 0, &maps) != 0 ||
+        (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
         (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK ||
         (result = glbk_gbuffer_create(&r->gl, &sizes, &seen)) != GLBK_OK || fill_gbuffer(r, &seen, model) != 0)
         result = GLBK_ERR_GL;
