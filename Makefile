@@ -134,7 +134,7 @@ REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
-        check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm \
+        check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
         check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
@@ -368,6 +368,9 @@ check-readme:
 	@sh tools/readme --check $(HEADERS)
 check-farm: $(BUILD)/bake
 	@BUILD=$(BUILD) sh tests/scripts/farm.sh
+# Needs a network for npm.
+check-seen: $(BUILD)/bake
+	@BUILD=$(BUILD) sh tests/scripts/seen.sh
 check-embree: $(COMMON)
 	@COMPILE='$(filter-out -MMD -MP,$(BASE_C)) $(TEST_FLAGS)' LINK='$(LINK)' LIBS='$(filter-out $(EMBREE_LIBS),$(TEST_LIBS))' \
 	  COMMON='$(COMMON)' sh tools/check-embree

@@ -211,6 +211,14 @@ else
     leave "real models (make assets, or ASSETS=FOLDER)"
 fi
 }
+# A model with ambient occlusion in its vertices, for any program that opens .glb files.
+echo "demo: out/chess-ao.glb"
+if ! "$BUILD/bake" model builtin:chess -o "$OUT/chess.glb" ||
+   ! "$BUILD/bake" ao "$OUT/chess.glb" -o "$OUT/chess-ao.glb" --set side=16 2> "$OUT/probe.txt"; then
+    if grep -q 'glTF parser' "$OUT/probe.txt"; then leave "chess-ao.glb ($(tail -n 1 "$OUT/probe.txt"))"
+    else cat "$OUT/probe.txt"; failures=$((failures + 1)); fi
+fi
+rm -f "$OUT/probe.txt"
 "$BUILD/gallery" "$OUT" || failures=$((failures + 1))
 rm -f "$OUT"/*.pfm
 echo "demo: wrote $OUT/index.html, $OUT/which.html and $OUT/contact.png"

@@ -50,6 +50,57 @@ typedef struct bk_technique {
 
 extern const bk_technique bk_csm, bk_shadowfield;
 
+/* ---- the command line ---- */
+
+enum { BK_MOST_FILES = 1024 };
+
+typedef struct bk_args {
+    const char  *command;
+    const bk_technique *technique;      /* of csm, shadowfield, merge, info and verify */
+    const char  *out, *files[BK_MOST_FILES];
+    size_t       file_count;
+    uint32_t     shard, shards;         /* 1 of 1 */
+    int          threads;
+    char         node[64];
+    const char  *env;                   /* --env, or NULL */
+    const char  *lights[64];            /* --light, as typed */
+    size_t       light_count;
+    const char *const *parts;           /* merge: shards of a bake into a model, in order; else NULL */
+    size_t       part_count;
+    rd_settings  settings;
+} bk_args;
+
+/* Fills error with what, then value; returns -1. */
+int bk_fail(char *error, const char *what, const char *value);
+
+/* The other commands: each with its keys, and a function that does it. */
+extern const rd_key bk_ao_keys[], bk_model_keys[];
+int bk_ao_run(const bk_args *args, char *error);
+int bk_model_run(const bk_args *args, char *error);
+
+/* ---- work.c: many values, computed in parts that are kept, or in shards ---- */
+
+typedef struct bk_items {
+    size_t   count, unit;               /* items, and floats of each */
+    uint64_t key;                       /* of all that decides the values */
+    double   seconds;                   /* about how long all take on one core */
+    void    *context;
+    /* items from..to - 1 into out; the same whatever the range is */
+    int    (*compute)(void *context, size_t from, size_t to, float *out, char *error);
+} bk_items;
+
+/* All values into *values, for free(); or this shard's into args->out, and *values is NULL. Parts on the way are kept
+   beside args->out as they become whole, and removed by bk_items_done. */
+int  bk_items_run(const bk_args *args, const bk_items *items, float **values, char *error);
+void bk_items_done(const bk_args *args, const bk_items *items);
+/* Whether a file is a shard of these: its command and settings go into args, whose tables of keys follow the command. */
+int  bk_part_look(const void *data, size_t size, char *command, size_t room);
+int  bk_part_settings(const void *data, size_t size, bk_args *args, char *error);
+
+uint64_t bk_hash(uint64_t h, const void *data, size_t size);      /* FNV-1a; begin with BK_HASH */
+#define BK_HASH 1469598103934665603u
+uint64_t bk_hash_settings(uint64_t h, const bk_args *args);
+
 /* files.c: whole files; writing goes to another name first, so that a file with its own name is always complete. */
 int  bk_read(const char *path, void **data, size_t *size, char *error);
 int  bk_write(const char *path, const void *data, size_t size, char *error);

@@ -5,10 +5,12 @@ TECHNIQUE ?= csm
 SHARDS    ?= 8
 SETTINGS  ?=
 numbers := $(shell seq $(SHARDS))
+# A bake into a model (ao) is joined with that model.
+model   := $(filter-out $(if $(filter csm shadowfield,$(TECHNIQUE)),%),$(SCENE))
 parts   := $(foreach i,$(numbers),$(OUT).$(i)of$(SHARDS))
 
 $(OUT): $(parts)
-	$(BAKE) merge -o $@ $(parts)
+	$(BAKE) merge -o $@ $(model) $(parts)
 $(OUT).%of$(SHARDS): $(filter-out builtin:%,$(SCENE))
 	$(BAKE) $(TECHNIQUE) $(SCENE) -o $@ --shard $*/$(SHARDS) --threads 1 $(SETTINGS)
 clean:

@@ -12,10 +12,8 @@
 extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
 
 enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
-enum { MOST_PARTS = 256, MOST_FILES = 1024, LINE = 1024 };
+enum { MOST_PARTS = 256, LINE = 1024 };
 #define SECONDS_OF_A_PART 60.0
-
-static const bk_technique *const techniques[] = { &bk_csm, &bk_shadowfield };
 
 static const rd_key common_keys[] = {
     { "node", RD_WORD, NULL, 0, 0, "", "bake this node alone, in its own space; else the whole file as one object" },
@@ -23,32 +21,67 @@ static const rd_key common_keys[] = {
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
-typedef struct bk_args {
-    const bk_technique *technique;      /* NULL: merge, info, verify */
-    const char  *out, *files[MOST_FILES];
-    size_t       file_count;
-    uint32_t     shard, shards;         /* 1 of 1 */
-    int          threads;
-    char         node[64];
-    rd_settings  settings;
-} bk_args;
+/* ---- commands ---- */
+
+typedef struct bk_command {
+    const char *name;
+    const bk_technique *technique;      /* of those that bake one object into a file of their own */
+    const rd_key *keys;                 /* of the others */
+    size_t least, most;                 /* files */
+    int    writes, shares;              /* it has an output; it can be one of many shards */
+    int    has_sky;                     /* --env and --light are for it */
+    int  (*run)(const bk_args *args, char *error);
+} bk_command;
+
+static int run_bake(const bk_args *args, char *error);
+static int run_merge(const bk_args *args, char *error);
+static int run_info(const bk_args *args, char *error);
+static int run_verify(const bk_args *args, char *error);
+
+static const bk_command commands[] = {
+    { "csm", &bk_csm, NULL, 1, 1, 1, 1, 0, run_bake },
+    { "shadowfield", &bk_shadowfield, NULL, 1, 1, 1, 1, 0, run_bake },
+    { "ao", NULL, bk_ao_keys, 1, 1, 1, 1, 0, bk_ao_run },
+    { "model", NULL, bk_model_keys, 1, 1, 1, 0, 0, bk_model_run },
+    { "merge", &bk_csm, NULL, 1, BK_MOST_FILES, 1, 0, 0, run_merge },
+    { "info", &bk_csm, NULL, 1, 1, 0, 0, 0, run_info },
+    { "verify", &bk_csm, NULL, 2, 2, 0, 0, 0, run_verify }
+};
+
+enum { COMMANDS = sizeof commands / sizeof *commands };
+
+static const bk_command *command_of(const char *name)
+{
+    for (size_t i = 0; i < COMMANDS; i++)
+        if (strcmp(name, commands[i].name) == 0)
+            return &commands[i];
+    return NULL;
+}
 
 static void print_help(void)
 {
     puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
+         "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
+         "       bake model SCENE -o OUT.glb [--set time=0]\n"
          "       bake merge -o OUT PART... [--set packed=1]\n"
+         "       bake merge -o OUT.glb MODEL.glb PART...\n"
          "       bake info FILE\n"
          "       bake verify FILE SCENE [--set key=value ...]\n"
          "       bake [COMMAND] --help | --version\n"
          "\n"
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
+         "  MODEL.glb keeps all its bytes but for what is added to it\n"
+         "  --out FILE     the same as -o\n"
          "  --limit-memory MB  what reading the scene may take, nearly; 1000\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
          "  verify         csm: every stored depth against the object; shadowfield: built again, same settings");
-    for (size_t t = 0; t < sizeof techniques / sizeof *techniques + 1; t++) {
-        printf("\nsettings of %s (--set key=value):\n", t ? techniques[t - 1]->name : "both");
-        rd_print_keys(t ? techniques[t - 1]->keys : common_keys);
-    }
+    printf("\nsettings of csm and shadowfield (--set key=value):\n");
+    rd_print_keys(common_keys);
+    for (size_t i = 0; i < COMMANDS; i++)
+        if (commands[i].keys || commands[i].run == run_bake) {
+            printf("\nsettings of %s (--set key=value):\n", commands[i].name);
+            rd_print_keys(commands[i].keys ? commands[i].keys : commands[i].technique->keys);
+        }
     puts("\nexit status: 0 done, 1 failed, 2 bad arguments");
 }
 
@@ -61,7 +94,7 @@ static const bk_technique *technique_of(const void *data, size_t size)
 
 /* ---- arguments ---- */
 
-static int fail(char *error, const char *what, const char *value)
+int bk_fail(char *error, const char *what, const char *value)
 {
     snprintf(error, EX_ERROR_SIZE, "%s%.180s", what, value);
     return -1;
@@ -81,27 +114,36 @@ static int take_shard(bk_args *args, const char *value)
 static int take_option(bk_args *args, const char *name, const char *value, char *error)
 {
     double threads, limit;
-    if (strcmp(name, "-o") == 0) args->out = value;
-    else if (strcmp(name, "--set") == 0) {
-        if (strncmp(value, "node=", 5) == 0) {          /* any text: not a value of a list */
+    if (strcmp(name, "-o") == 0 || strcmp(name, "--out") == 0) args->out = value;
+    else if (strcmp(name, "--engine") == 0 && !args->technique) {
+        char pair[64];
+        snprintf(pair, sizeof pair, "engine=%.50s", value);
+        return rd_settings_add(&args->settings, pair, error);
+    } else if (strcmp(name, "--env") == 0 && command_of(args->command)->has_sky) args->env = value;
+    else if (strcmp(name, "--light") == 0 && command_of(args->command)->has_sky) {
+        if (args->light_count == sizeof args->lights / sizeof *args->lights)
+            return bk_fail(error, "too many lights: ", value);
+        args->lights[args->light_count++] = value;
+    } else if (strcmp(name, "--set") == 0) {
+        if (args->technique && strncmp(value, "node=", 5) == 0) {          /* any text: not a value of a list */
             if (!value[5] || strlen(value + 5) >= sizeof args->node)
-                return fail(error, "bad node: ", value + 5);
+                return bk_fail(error, "bad node: ", value + 5);
             strcpy(args->node, value + 5);
             return 0;
         }
         return rd_settings_add(&args->settings, value, error);
     } else if (strcmp(name, "--shard") == 0) {
         if (take_shard(args, value) != 0)
-            return fail(error, "--shard i/n, 1 <= i <= n: ", value);
+            return bk_fail(error, "--shard i/n, 1 <= i <= n: ", value);
     } else if (strcmp(name, "--threads") == 0) {
         if (rd_parse_number(value, &threads) != 0 || !(threads >= 0 && threads <= 1024))
-            return fail(error, "bad --threads: ", value);
+            return bk_fail(error, "bad --threads: ", value);
         args->threads = (int)threads;
     } else if (strcmp(name, "--limit-memory") == 0) {
         if (rd_parse_number(value, &limit) != 0 || !(limit >= 1 && limit <= 1e6))
-            return fail(error, "bad --limit-memory: ", value);
+            return bk_fail(error, "bad --limit-memory: ", value);
         ex_memory_limit = (size_t)(limit * 1e6);
-    } else return fail(error, "unknown option: ", name);
+    } else return bk_fail(error, "unknown option: ", name);
     return 0;
 }
 
@@ -110,12 +152,12 @@ static int take_all(bk_args *args, int count, char **values, char *error)
     for (int i = 0; i < count; i++)
         if (values[i][0] == '-' && values[i][1]) {
             if (i + 1 == count)
-                return fail(error, "no value: ", values[i]);
+                return bk_fail(error, "no value: ", values[i]);
             if (take_option(args, values[i], values[i + 1], error) != 0)
                 return -1;
             i++;
-        } else if (args->file_count == MOST_FILES)
-            return fail(error, "too many files: ", values[i]);
+        } else if (args->file_count == BK_MOST_FILES)
+            return bk_fail(error, "too many files: ", values[i]);
         else args->files[args->file_count++] = values[i];
     return 0;
 }
@@ -188,26 +230,19 @@ static int weigh(const bk_args *args, const bk_mesh *mesh, uint32_t units, bk_wo
     return 0;
 }
 
-/* FNV-1a of everything that decides the bytes. */
-static uint64_t add_hash(uint64_t h, const void *data, size_t size)
-{
-    for (size_t i = 0; i < size; i++)
-        h = (h ^ ((const unsigned char *)data)[i]) * 1099511628211u;
-    return h;
-}
-
+/* Of everything that decides the bytes. */
 static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, uint32_t to)
 {
-    uint64_t h = add_hash(1469598103934665603u, args->technique->name, strlen(args->technique->name));
+    uint64_t h = bk_hash(BK_HASH, args->technique->name, strlen(args->technique->name));
     for (const rd_key *k = args->technique->keys; k->name; k++) {
         const char *value = rd_setting_text(&args->settings, k->name);
-        h = add_hash(h, value, strlen(value) + 1);
+        h = bk_hash(h, value, strlen(value) + 1);
     }
-    h = add_hash(h, mesh->positions, 12 * mesh->vertices);
-    h = add_hash(h, mesh->indices, 12 * mesh->triangles);
-    h = add_hash(h, mesh->radiance, 12 * mesh->lit_count);
-    h = add_hash(h, &from, sizeof from);
-    return add_hash(h, &to, sizeof to);
+    h = bk_hash(h, mesh->positions, 12 * mesh->vertices);
+    h = bk_hash(h, mesh->indices, 12 * mesh->triangles);
+    h = bk_hash(h, mesh->radiance, 12 * mesh->lit_count);
+    h = bk_hash(h, &from, sizeof from);
+    return bk_hash(h, &to, sizeof to);
 }
 
 typedef struct bk_parts {
@@ -242,7 +277,7 @@ static int bake_parts(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, b
     for (uint32_t k = 0; k < p->count; k++) {
         p->name[k] = malloc(strlen(args->out) + 64);
         if (!p->name[k])
-            return fail(error, "out of memory", "");
+            return bk_fail(error, "out of memory", "");
         sprintf(p->name[k], "%s.part-%016llx-%uof%u", args->out,
                 (unsigned long long)key_of(args, mesh, p->limit[k], p->limit[k + 1]), (unsigned)k + 1,
                 (unsigned)p->count);
@@ -264,9 +299,9 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
     size_t size = 0;
     int result = -1, asked = rd_setting_integer(&args->settings, "parts");
     if (weigh(args, mesh, units, &work) != 0 || !p || !limit)
-        fail(error, "out of memory", "");
+        bk_fail(error, "out of memory", "");
     else if (args->shards > units)
-        fail(error, "more shards than there is to share", "");
+        bk_fail(error, "more shards than there is to share", "");
     else {
         divide(&work, args->shards, limit);
         seconds /= SECONDS_OF_A_PART * ex_pool_threads(pool);
@@ -309,7 +344,7 @@ static int run_bake(const bk_args *args, char *error)
         return -1;
     pool = ex_pool_create(args->threads);
     if (!pool)
-        result = fail(error, "no threads", "");
+        result = bk_fail(error, "no threads", "");
     else if (args->technique->settle && args->technique->settle(&settled.settings, &mesh, pool, error) != 0)
         result = -1;
     else if (args->technique->plan(&settled.settings, &mesh, &units, &seconds, error) != 0)
@@ -323,17 +358,57 @@ static int run_bake(const bk_args *args, char *error)
 
 /* ---- merge, info, verify ---- */
 
+/* Shards of a bake into a model: its command again, with their settings, and their values in place of computing. */
+static int merge_parts(const bk_args *args, const bk_command *c, const void *part, size_t size, char *error)
+{
+    bk_args again = *args;
+    again.command = c->name;
+    again.technique = NULL;
+    again.parts = args->files + 1;
+    again.part_count = args->file_count - 1;
+    memset(&again.settings, 0, sizeof again.settings);
+    again.settings.own = c->keys;
+    again.settings.listed = "bake --help";
+    if (bk_part_settings(part, size, &again, error) != 0)
+        return -1;
+    return c->run(&again, error);
+}
+
+static int merge_into_model(const bk_args *args, int *is_one, char *error)
+{
+    const bk_command *c = NULL;
+    char command[32];
+    void *data;
+    size_t size;
+    int result = bk_read(args->files[args->file_count - 1], &data, &size, error);
+    *is_one = result == 0 && bk_part_look(data, size, command, sizeof command);
+    if (*is_one) {
+        c = command_of(command);
+        result = !c || !c->keys ? bk_fail(error, "a part of an unknown command: ", command)
+                 : args->file_count < 2 ? bk_fail(error, "merge: the model comes first, then its parts", "")
+                                        : merge_parts(args, c, data, size, error);
+    }
+    free(data);
+    return result;
+}
+
 static int run_merge(const bk_args *args, char *error)
 {
     void **data = calloc(args->file_count, sizeof(void *)), *whole = NULL;
     size_t *sizes = calloc(args->file_count, sizeof *sizes), size = 0;
     const bk_technique *technique = NULL;
-    int result = data && sizes ? 0 : fail(error, "out of memory", "");
+    int is_one, result = merge_into_model(args, &is_one, error);
+    if (is_one || result != 0) {
+        free(data);
+        free(sizes);
+        return result;
+    }
+    result = data && sizes ? 0 : bk_fail(error, "out of memory", "");
     for (size_t i = 0; i < args->file_count && result == 0; i++) {
         result = bk_read(args->files[i], &data[i], &sizes[i], error);
         if (result == 0 && (!technique_of(data[i], sizes[i]) ||
                             (technique && technique != technique_of(data[i], sizes[i]))))
-            result = fail(error, "not a part of this bake: ", args->files[i]);
+            result = bk_fail(error, "not a part of this bake: ", args->files[i]);
         if (result == 0)
             technique = technique_of(data[i], sizes[i]);
     }
@@ -361,7 +436,7 @@ static int run_info(const bk_args *args, char *error)
         return -1;
     technique = technique_of(data, size);
     result = technique ? technique->info(data, size, line, sizeof line, error)
-                       : fail(error, "neither of csm nor of shadowfield: ", args->files[0]);
+                       : bk_fail(error, "neither of csm nor of shadowfield: ", args->files[0]);
     if (result == 0)
         puts(line);
     free(data);
@@ -380,45 +455,33 @@ static int run_verify(const bk_args *args, char *error)
         return -1;
     result = bk_read(args->files[0], &data, &size, error);
     if (result == 0 && !(pool = ex_pool_create(args->threads)))
-        result = fail(error, "no threads", "");
+        result = bk_fail(error, "no threads", "");
     if (result == 0)
         result = args->technique->verify(&args->settings, data, size, &mesh, pool, line, sizeof line, error);
     if (result >= 0)
         puts(line);
     if (result > 0)
-        result = fail(error, "wrong: ", args->files[0]);
+        result = bk_fail(error, "wrong: ", args->files[0]);
     ex_pool_free(pool);
     bk_object_free(&mesh);
     free(data);
     return result;
 }
 
-/* ---- commands ---- */
-
-typedef struct bk_command {
-    const char *name;
-    const bk_technique *technique;
-    size_t least, most;                 /* files */
-    int    writes;
-    int  (*run)(const bk_args *args, char *error);
-} bk_command;
-
-static const bk_command commands[] = {
-    { "csm", &bk_csm, 1, 1, 1, run_bake }, { "shadowfield", &bk_shadowfield, 1, 1, 1, run_bake },
-    { "merge", &bk_csm, 1, MOST_FILES, 1, run_merge }, { "info", &bk_csm, 1, 1, 0, run_info },
-    { "verify", &bk_csm, 2, 2, 0, run_verify }
-};
+/* ---- main ---- */
 
 static int check(const bk_args *args, const bk_command *c, char *error)
 {
     if (c->writes && !args->out)
-        return fail(error, c->name, ": -o FILE is missing");
+        return bk_fail(error, c->name, ": -o FILE is missing");
     if (args->file_count < c->least || args->file_count > c->most)
-        return fail(error, c->name, ": wrong number of files");
-    if (args->shards > 1 && c->run != run_bake)
-        return fail(error, c->name, ": --shard is for csm and shadowfield");
-    if (rd_setting_integer(&args->settings, "parts") && (args->shards > 1 || c->run != run_bake))
-        return fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
+        return bk_fail(error, c->name, ": wrong number of files");
+    if (args->shards > 1 && !c->shares)
+        return bk_fail(error, c->name, ": --shard is not for this command");
+    if (c->run == bk_ao_run && args->shards > 1 && rd_setting_integer(&args->settings, "parts"))
+        return bk_fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
+    if (c->technique && rd_setting_integer(&args->settings, "parts") && (args->shards > 1 || c->run != run_bake))
+        return bk_fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
     return 0;
 }
 
@@ -443,9 +506,7 @@ int main(int count, char **values)
 {
     static bk_args args;
     static char error[EX_ERROR_SIZE];
-    const bk_command *c = NULL;
-    for (size_t i = 0; count > 1 && i < sizeof commands / sizeof *commands; i++)
-        if (strcmp(values[1], commands[i].name) == 0) c = &commands[i];
+    const bk_command *c = count > 1 ? command_of(values[1]) : NULL;
     if (count == (c ? 3 : 2) && strcmp(values[count - 1], "--help") == 0) {
         print_help();
         return DONE;
@@ -456,13 +517,14 @@ int main(int count, char **values)
     }
     args.shard = args.shards = 1;
     if (!c)
-        fail(error, "csm, shadowfield, merge, info or verify, or --help", "");
+        bk_fail(error, "csm, shadowfield, ao, model, merge, info or verify, or --help", "");
     else {
+        args.command = c->name;
         args.technique = c->technique;
         if (c->run == run_verify) look_into(&args, count - 2, values + 2, error);
-        args.settings.common = common_keys;
+        args.settings.common = c->technique ? common_keys : NULL;
         args.settings.listed = "bake --help";
-        args.settings.own = args.technique->keys;
+        args.settings.own = c->technique ? args.technique->keys : c->keys;
         if (take_all(&args, count - 2, values + 2, error) != 0 || check(&args, c, error) != 0)
             c = NULL;
     }

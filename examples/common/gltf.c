@@ -40,14 +40,14 @@ static size_t component_size(int type)
     return type == 5120 || type == 5121 ? 1 : type == 5122 || type == 5123 ? 2 : type == 5125 || type == 5126 ? 4 : 0;
 }
 
-/* The accessor if it is there, has that many components and lies inside its bytes; else NULL with the error. */
-static const gltf_accessor *get_accessor(const loader *l, int index, int components, const char *what)
+const gltf_accessor *ex_gltf_accessor(const gltf_file *file, int index, int components, const char *what,
+                                      const char *path, char *error)
 {
-    if (index < 0 || (size_t)index >= l->file->accessor_count) {
-        ex_fail(l->error, "%s: %s: accessor %d does not exist", l->path, what, index);
+    if (index < 0 || (size_t)index >= file->accessor_count) {
+        ex_fail(error, "%s: %s: accessor %d does not exist", path, what, index);
         return NULL;
     }
-    const gltf_accessor *a = &l->file->accessors[index];
+    const gltf_accessor *a = &file->accessors[index];
     size_t size = component_size(a->component_type) * (size_t)components, stride = a->stride ? a->stride : size;
     const char *problem = NULL;
     if (a->sparse) problem = "is sparse, which is not supported";
@@ -57,8 +57,13 @@ static const gltf_accessor *get_accessor(const loader *l, int index, int compone
     else if (a->count == 0 || a->count > 0x7fffffff) problem = "has an impossible count";
     else if (a->bytes < size || (a->bytes - size) / stride < a->count - 1) problem = "reaches beyond its buffer";
     if (!problem) return a;
-    ex_fail(l->error, "%s: %s: accessor %d %s", l->path, what, index, problem);
+    ex_fail(error, "%s: %s: accessor %d %s", path, what, index, problem);
     return NULL;
+}
+
+static const gltf_accessor *get_accessor(const loader *l, int index, int components, const char *what)
+{
+    return ex_gltf_accessor(l->file, index, components, what, l->path, l->error);
 }
 
 static const uint8_t *element(const gltf_accessor *a, size_t i, int component)
@@ -74,8 +79,13 @@ static uint32_t read_bits(const uint8_t *p, size_t size)     /* files are little
     return bits;
 }
 
-/* Floats as they are; integers by glTF's normalisation, or plain where the file says so (KHR_mesh_quantization). */
-static float read_float(const gltf_accessor *a, size_t i, int component)
+uint32_t ex_gltf_uint(const gltf_accessor *a, size_t i)
+{
+    return read_bits(element(a, i, 0), component_size(a->component_type));
+}
+
+/* Integers by glTF's normalisation, or plain where the file says so (KHR_mesh_quantization). */
+float ex_gltf_float(const gltf_accessor *a, size_t i, int component)
 {
     uint32_t bits = read_bits(element(a, i, component), component_size(a->component_type));
     float value = 0;
@@ -102,12 +112,12 @@ typedef struct primitive {
 
 static uint32_t corner_index(const primitive *p, size_t i)
 {
-    return p->indices ? read_bits(element(p->indices, i, 0), component_size(p->indices->component_type)) : (uint32_t)i;
+    return p->indices ? ex_gltf_uint(p->indices, i) : (uint32_t)i;
 }
 
 static v3 read_v3(const gltf_accessor *a, size_t i)
 {
-    return v3_make(read_float(a, i, 0), read_float(a, i, 1), read_float(a, i, 2));
+    return v3_make(ex_gltf_float(a, i, 0), ex_gltf_float(a, i, 1), ex_gltf_float(a, i, 2));
 }
 
 /* Adds vertex i with the given or its own normal; zero normals are made by the builder. */
@@ -118,7 +128,7 @@ static uint32_t add_vertex(loader *l, const primitive *p, uint32_t i, const v3 *
     else if (p->normals) n = v3_unit_or(read_v3(p->normals, i), zero);
     uint32_t index = ex_build_vertex(&l->builder, read_v3(p->positions, i), n);
     for (int k = 0; p->uvs && !l->builder.failed && k < 2; k++) {
-        float uv = read_float(p->uvs, i, k);
+        float uv = ex_gltf_float(p->uvs, i, k);
         l->builder.mesh.uvs[2 * (size_t)index + (size_t)k] = fabsf(uv) < 1e6f ? uv : 0;
     }
     return index;

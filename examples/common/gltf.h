@@ -25,6 +25,7 @@ typedef struct gltf_primitive {
     int mode;                    /* 4 triangles, 5 strip, 6 fan; others hold no surface */
     int positions, normals, indices, material;      /* -1 = none */
     int uvs[2];                  /* TEXCOORD_0 and _1 */
+    int colors;                  /* COLOR_0 */
 } gltf_primitive;
 
 typedef struct gltf_material {
@@ -69,6 +70,13 @@ void ex_one_line(char *error);
 
 /* Bytes of a PNG's or JPEG's pixels with four channels; 0: neither, or built without stb. */
 double ex_picture_bytes(const void *data, size_t size);
+
+/* The accessor if it is there, has that many components and lies inside its bytes; else NULL with the error. */
+const gltf_accessor *ex_gltf_accessor(const gltf_file *file, int index, int components, const char *what,
+                                      const char *path, char *error);
+/* Of an accessor that was checked: a component of element i as a float, or the only one as it is. */
+float    ex_gltf_float(const gltf_accessor *a, size_t i, int component);
+uint32_t ex_gltf_uint(const gltf_accessor *a, size_t i);
 
 typedef int (*gltf_visitor)(void *context, const gltf_file *file, char *error);
 

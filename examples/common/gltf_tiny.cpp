@@ -184,6 +184,7 @@ void convert_meshes(const tinygltf::Model &model, Arrays &out)
             to.normals = attribute(from, "NORMAL");
             to.uvs[0] = attribute(from, "TEXCOORD_0");
             to.uvs[1] = attribute(from, "TEXCOORD_1");
+            to.colors = attribute(from, "COLOR_0");
             to.indices = from.indices;
             to.material = from.material;
             out.primitives.push_back(to);

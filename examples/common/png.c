@@ -6,6 +6,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+static uint32_t crc32_of(uint32_t crc, const uint8_t *bytes, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        crc ^= bytes[i];
+        for (int bit = 0; bit < 8; bit++) crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1)));
+    }
+    return crc;
+}
+
+static void put_u32(uint8_t *out, uint32_t v)
+{
+    for (int i = 0; i < 4; i++) out[i] = (uint8_t)(v >> (24 - 8 * i));
+}
+
 #if defined(DAPPLE_HAVE_STB) && DAPPLE_HAVE_STB
 
 /* Static copies of both headers: works with Debian's libstb-dev as with the single files, and never meets the copy
@@ -43,6 +57,15 @@
 #pragma GCC diagnostic pop
 #endif
 
+/* zlib stream of the rows, each of which a filter byte begins. */
+static uint8_t *deflate_rows(uint8_t *raw, size_t size, size_t *out_size)
+{
+    int length = 0;
+    uint8_t *out = size < 0x7fffffff ? stbi_zlib_compress(raw, (int)size, &length, 8) : NULL;
+    *out_size = (size_t)length;
+    return out;
+}
+
 int ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error)
 {
     if (stbi_write_png(path, (int)width, (int)height, 3, rgb, (int)(3 * width))) return 0;
@@ -70,40 +93,13 @@ double ex_picture_bytes(const void *data, size_t size)
 
 #else
 
-static uint32_t crc32_of(uint32_t crc, const uint8_t *bytes, size_t count)
+/* zlib stream of the rows, each of which a filter byte begins, in stored blocks of at most 65,535 bytes. */
+static uint8_t *deflate_rows(uint8_t *raw, size_t raw_size, size_t *size)
 {
-    for (size_t i = 0; i < count; i++) {
-        crc ^= bytes[i];
-        for (int bit = 0; bit < 8; bit++) crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1)));
-    }
-    return crc;
-}
-
-static void put_u32(uint8_t *out, uint32_t v)
-{
-    for (int i = 0; i < 4; i++) out[i] = (uint8_t)(v >> (24 - 8 * i));
-}
-
-static int put_chunk(FILE *file, const char *type, const uint8_t *data, uint32_t size)
-{
-    uint8_t head[8], tail[4];
-    put_u32(head, size);
-    memcpy(head + 4, type, 4);
-    put_u32(tail, ~crc32_of(crc32_of(~0u, head + 4, 4), data, size));
-    return fwrite(head, 1, 8, file) == 8 && fwrite(data, 1, size, file) == size && fwrite(tail, 1, 4, file) == 4;
-}
-
-/* zlib stream of the filter bytes and pixels in stored blocks of at most 65,535 bytes. */
-static uint8_t *store_rows(uint32_t width, uint32_t height, const uint8_t *rgb, size_t *size)
-{
-    size_t row = 1 + 3 * (size_t)width, raw_size = row * height, blocks = raw_size / 65535 + 1, at = 2;
-    uint8_t *raw = (uint8_t *)malloc(raw_size), *out = (uint8_t *)malloc(raw_size + 5 * blocks + 6);
-    if (!raw || !out) { free(raw); free(out); return NULL; }
+    size_t blocks = raw_size / 65535 + 1, at = 2;
+    uint8_t *out = (uint8_t *)malloc(raw_size + 5 * blocks + 6);
+    if (!out) return NULL;
     uint32_t a = 1, b = 0;
-    for (uint32_t y = 0; y < height; y++) {
-        raw[y * row] = 0;
-        memcpy(raw + y * row + 1, rgb + y * (row - 1), row - 1);
-    }
     for (size_t i = 0; i < raw_size; i++) { a = (a + raw[i]) % 65521; b = (b + a) % 65521; }
     out[0] = 0x78;
     out[1] = 0x01;
@@ -118,23 +114,17 @@ static uint8_t *store_rows(uint32_t width, uint32_t height, const uint8_t *rgb, 
         at += n;
     }
     put_u32(out + at, b << 16 | a);
-    free(raw);
     *size = at + 4;
     return out;
 }
 
 int ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error)
 {
-    static const uint8_t magic[8] = {137, 'P', 'N', 'G', '\r', '\n', 26, '\n'};
-    uint8_t header[13] = {0, 0, 0, 0, 0, 0, 0, 0, 8, 2, 0, 0, 0};    /* 8 bits a channel, RGB */
-    size_t size = 0;
-    uint8_t *data = store_rows(width, height, rgb, &size);
-    FILE *file = data && size <= 0x7fffffff ? fopen(path, "wb") : NULL;
+    size_t size;
+    void *data = ex_png_encode(width, height, 3, 8, rgb, &size);
+    FILE *file = data ? fopen(path, "wb") : NULL;
     if (!file) { free(data); return ex_fail(error, "%s: cannot write", path); }
-    put_u32(header, width);
-    put_u32(header + 4, height);
-    int ok = fwrite(magic, 1, 8, file) == 8 && put_chunk(file, "IHDR", header, 13) &&
-             put_chunk(file, "IDAT", data, (uint32_t)size) && put_chunk(file, "IEND", header, 0);
+    int ok = fwrite(data, 1, size, file) == size;
     if (fclose(file) != 0) ok = 0;
     free(data);
     return ok ? 0 : ex_fail(error, "%s: write failed", path);
@@ -147,3 +137,47 @@ int ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float *
 }
 
 #endif
+
+/* ---- PNG of 8 or 16 bits in memory ---- */
+
+static uint8_t *put_chunk(uint8_t *to, const char *type, const uint8_t *data, size_t size)
+{
+    put_u32(to, (uint32_t)size);
+    memcpy(to + 4, type, 4);
+    if (size) memcpy(to + 8, data, size);
+    put_u32(to + 8 + size, ~crc32_of(~0u, to + 4, size + 4));
+    return to + size + 12;
+}
+
+/* Each row as differences from the row above, after the byte that says so: smooth pictures become small. */
+static uint8_t *filter_rows(uint32_t height, size_t row, const uint8_t *pixels)
+{
+    uint8_t *raw = (uint8_t *)malloc((row + 1) * height + 1);
+    for (uint32_t y = 0; raw && y < height; y++) {
+        raw[y * (row + 1)] = 2;
+        for (size_t i = 0; i < row; i++)
+            raw[y * (row + 1) + 1 + i] = (uint8_t)(pixels[y * row + i] - (y ? pixels[(y - 1) * row + i] : 0));
+    }
+    return raw;
+}
+
+void *ex_png_encode(uint32_t width, uint32_t height, uint32_t channels, uint32_t bits, const uint8_t *pixels, size_t *size)
+{
+    static const uint8_t magic[8] = {137, 'P', 'N', 'G', '\r', '\n', 26, '\n'}, colors[5] = {0, 0, 4, 2, 6};
+    uint8_t header[13] = {0, 0, 0, 0, 0, 0, 0, 0, (uint8_t)bits, colors[channels], 0, 0, 0}, *out = NULL, *at;
+    size_t row = (size_t)width * channels * bits / 8, length = 0;
+    uint8_t *raw = filter_rows(height, row, pixels), *data = raw ? deflate_rows(raw, (row + 1) * height, &length) : NULL;
+    put_u32(header, width);
+    put_u32(header + 4, height);
+    if (data && length <= 0x7fffffff) out = (uint8_t *)malloc(length + 8 + 3 * 12 + 13);
+    if (out) {
+        memcpy(out, magic, 8);
+        at = put_chunk(out + 8, "IHDR", header, 13);
+        at = put_chunk(at, "IDAT", data, length);
+        at = put_chunk(at, "IEND", NULL, 0);
+        *size = (size_t)(at - out);
+    }
+    free(raw);
+    free(data);
+    return out;
+}

@@ -221,8 +221,8 @@ static void sources_and_points_are_baked(void **state)
 static void bad_arguments_and_files(void **state)
 {
     static const struct { const char *arguments; int status; const char *says;
-    } bad[] = { { "", 2, "csm, shadowfield, merge" },
-                { "soup", 2, "csm, shadowfield, merge" },
+    } bad[] = { { "", 2, "csm, shadowfield, ao" },
+                { "soup", 2, "csm, shadowfield, ao" },
                 { "csm", 2, "-o FILE is missing" },
                 { "csm -o @/o", 2, "wrong number of files" },
                 { "csm builtin:knot -o", 2, "no value" },
@@ -240,7 +240,7 @@ static void bad_arguments_and_files(void **state)
                 { "csm builtin:knot -o @/o --shard 1/4x", 2, "--shard" },
                 { "csm builtin:knot -o @/o --shard 1/4 --set parts=3", 2, "parts=N is for a bake without --shard" },
                 { "info @/o --set parts=3", 2, "parts=N is for a bake" },
-                { "merge -o @/o @/none --shard 1/2", 2, "--shard is for" },
+                { "merge -o @/o @/none --shard 1/2", 2, "--shard is not for this command" },
                 { "csm builtin:knot -o @/o --threads many", 2, "--threads" },
                 { "csm builtin:knot -o @/o --frobnicate 1", 2, "unknown option" },
                 { "info @/none", 1, "cannot read" },

@@ -1,0 +1,52 @@
+#!/bin/sh
+# seen.sh - what `bake` writes into models, seen by others: Khronos' glTF validator, three.js in Chromium (both from npm),
+# and Blender. A program that is not there is named and left out; with CI set that is a failure, except for Blender, which
+# no package of the test machine brings. Last line: "seen: N passed, N failed, N skipped".
+build=${BUILD:-build}
+dir=build/seen
+passed=0 failed=0 skipped=0
+mkdir -p $dir || exit 1
+leave() {
+    echo "  skipped: $1 ($2)"
+    skipped=$((skipped + 1))
+}
+bake() { "$build/bake" "$@" || { echo "  FAILED: bake $*"; failed=$((failed + 1)); }; }
+
+if command -v node >/dev/null 2>&1; then
+    node tests/web/seen_model.mjs $dir/box.glb || exit 1
+    bake ao $dir/box.glb -o $dir/box-vertex.glb --set into=vertex --set bent=1
+    bake ao $dir/box.glb -o $dir/box-texture.glb --set image_side=256 --set bent=1 --set bits=16
+fi
+wanted=
+if [ -d $dir/node_modules/three ] && [ -d $dir/node_modules/puppeteer-core ] && [ -d $dir/node_modules/gltf-validator ]; then :
+elif command -v npm >/dev/null 2>&1; then
+    echo '{ "private": true }' > $dir/package.json
+    (cd $dir && npm install --no-audit --no-fund three@0.187 puppeteer-core@25 gltf-validator@2.0.0-dev.3.10 > npm.log 2>&1) ||
+        wanted='npm cannot bring them'
+else wanted='npm is not installed'; fi
+command -v chromium >/dev/null 2>&1 || wanted='chromium is not installed'
+command -v node >/dev/null 2>&1 || wanted='node is not installed'
+if [ -n "$wanted" ]; then
+    leave 'glTF validator, three.js in Chromium' "$wanted"
+    [ -z "$CI" ] || failed=$((failed + 1))
+else
+    cp tests/web/seen.mjs $dir/
+    set --
+    for file in $dir/box-*.glb; do set -- "$@" $dir/box.glb "$file"; done
+    if node $dir/seen.mjs $dir "$@"; then passed=$((passed + $# / 2)); else failed=$((failed + 1)); fi
+fi
+if command -v blender >/dev/null 2>&1; then
+    for file in $dir/box-*.glb; do
+        if blender -b --python-exit-code 1 --python-expr "import bpy; bpy.ops.import_scene.gltf(filepath='$file')
+assert any(o.type == 'MESH' for o in bpy.data.objects)" > $dir/blender.log 2>&1; then
+            echo "  passed: Blender, $file"
+            passed=$((passed + 1))
+        else
+            echo "  FAILED: Blender, $file"
+            failed=$((failed + 1))
+        fi
+    done
+else leave 'Blender' 'not installed'; fi
+echo "seen: $passed passed, $failed failed, $skipped skipped"
+[ -n "$TOTALS" ] && echo "$passed $failed $skipped" >> "$TOTALS"
+[ $failed = 0 ]
