@@ -214,7 +214,7 @@ fi
 # A model with ambient occlusion in its vertices, for any program that opens .glb files.
 echo "demo: out/chess-ao.glb"
 if ! "$BUILD/bake" model builtin:chess -o "$OUT/chess.glb" ||
-   ! "$BUILD/bake" ao "$OUT/chess.glb" -o "$OUT/chess-ao.glb" --set side=16 2> "$OUT/probe.txt"; then
+   ! "$BUILD/bake" ao "$OUT/chess.glb" -o "$OUT/chess-ao.glb" --set side=16 --set ground=auto 2> "$OUT/probe.txt"; then
     if grep -q 'glTF parser' "$OUT/probe.txt"; then leave "chess-ao.glb ($(tail -n 1 "$OUT/probe.txt"))"
     else cat "$OUT/probe.txt"; failures=$((failures + 1)); fi
 fi

@@ -64,8 +64,8 @@ static int compute_one(ao *b, bk_ask *ask, size_t i, double *value, char *error)
     return 0;
 }
 
-/* Where the library has chosen maps, rays are asked too about some receivers: if the two differ by more than 0.01 in the
-   mean, as they do where things are thinner than a pixel of a map, rays take over. */
+/* Where the library has chosen maps, rays are asked too about some receivers: if the two differ by more than 0.01 in
+   the mean, as they do where things are thinner than a pixel of a map, rays take over. */
 static int try_out(ao *b, const bk_ask_desc *desc, char *error)
 {
     enum { TRIES = 256 };

@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Map pixels, as docs/bake.md has measured: a plane does not shadow itself by more than 0.003, and the corner of two sheets
-   is dark on either side. Rays raise a point by OFFSET of its object's size. */
+/* Map pixels, as docs/bake.md has measured: a plane does not shadow itself by more than 0.003, and the corner of two
+   sheets is dark on either side. Rays raise a point by OFFSET of its object's size. */
 #define THICKNESS 2.0f
 #define BIAS 0.5f
 #define RAISE 0.25f
@@ -260,8 +260,9 @@ static int build_rays(bk_ask *ask, char *error)
     return -1;
 }
 
-/* Nanoseconds of one core, as measured (docs/bake.md): maps cost by triangles and pixels, whatever is asked; a ray costs
-   five times an answer of a map, and more in large scenes; each other object that is near costs about an answer. */
+/* Nanoseconds of one core, as measured (docs/bake.md): maps cost by triangles and pixels, whatever is asked; a ray
+   costs five times an answer of a map, and more in large scenes; each other object that is near costs about an answer.
+ */
 static bk_engine choose(const bk_ask *ask, size_t points)
 {
     const double directions = (double)ask->desc.side * ask->desc.side, answers = (double)points * directions / 2;
@@ -482,8 +483,9 @@ static int ask_direction(const run *r, uint32_t number, group *g, const float *d
         if (me->caster != number)
             continue;
         for (int k = 0; k < 3; k++)
-            world[k] = (me->matrix[k] * direction[0] + me->matrix[4 + k] * direction[1] + me->matrix[8 + k] * direction[2]) /
-                       me->scale;
+            world[k] =
+                (me->matrix[k] * direction[0] + me->matrix[4 + k] * direction[1] + me->matrix[8 + k] * direction[2]) /
+                me->scale;
         memcpy(g->visible, g->own, g->facing_count * sizeof *g->visible);
         if (ask->rays)
             ask_rays(ask, me, g, world);

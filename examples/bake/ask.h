@@ -1,5 +1,6 @@
-/* ask.h - which directions see the sky from many points at once: by maps of csm.h, or by Embree's rays. Points are asked
-   in groups that lie close together, one direction for all points of a group, which is what both are fastest at. */
+/* ask.h - which directions see the sky from many points at once: by maps of csm.h, or by Embree's rays. Points are
+   asked in groups that lie close together, one direction for all points of a group, which is what both are fastest at.
+ */
 #ifndef BAKE_ASK_H
 #define BAKE_ASK_H
 
@@ -26,7 +27,7 @@ typedef struct bk_answer {
     float           world[3];        /* and in the world's: unit */
 } bk_answer;
 
-typedef void (*bk_take)(void *user, const bk_answer *answer);       /* called from many threads, for other points each */
+typedef void (*bk_take)(void *user, const bk_answer *answer); /* called from many threads, for other points each */
 
 typedef struct bk_ask bk_ask;
 
@@ -34,7 +35,8 @@ typedef struct bk_ask bk_ask;
 int         bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, size_t points, ex_pool *pool,
                         char *error);
 bk_engine   bk_ask_engine(const bk_ask *ask);
-/* Points from..to - 1 of a mesh's, each direction of the hemisphere about its normal, once for each object of the mesh. */
+/* Points from..to - 1 of a mesh's, each direction of the hemisphere about its normal, once for each object of the mesh.
+ */
 int         bk_ask_all(bk_ask *ask, uint32_t mesh, const float *positions, const float *normals, size_t from, size_t to,
                        bk_take take, void *user, char *error);
 void        bk_ask_close(bk_ask *ask);
@@ -43,7 +45,8 @@ void        bk_ask_close(bk_ask *ask);
 typedef struct bk_rays bk_rays;
 int      bk_rays_there(void);
 bk_rays *bk_rays_create(const float *positions, size_t vertices, const uint32_t *indices, size_t triangles);
-/* visible[i] = 1 where nothing is in the way of a ray within the distance; directions: one for all, or `each` its own. */
+/* visible[i] = 1 where nothing is in the way of a ray within the distance; directions: one for all, or `each` its own.
+ */
 void     bk_rays_trace(const bk_rays *rays, const float *points, const float *directions, int each, size_t count,
                        float distance, float *visible);
 void     bk_rays_free(bk_rays *rays);

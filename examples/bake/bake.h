@@ -93,7 +93,8 @@ typedef struct bk_items {
    beside args->out as they become whole, and removed by bk_items_done. */
 int  bk_items_run(const bk_args *args, const bk_items *items, float **values, char *error);
 void bk_items_done(const bk_args *args, const bk_items *items);
-/* Whether a file is a shard of these: its command and settings go into args, whose tables of keys follow the command. */
+/* Whether a file is a shard of these: its command and settings go into args, whose tables of keys follow the command.
+ */
 int  bk_part_look(const void *data, size_t size, char *command, size_t room);
 int  bk_part_settings(const void *data, size_t size, bk_args *args, char *error);
 

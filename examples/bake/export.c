@@ -1,5 +1,5 @@
-/* export.c - bake model: a scene as a .glb file: meshes, objects, base colours and emission, without textures. So that the
-   built-in scenes can be baked into, and opened elsewhere. */
+/* export.c - bake model: a scene as a .glb file: meshes, objects, base colours and emission, without textures. So that
+   the built-in scenes can be baked into, and opened elsewhere. */
 #include "bake.h"
 #include "glb.h"
 
@@ -35,7 +35,8 @@ static uint32_t add_accessor(writer *w, const void *words, size_t count, int com
     bk_text_add(&w->views, "%s{\"buffer\":0,\"byteOffset\":%llu,\"byteLength\":%llu}", comma, (unsigned long long)at,
                 (unsigned long long)(4 * total));
     bk_text_add(&w->accessors, "%s{\"bufferView\":%u,\"componentType\":%d,\"count\":%llu,\"type\":\"%s\"%s}", comma,
-                (unsigned)w->view_count, components == 1 ? 5125 : 5126, (unsigned long long)count, types[components], more);
+                (unsigned)w->view_count, components == 1 ? 5125 : 5126, (unsigned long long)count, types[components],
+                more);
     return w->view_count++;
 }
 
@@ -96,15 +97,16 @@ static void add_materials(writer *w, const ex_scene *s)
     }
 }
 
-/* Objects of meshes with triangles; number: of each mesh in the file. */
+/* Objects of meshes with triangles, but for planes that only receive (ground=auto stands for them); number: of each
+ * mesh in the file. */
 static void add_nodes(writer *w, const ex_scene *s, const uint32_t *number)
 {
     for (uint32_t i = 0; i < s->object_count; i++) {
         const float *m = s->objects[i].transform;
-        if (!s->meshes[s->objects[i].mesh].triangle_count)
+        if (!s->meshes[s->objects[i].mesh].triangle_count || s->objects[i].receiver_only)
             continue;
-        bk_text_add(&w->nodes, "%s{\"name\":\"%.40s\",\"mesh\":%u,\"matrix\":[", w->node_count ? "," : "", s->objects[i].name,
-                    (unsigned)number[s->objects[i].mesh]);
+        bk_text_add(&w->nodes, "%s{\"name\":\"%.40s\",\"mesh\":%u,\"matrix\":[", w->node_count ? "," : "",
+                    s->objects[i].name, (unsigned)number[s->objects[i].mesh]);
         for (int k = 0; k < 16; k++)
             bk_text_add(&w->nodes, "%s%.9g", k ? "," : "", (double)m[k]);
         bk_text_add(&w->nodes, "]}");

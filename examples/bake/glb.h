@@ -66,7 +66,8 @@ void bk_glb_edit(bk_glb *glb, size_t at, size_t remove, const char *text);
 void bk_glb_set(bk_glb *glb, uint32_t object, const char *name, const char *value);
 /* Adds an item to a list; returns its number. */
 uint32_t bk_glb_add(bk_glb *glb, bk_list list, const char *format, ...);
-/* Adds bytes to the buffer, as a view of their own, which begins at a multiple of 4; target: 34962 for vertices, or 0. */
+/* Adds bytes to the buffer, as a view of their own, which begins at a multiple of 4; target: 34962 for vertices, or 0.
+ */
 uint32_t bk_glb_view(bk_glb *glb, const void *bytes, size_t size, int stride, int target);
 /* The bytes of the changed file, for free(). */
 int  bk_glb_bytes(bk_glb *glb, void **data, size_t *size, char *error);

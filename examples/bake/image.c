@@ -69,7 +69,8 @@ static void dilate(float *texels, uint8_t *covered, uint32_t side, int channels,
         for (uint32_t y = 0; y < side; y++)
             for (uint32_t x = 0; x < side; x++) {
                 const size_t at = (size_t)y * side + x;
-                if (!covered[at] && mean_around(texels, covered, side, channels, x, y, texels + (size_t)channels * at)) {
+                if (!covered[at] &&
+                    mean_around(texels, covered, side, channels, x, y, texels + (size_t)channels * at)) {
                     covered[at] = 2;
                     grown++;
                 }

@@ -48,7 +48,8 @@ int bk_model_open(bk_model *m, const char *path, bk_into into, uint32_t image_si
         wanted = calloc((size_t)m->scene.mesh_count + 1, 1);
         for (uint32_t i = 0; i < m->scene.object_count && wanted; i++)
             wanted[m->scene.objects[i].mesh] = 1;
-        result = wanted ? bk_receivers_make(&m->receivers, &m->primitives, wanted, m->scene.mesh_count, into, image_side, error)
+        result = wanted ? bk_receivers_make(&m->receivers, &m->primitives, wanted, m->scene.mesh_count, into,
+                                            image_side, error)
                         : bk_fail(error, "out of memory", "");
     }
     free(wanted);
@@ -100,7 +101,8 @@ static void set_attribute(bk_model *m, const bk_sheet *s, const char *name, uint
     char number[16];
     snprintf(number, sizeof number, "%u", (unsigned)accessor);
     for (uint32_t i = 0; i < s->primitive_count; i++)
-        bk_glb_set(&m->glb, bk_json_member(&m->glb.json, m->primitive_values[s->primitives[i]], "attributes"), name, number);
+        bk_glb_set(&m->glb, bk_json_member(&m->glb.json, m->primitive_values[s->primitives[i]], "attributes"), name,
+                   number);
 }
 
 void bk_model_colors(bk_model *m, const bk_sheet *s, const float *values, int channels, int bits, int replace)
@@ -120,7 +122,8 @@ void bk_model_colors(bk_model *m, const bk_sheet *s, const float *values, int ch
         colors[i] = p->colors && (!replace || i % 4 == 3) ? p->colors[i] : 1;
     for (size_t i = 0; i < s->count; i++)
         for (size_t k = 0; k < 3; k++)
-            colors[4 * (size_t)m->receivers.places[s->first + i] + k] *= values[(size_t)channels * i + (channels > 1 ? k : 0)];
+            colors[4 * (size_t)m->receivers.places[s->first + i] + k] *=
+                values[(size_t)channels * i + (channels > 1 ? k : 0)];
     for (size_t i = 0; i < 4 * count; i++) {
         const uint32_t x = (uint32_t)(fminf(fmaxf(colors[i], 0), 1) * most + 0.5f);
         for (size_t k = 0; k < size; k++)
@@ -199,7 +202,8 @@ static void write_object(bk_json *j, uint32_t object, const bk_text *members, co
         const bk_value *k = &j->values[key];
         int keep = 1;
         for (int i = 0; without[i]; i++)
-            keep &= strlen(without[i]) != k->end - k->begin - 2 || memcmp(without[i], j->text + k->begin + 1, strlen(without[i]));
+            keep &= strlen(without[i]) != k->end - k->begin - 2 ||
+                    memcmp(without[i], j->text + k->begin + 1, strlen(without[i]));
         if (!keep)
             continue;
         if (!first || members->size)
@@ -230,7 +234,10 @@ static void write_material(bk_model *m, uint32_t object, bk_text *out)
         }
     }
     if (object)
-        write_object(j, object, &members, m->extras.size ? images : m->members.size ? (const char *const[]){ images[0], NULL } : images + 2,
+        write_object(j, object, &members,
+                     m->extras.size    ? images
+                     : m->members.size ? (const char *const[]){ images[0], NULL }
+                                       : images + 2,
                      out);
     else {
         bk_text_add(out, "{");
@@ -241,8 +248,8 @@ static void write_material(bk_model *m, uint32_t object, bk_text *out)
     free(members.bytes);
 }
 
-/* The material that primitives of the sheet get which have material `old` (-1: none) now: the file's own object, changed,
-   where all that have it are in the sheet; else a new one. */
+/* The material that primitives of the sheet get which have material `old` (-1: none) now: the file's own object,
+   changed, where all that have it are in the sheet; else a new one. */
 static int give_material(bk_model *m, const bk_sheet *s, int old, char *error)
 {
     const uint32_t object = old >= 0 ? m->materials[old] : 0;

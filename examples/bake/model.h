@@ -1,4 +1,5 @@
-/* model.h - a .glb file that light is baked into: its scene, what of it receives light, and the file that is changed. */
+/* model.h - a .glb file that light is baked into: its scene, what of it receives light, and the file that is changed.
+ */
 #ifndef BAKE_MODEL_H
 #define BAKE_MODEL_H
 
@@ -29,8 +30,8 @@ float bk_model_lowest(const bk_model *model);        /* height of the lowest ver
 void  bk_model_colors(bk_model *model, const bk_sheet *sheet, const float *values, int channels, int bits, int replace);
 /* Three floats of each receiver as an attribute. */
 void  bk_model_vectors(bk_model *model, const bk_sheet *sheet, const char *name, const float *values);
-/* Values as an image, for the sheet's materials: channels 1 is a grey one from 0 to 1 that becomes a member of that name,
-   3 are vectors from -1 to 1 that become one of the material's extras. bk_model_materials ends the sheet. */
+/* Values as an image, for the sheet's materials: channels 1 is a grey one from 0 to 1 that becomes a member of that
+   name, 3 are vectors from -1 to 1 that become one of the material's extras. bk_model_materials ends the sheet. */
 int   bk_model_image(bk_model *model, const bk_sheet *sheet, const char *name, const float *values, int channels,
                      const bk_image_desc *desc, char *error);
 /* Gives the images to the materials of the sheet's primitives: a copy of a material that others have too. */
@@ -39,8 +40,8 @@ int   bk_model_write(bk_model *model, const char *path, char *error);
 
 void  bk_unit_or(float *v, const float *otherwise);  /* unit length; or the other vector */
 
-/* image.c: texels of a sheet as a picture; everything that no chart covers is filled from charts up to `dilate` texels away,
-   the rest by the mean of all. */
+/* image.c: texels of a sheet as a picture; everything that no chart covers is filled from charts up to `dilate` texels
+   away, the rest by the mean of all. */
 float *bk_image_fill(const bk_receivers *receivers, const bk_sheet *sheet, const float *values, int channels,
                      const bk_image_desc *desc);
 /* A PNG of values 0..1, for free(). NULL: out of memory. */

@@ -28,7 +28,13 @@ void bk_primitives_free(bk_primitives *all)
 
 #if defined(DAPPLE_HAVE_TINYGLTF) && DAPPLE_HAVE_TINYGLTF
 
-typedef struct reading { bk_primitives *out; const gltf_file *file; const char *path; char *error; double bytes; } reading;
+typedef struct reading {
+    bk_primitives *out;
+    const gltf_file *file;
+    const char *path;
+    char *error;
+    double bytes;
+} reading;
 
 static int fail(char *error, const char *path, const char *what)
 {

@@ -16,7 +16,7 @@ typedef struct bk_primitive {
     uint32_t *indices;
     uint8_t  *used;                      /* 1: a triangle has the vertex */
     int       material;                  /* -1: none */
-    uint32_t  owner;                     /* the first primitive of the mesh that has these vertices: those are kept there */
+    uint32_t owner; /* the first primitive of the mesh that has these vertices: those are kept there */
 } bk_primitive;
 
 typedef struct bk_primitives { bk_primitive *list; uint32_t count; } bk_primitives;

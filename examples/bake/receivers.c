@@ -1,5 +1,6 @@
 /* receivers.c - see receive.h: vertices, or texels of UV sets without overlaps. A texel belongs to the triangle that
-   holds its centre; of two triangles that share an edge through a centre one has it, by the rule that rasterisers have. */
+   holds its centre; of two triangles that share an edge through a centre one has it, by the rule that rasterisers have.
+ */
 #include "receive.h"
 #include "bake.h"
 
@@ -374,8 +375,8 @@ static int make_mesh(making *m, uint32_t from, uint32_t to)
         if (taken[i - from] || !p->triangle_count)
             continue;
         if (m->into == BK_INTO_TEXTURE) {
-            snprintf(m->error, EX_ERROR_SIZE, "mesh %u: primitive %u has no UV set without overlaps in 0..1", (unsigned)p->mesh,
-                     (unsigned)p->number);
+            snprintf(m->error, EX_ERROR_SIZE, "mesh %u: primitive %u has no UV set without overlaps in 0..1",
+                     (unsigned)p->mesh, (unsigned)p->number);
             free(taken);
             return -2;
         }

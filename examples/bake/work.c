@@ -73,7 +73,8 @@ static int open_part(const void *data, size_t size, part_head *head)
     memcpy(&hash, (const char *)data + size - sizeof hash, sizeof hash);
     size -= sizeof magic + sizeof *head + sizeof hash;
     if (head->text >= TEXT || head->text > size || head->to < head->from || head->to > head->count || !head->unit ||
-        head->unit > 64 || (head->to - head->from) > size || (head->to - head->from) * head->unit * 4 != size - head->text)
+        head->unit > 64 || (head->to - head->from) > size ||
+        (head->to - head->from) * head->unit * 4 != size - head->text)
         return -1;
     return hash == bk_hash(BK_HASH, data, size + sizeof magic + sizeof *head) ? 0 : -1;
 }

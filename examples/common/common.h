@@ -18,7 +18,8 @@ float ex_image_auto_ev(const ex_image *image);   /* 98th percentile of lit lumin
 /* 8-bit RGB, rows from the top down; compressed where stb was found. */
 int   ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error);
 /* A PNG in memory, for free(): channels 1 to 4, 8 or 16 bits, the high byte first. NULL: out of memory. */
-void *ex_png_encode(uint32_t width, uint32_t height, uint32_t channels, uint32_t bits, const uint8_t *pixels, size_t *size);
+void *ex_png_encode(uint32_t width, uint32_t height, uint32_t channels, uint32_t bits, const uint8_t *pixels,
+                    size_t *size);
 const char *ex_glyph(char c);       /* 7 rows of 5 characters, '#' is ink; letters are capitals */
 
 /* ---- primary visibility through pixel centres; every technique shades this ---- */

@@ -161,12 +161,14 @@ static uint8_t *filter_rows(uint32_t height, size_t row, const uint8_t *pixels)
     return raw;
 }
 
-void *ex_png_encode(uint32_t width, uint32_t height, uint32_t channels, uint32_t bits, const uint8_t *pixels, size_t *size)
+void *ex_png_encode(uint32_t width, uint32_t height, uint32_t channels, uint32_t bits, const uint8_t *pixels,
+                    size_t *size)
 {
     static const uint8_t magic[8] = {137, 'P', 'N', 'G', '\r', '\n', 26, '\n'}, colors[5] = {0, 0, 4, 2, 6};
     uint8_t header[13] = {0, 0, 0, 0, 0, 0, 0, 0, (uint8_t)bits, colors[channels], 0, 0, 0}, *out = NULL, *at;
     size_t row = (size_t)width * channels * bits / 8, length = 0;
-    uint8_t *raw = filter_rows(height, row, pixels), *data = raw ? deflate_rows(raw, (row + 1) * height, &length) : NULL;
+    uint8_t *raw = filter_rows(height, row, pixels),
+            *data = raw ? deflate_rows(raw, (row + 1) * height, &length) : NULL;
     put_u32(header, width);
     put_u32(header + 4, height);
     if (data && length <= 0x7fffffff) out = (uint8_t *)malloc(length + 8 + 3 * 12 + 13);

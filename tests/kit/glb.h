@@ -25,8 +25,8 @@ static inline int glb_add(glb_writer *w, const void *data, size_t bytes, int typ
     assert_non_null(w->bytes);
     assert_true(w->size + bytes + 4 < GLB_ROOM);
     memcpy(w->bytes + w->size, data, bytes);
-    snprintf(item, sizeof item, "%s{\"buffer\":0,\"byteOffset\":%d,\"byteLength\":%d}", w->view_count ? "," : "", (int)w->size,
-             (int)bytes);
+    snprintf(item, sizeof item, "%s{\"buffer\":0,\"byteOffset\":%d,\"byteLength\":%d}", w->view_count ? "," : "",
+             (int)w->size, (int)bytes);
     strcat(w->views, item);
     snprintf(item, sizeof item, "%s{\"bufferView\":%d,\"componentType\":%d,\"count\":%d,\"type\":\"%s\"%s}",
              w->accessor_count ? "," : "", w->view_count++, type, count, kind,
@@ -36,8 +36,8 @@ static inline int glb_add(glb_writer *w, const void *data, size_t bytes, int typ
     return w->accessor_count++;
 }
 
-/* A primitive: a grid of n x n quads from a corner along u and v, which faces u x v; `same` begins no new mesh. uv: NULL, or
-   the corner and the size of its square in TEXCOORD_0; more: further members, as ",\"material\":0". */
+/* A primitive: a grid of n x n quads from a corner along u and v, which faces u x v; `same` begins no new mesh. uv:
+   NULL, or the corner and the size of its square in TEXCOORD_0; more: further members, as ",\"material\":0". */
 static inline void glb_grid(glb_writer *w, int same, const float *o, const float *u, const float *v, int n,
                             const float *uv, const char *more)
 {
@@ -61,14 +61,17 @@ static inline void glb_grid(glb_writer *w, int same, const float *o, const float
     }
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++) {
-            const uint32_t a = (uint32_t)(i * (n + 1) + k), b = a + (uint32_t)n + 1, quad[6] = { a, b, a + 1, a + 1, b, b + 1 };
+            const uint32_t a = (uint32_t)(i * (n + 1) + k), b = a + (uint32_t)n + 1,
+                           quad[6] = { a, b, a + 1, a + 1, b, b + 1 };
             memcpy(to, quad, sizeof quad);
             to += 6;
         }
-    snprintf(attributes, sizeof attributes, "\"POSITION\":%d,\"NORMAL\":%d", glb_add(w, p, 12 * (size_t)count, 5126, count, "VEC3"),
+    snprintf(attributes, sizeof attributes, "\"POSITION\":%d,\"NORMAL\":%d",
+             glb_add(w, p, 12 * (size_t)count, 5126, count, "VEC3"),
              glb_add(w, normal, 12 * (size_t)count, 5126, count, "VEC3"));
     if (uv)
-        snprintf(attributes + strlen(attributes), 60, ",\"TEXCOORD_0\":%d", glb_add(w, t, 8 * (size_t)count, 5126, count, "VEC2"));
+        snprintf(attributes + strlen(attributes), 60, ",\"TEXCOORD_0\":%d",
+                 glb_add(w, t, 8 * (size_t)count, 5126, count, "VEC2"));
     snprintf(item, sizeof item, "%s{\"attributes\":{%s},\"indices\":%d%s}",
              same && w->mesh_count ? "," : w->mesh_count ? "]},{\"primitives\":[" : "{\"primitives\":[", attributes,
              glb_add(w, index, 24 * (size_t)n * (size_t)n, 5125, 6 * n * n, "SCALAR"), more);
@@ -86,8 +89,9 @@ static inline void glb_save(glb_writer *w, const char *path, const char *nodes, 
     FILE *file = fopen(path, "wb");
     size_t n;
     assert_true(json && file);
-    n = (size_t)sprintf(json, "{ \"asset\" : {\"version\":\"2.0\", \"extras\":{\"kept\":[1,2.50,\"\\u00e9\"]}},\"scene\":0,"
-                              "\"scenes\":[{\"nodes\":[0");
+    n = (size_t)sprintf(json,
+                        "{ \"asset\" : {\"version\":\"2.0\", \"extras\":{\"kept\":[1,2.50,\"\\u00e9\"]}},\"scene\":0,"
+                        "\"scenes\":[{\"nodes\":[0");
     for (int i = 1; i < node_count; i++) n += (size_t)sprintf(json + n, ",%d", i);
     n += (size_t)sprintf(json + n, "]}],\"nodes\":[%s],\"meshes\":[%s]}],\n \"accessors\":[%s],\"bufferViews\" : [%s ],"
                                    "\"buffers\":[{\"byteLength\":%d}]%s}", nodes, w->meshes, w->accessors, w->views,
@@ -166,7 +170,8 @@ static inline int glb_integer(const char *item, const char *name)
 /* The bytes of an accessor. */
 static inline const uint8_t *glb_data(const glb_file *f, int accessor, int *count)
 {
-    const char *a = glb_item(f, "accessors", accessor), *view = glb_item(f, "bufferViews", glb_integer(a, "bufferView"));
+    const char *a = glb_item(f, "accessors", accessor),
+               *view = glb_item(f, "bufferViews", glb_integer(a, "bufferView"));
     *count = glb_integer(a, "count");
     return f->bin + glb_integer(view, "byteOffset");
 }

@@ -1,5 +1,5 @@
-/* bake_ao_test - bake ao against closed forms, by maps and by rays: a plane, two planes that meet, in one object and in two,
-   turned, mirrored and sheared; what it leaves as it is; images; shards and parts; files that it must refuse. */
+/* bake_ao_test - bake ao against closed forms, by maps and by rays: a plane, two planes that meet, in one object and in
+   two, turned, mirrored and sheared; what it leaves as it is; images; shards and parts; files that it must refuse. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 #include "glb.h"
@@ -33,7 +33,8 @@ static void need_gltf(void)
     path_of(path, "probe.glb");
     glb_grid(&w, 0, o, z2, x2, 1, NULL, "");
     glb_save(&w, path, "{\"mesh\":0}", 1, "");
-    if (run("bake", "ao probe.glb -o probe-out.glb --set side=4 --set map_side=8") != 0 && strstr(output, "glTF parser")) {
+    if (run("bake", "ao probe.glb -o probe-out.glb --set side=4 --set map_side=8") != 0 &&
+        strstr(output, "glTF parser")) {
         printf("skip: built without a glTF parser\n");
         skip();
     }
@@ -151,7 +152,8 @@ static void a_wall_shades_the_floor_by_lamberts_formula(void **state)
             char line[300];
             double error;
             save_corner("corner.glb", kind);
-            snprintf(line, sizeof line, "ao corner.glb -o corner-ao.glb --set bits=16 --engine %s", e ? "embree" : "csm");
+            snprintf(line, sizeof line, "ao corner.glb -o corner-ao.glb --set bits=16 --engine %s",
+                     e ? "embree" : "csm");
             bake(line);
             error = floor_error("corner-ao.glb");
             printf("%s by %s: mean absolute error %.4f\n", kinds[kind], e ? "embree" : "csm", error);
@@ -159,7 +161,8 @@ static void a_wall_shades_the_floor_by_lamberts_formula(void **state)
         }
 }
 
-/* A wall twice as far as `distance` shades nothing; a ground just below darkens nothing above it, but what looks down. */
+/* A wall twice as far as `distance` shades nothing; a ground just below darkens nothing above it, but what looks down.
+ */
 static void distance_and_ground(void **state)
 {
     glb_writer w;
@@ -213,14 +216,16 @@ static void all_else_stays(void **state)
     glb_load(&after, path);
     assert_memory_equal(before.bin, after.bin, before.bin_size);
     for (size_t i = 0; i < before.json_size; i++) {
-        if (strncmp(before.json + i, "\"byteLength\":", 13) == 0 && strstr(before.json, "\"buffers\"") < before.json + i) {
+        if (strncmp(before.json + i, "\"byteLength\":", 13) == 0 &&
+            strstr(before.json, "\"buffers\"") < before.json + i) {
             i += strcspn(before.json + i, "}");         /* the buffer's length is another */
         }
         while (at < after.json_size && after.json[at] != before.json[i]) at++;
         if (before.json[i] == ' ' && i + 4 >= before.json_size) break;
         assert_true(at++ < after.json_size);
     }
-    assert_non_null(strstr(after.json, "\"asset\" : {\"version\":\"2.0\", \"extras\":{\"kept\":[1,2.50,\"\\u00e9\"]}}"));
+    assert_non_null(
+        strstr(after.json, "\"asset\" : {\"version\":\"2.0\", \"extras\":{\"kept\":[1,2.50,\"\\u00e9\"]}}"));
     assert_non_null(strstr(after.json, more + 1));
     assert_non_null(strstr(after.json, "\"extras\":{\"COLOR_0\":7}"));
     assert_non_null(strstr(after.json, "\"_BENT_NORMAL\":"));
@@ -241,8 +246,10 @@ static void bent_normals_lean_away(void **state)
     bake("ao corner.glb -o bent.glb --engine csm --set bent=1");
     path_of(path, "bent.glb");
     glb_load(&f, path);
-    bent = (const float *)(const void *)glb_data(&f, glb_integer(strstr(f.json, "\"attributes\""), "_BENT_NORMAL"), &count);
-    positions = (const float *)(const void *)glb_data(&f, glb_integer(strstr(f.json, "\"attributes\""), "POSITION"), &count);
+    bent = (const float *)(const void *)glb_data(&f, glb_integer(strstr(f.json, "\"attributes\""), "_BENT_NORMAL"),
+                                                 &count);
+    positions =
+        (const float *)(const void *)glb_data(&f, glb_integer(strstr(f.json, "\"attributes\""), "POSITION"), &count);
     for (int i = 0; i < count; i++) {
         const float *b = bent + 3 * i;
         assert_true(fabsf(b[0] * b[0] + b[1] * b[1] + b[2] * b[2] - 1) < 1e-5f);
@@ -278,8 +285,11 @@ static void images_where_charts_do_not_overlap(void **state)
     assert_non_null(strstr(f.json, "\"extras\":{\"bentNormalTexture\":{\"index\":2}}"));
     assert_non_null(strstr(f.json, "\"name\":\"m\""));
     assert_non_null(strstr(f.json, "\"material\":1"));                  /* the one that had none */
-    assert_int_equal(f.bin[glb_integer(glb_item(&f, "bufferViews", glb_integer(glb_item(&f, "images", 1), "bufferView")),
-                                       "byteOffset") + 24], 16);        /* bits of the PNG */
+    assert_int_equal(
+        f.bin[glb_integer(glb_item(&f, "bufferViews", glb_integer(glb_item(&f, "images", 1), "bufferView")),
+                          "byteOffset") +
+              24],
+        16); /* bits of the PNG */
     glb_unload(&f);
     path_of(path, "uv2.glb");
     glb_grid(&w, 0, o, z2, x2, 4, left, ",\"material\":0");
@@ -318,7 +328,8 @@ static void shards_parts_and_threads_give_the_same_bytes(void **state)
     bake("ao corner.glb -o parts.glb --engine csm --set side=16 --set map_side=32 --set parts=5 --threads 1");
     same_bytes("whole.glb", "parts.glb");
     for (int i = 1; i <= 3; i++) {
-        snprintf(line, sizeof line, "ao corner.glb -o ao.%dof3 --engine csm --set side=16 --set map_side=32 --shard %d/3", i, i);
+        snprintf(line, sizeof line,
+                 "ao corner.glb -o ao.%dof3 --engine csm --set side=16 --set map_side=32 --shard %d/3", i, i);
         bake(line);
     }
     bake("merge -o merged.glb corner.glb ao.1of3 ao.2of3 ao.3of3");
@@ -403,7 +414,8 @@ static void a_full_disk_leaves_the_old_output(void **state)
     need_gltf();
     save_corner("corner.glb", 0);
     bake("ao corner.glb -o old.glb --engine csm --set side=8 --set map_side=16");
-    snprintf(line, sizeof line, "cp %s/old.glb %s/copy.glb && (ulimit -f 8; trap '' XFSZ; cd %s && case $BUILD in /*) b=$BUILD;; "
+    snprintf(line, sizeof line,
+             "cp %s/old.glb %s/copy.glb && (ulimit -f 8; trap '' XFSZ; cd %s && case $BUILD in /*) b=$BUILD;; "
              "*) b=$OLDPWD/${BUILD:-build};; esac; $b/bake ao corner.glb -o old.glb --set side=8 --set map_side=16 "
              "--set bent=1 2> full.txt); test $? = 1 && grep -q 'bake: cannot write' %s/full.txt",
              folder, folder, folder, folder);
@@ -433,11 +445,16 @@ static void bad_options_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_plane_is_white), cmocka_unit_test(a_wall_shades_the_floor_by_lamberts_formula),
-        cmocka_unit_test(distance_and_ground), cmocka_unit_test(all_else_stays), cmocka_unit_test(bent_normals_lean_away),
+        cmocka_unit_test(a_plane_is_white),
+        cmocka_unit_test(a_wall_shades_the_floor_by_lamberts_formula),
+        cmocka_unit_test(distance_and_ground),
+        cmocka_unit_test(all_else_stays),
+        cmocka_unit_test(bent_normals_lean_away),
         cmocka_unit_test(images_where_charts_do_not_overlap),
-        cmocka_unit_test(shards_parts_and_threads_give_the_same_bytes), cmocka_unit_test(hostile_models_leave_no_file),
-        cmocka_unit_test(a_full_disk_leaves_the_old_output), cmocka_unit_test(bad_options_are_named),
+        cmocka_unit_test(shards_parts_and_threads_give_the_same_bytes),
+        cmocka_unit_test(hostile_models_leave_no_file),
+        cmocka_unit_test(a_full_disk_leaves_the_old_output),
+        cmocka_unit_test(bad_options_are_named),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
