@@ -74,7 +74,8 @@ typedef struct bk_args {
 int bk_fail(char *error, const char *what, const char *value);
 
 /* The other commands: each with its keys, and a function that does it. */
-extern const rd_key bk_ao_keys[], bk_model_keys[];
+extern const rd_key bk_ao_keys[], bk_model_keys[], bk_lights_keys[];
+int bk_lights_run(const bk_args *args, char *error);
 int bk_ao_run(const bk_args *args, char *error);
 int bk_model_run(const bk_args *args, char *error);
 

@@ -43,6 +43,7 @@ static const bk_command commands[] = {
     { "shadowfield", &bk_shadowfield, NULL, 1, 1, 1, 1, 0, run_bake },
     { "ao", NULL, bk_ao_keys, 1, 1, 1, 1, 0, bk_ao_run },
     { "model", NULL, bk_model_keys, 1, 1, 1, 0, 0, bk_model_run },
+    { "lights", NULL, bk_lights_keys, 1, 1, 1, 0, 0, bk_lights_run },
     { "merge", &bk_csm, NULL, 1, BK_MOST_FILES, 1, 0, 0, run_merge },
     { "info", &bk_csm, NULL, 1, 1, 0, 0, 0, run_info },
     { "verify", &bk_csm, NULL, 2, 2, 0, 0, 0, run_verify }
@@ -63,6 +64,7 @@ static void print_help(void)
     puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake model SCENE -o OUT.glb [--set time=0]\n"
+         "       bake lights SKY.hdr|FOLDER -o OUT.glb|.gltf|.json [--count N] [--method NAME] [--set key=value ...]\n"
          "       bake merge -o OUT PART... [--set packed=1]\n"
          "       bake merge -o OUT.glb MODEL.glb PART...\n"
          "       bake info FILE\n"
@@ -111,13 +113,19 @@ static int take_shard(bk_args *args, const char *value)
     return 0;
 }
 
+/* Settings that have an option of their own name. */
+static int is_short(const char *name)
+{
+    return strcmp(name, "--engine") == 0 || strcmp(name, "--count") == 0 || strcmp(name, "--method") == 0;
+}
+
 static int take_option(bk_args *args, const char *name, const char *value, char *error)
 {
     double threads, limit;
     if (strcmp(name, "-o") == 0 || strcmp(name, "--out") == 0) args->out = value;
-    else if (strcmp(name, "--engine") == 0 && !args->technique) {
+    else if (!args->technique && is_short(name)) {
         char pair[64];
-        snprintf(pair, sizeof pair, "engine=%.50s", value);
+        snprintf(pair, sizeof pair, "%s=%.50s", name + 2, value);
         return rd_settings_add(&args->settings, pair, error);
     } else if (strcmp(name, "--env") == 0 && command_of(args->command)->has_sky) args->env = value;
     else if (strcmp(name, "--light") == 0 && command_of(args->command)->has_sky) {
@@ -517,7 +525,7 @@ int main(int count, char **values)
     }
     args.shard = args.shards = 1;
     if (!c)
-        bk_fail(error, "csm, shadowfield, ao, model, merge, info or verify, or --help", "");
+        bk_fail(error, "csm, shadowfield, ao, model, lights, merge, info or verify, or --help", "");
     else {
         args.command = c->name;
         args.technique = c->technique;
