@@ -181,7 +181,7 @@ $(BUILD)/$(1): $(call objects,$(2)) $(COMMON)
 	$$(call say,LINK,$$@)$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
 endef
 $(foreach p,render compare,$(eval $(call program,$(p),examples/$(p))))
-$(BUILD)/bake: $(call objects,examples/bake) $(patsubst %,$(OBJ)/examples/render/%.o,settings csm_cut shadowfield_mesh) $(COMMON)
+$(BUILD)/bake: $(call objects,examples/bake) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@
 # The viewer runs render's techniques.
 $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)
@@ -369,7 +369,7 @@ check-readme:
 check-farm: $(BUILD)/bake
 	@BUILD=$(BUILD) sh tests/scripts/farm.sh
 # Needs a network for npm.
-check-seen: $(BUILD)/bake
+check-seen: $(BUILD)/bake $(BUILD)/render
 	@BUILD=$(BUILD) sh tests/scripts/seen.sh
 check-embree: $(COMMON)
 	@COMPILE='$(filter-out -MMD -MP,$(BASE_C)) $(TEST_FLAGS)' LINK='$(LINK)' LIBS='$(filter-out $(EMBREE_LIBS),$(TEST_LIBS))' \

@@ -75,6 +75,8 @@ int bk_fail(char *error, const char *what, const char *value);
 
 /* The other commands: each with its keys, and a function that does it. */
 extern const rd_key bk_ao_keys[], bk_model_keys[], bk_lights_keys[];
+extern const rd_key bk_light_keys[];
+int bk_light_run(const bk_args *args, char *error);
 int bk_lights_run(const bk_args *args, char *error);
 int bk_ao_run(const bk_args *args, char *error);
 int bk_model_run(const bk_args *args, char *error);

@@ -5,7 +5,7 @@ TECHNIQUE ?= csm
 SHARDS    ?= 8
 SETTINGS  ?=
 numbers := $(shell seq $(SHARDS))
-# A bake into a model (ao) is joined with that model.
+# A bake into a model (ao, light) is joined with that model.
 model   := $(filter-out $(if $(filter csm shadowfield,$(TECHNIQUE)),%),$(SCENE))
 parts   := $(foreach i,$(numbers),$(OUT).$(i)of$(SHARDS))
 

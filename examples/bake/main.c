@@ -43,6 +43,7 @@ static const bk_command commands[] = {
     { "shadowfield", &bk_shadowfield, NULL, 1, 1, 1, 1, 0, run_bake },
     { "ao", NULL, bk_ao_keys, 1, 1, 1, 1, 0, bk_ao_run },
     { "model", NULL, bk_model_keys, 1, 1, 1, 0, 0, bk_model_run },
+    { "light", NULL, bk_light_keys, 1, 1, 1, 1, 1, bk_light_run },
     { "lights", NULL, bk_lights_keys, 1, 1, 1, 0, 0, bk_lights_run },
     { "merge", &bk_csm, NULL, 1, BK_MOST_FILES, 1, 0, 0, run_merge },
     { "info", &bk_csm, NULL, 1, 1, 0, 0, 0, run_info },
@@ -64,6 +65,7 @@ static void print_help(void)
     puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake model SCENE -o OUT.glb [--set time=0]\n"
+         "       bake light MODEL.glb -o OUT.glb [--env SKY.hdr] [--light LIGHT ...] [--bounces N] [--set key=value ...]\n"
          "       bake lights SKY.hdr|FOLDER -o OUT.glb|.gltf|.json [--count N] [--method NAME] [--set key=value ...]\n"
          "       bake merge -o OUT PART... [--set packed=1]\n"
          "       bake merge -o OUT.glb MODEL.glb PART...\n"
@@ -116,7 +118,8 @@ static int take_shard(bk_args *args, const char *value)
 /* Settings that have an option of their own name. */
 static int is_short(const char *name)
 {
-    return strcmp(name, "--engine") == 0 || strcmp(name, "--count") == 0 || strcmp(name, "--method") == 0;
+    return strcmp(name, "--engine") == 0 || strcmp(name, "--count") == 0 || strcmp(name, "--bounces") == 0 ||
+           strcmp(name, "--method") == 0;
 }
 
 static int take_option(bk_args *args, const char *name, const char *value, char *error)
@@ -486,7 +489,7 @@ static int check(const bk_args *args, const bk_command *c, char *error)
         return bk_fail(error, c->name, ": wrong number of files");
     if (args->shards > 1 && !c->shares)
         return bk_fail(error, c->name, ": --shard is not for this command");
-    if (c->run == bk_ao_run && args->shards > 1 && rd_setting_integer(&args->settings, "parts"))
+    if (c->keys && c->shares && args->shards > 1 && rd_setting_integer(&args->settings, "parts"))
         return bk_fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
     if (c->technique && rd_setting_integer(&args->settings, "parts") && (args->shards > 1 || c->run != run_bake))
         return bk_fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
@@ -525,7 +528,7 @@ int main(int count, char **values)
     }
     args.shard = args.shards = 1;
     if (!c)
-        bk_fail(error, "csm, shadowfield, ao, model, lights, merge, info or verify, or --help", "");
+        bk_fail(error, "csm, shadowfield, ao, light, model, lights, merge, info or verify, or --help", "");
     else {
         args.command = c->name;
         args.technique = c->technique;

@@ -6,6 +6,7 @@ build=${BUILD:-build}
 dir=build/seen
 passed=0 failed=0 skipped=0
 mkdir -p $dir || exit 1
+rm -f $dir/*.glb
 leave() {
     echo "  skipped: $1 ($2)"
     skipped=$((skipped + 1))
@@ -16,6 +17,8 @@ if command -v node >/dev/null 2>&1; then
     node tests/web/seen_model.mjs $dir/box.glb || exit 1
     bake ao $dir/box.glb -o $dir/box-vertex.glb --set into=vertex --set bent=1
     bake ao $dir/box.glb -o $dir/box-texture.glb --set image_side=256 --set bent=1 --set bits=16
+    if "$build/render" --list | grep -q '^  reference.*needs Embree'; then leave 'bake light' 'no Embree'
+    else bake light $dir/box.glb -o $dir/box-light.glb --set into=vertex --set samples=16 --set directional=1; fi
 fi
 wanted=
 if [ -d $dir/node_modules/three ] && [ -d $dir/node_modules/puppeteer-core ] && [ -d $dir/node_modules/gltf-validator ]; then :
