@@ -4,12 +4,42 @@
 # system headers that make plain words macros; and what must not compile, whose #error is looked for. Each program calls
 # a function, so that a missing implementation does not link. Every header has PREFIX_result_text.
 # In each compiler's second standard files are read and not translated, but for all headers in one file: what an
-# optimiser or a linker finds does not depend on the standard. The two compilers run side by side.
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
-root=$(pwd)
+# optimiser or a linker finds does not depend on the standard. gcc finds some faults as it optimises, clang none: it
+# optimises C alone, and without intrinsics nothing. An implementation that several programs link is compiled once. As
+# many builds run side by side as there are processors: a list of jobs, each a line "KIND|COMPILER|LANGUAGE|STANDARD|
+# FLAGS|WHAT|OUTPUT|FILES|OBJECTS"; programs with objects come after what compiles these.
 warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla'
 warn="$warn -Werror"
+
+# job LINE: one of the list; it prints what is wrong
+job() {
+    IFS='|' read -r kind compiler language standard flags what output files objects << END
+$1
+END
+    log=$dir/log.$$ status=0 strict=
+    [ "$language" = c ] && strict='-Wstrict-prototypes -Wmissing-prototypes'
+    set -- -std="$standard" $flags -I. -x "$language" $files
+    case $kind in
+    read) $compiler $warn $strict -fsyntax-only "$@" > "$log" 2>&1 || status=1 ;;
+    object) $compiler $warn $strict -c "$@" -o "$output" > "$log" 2>&1 || status=1 ;;
+    program) $compiler $warn $strict "$@" -x none $objects -lm -o "$output" > "$log" 2>&1 && "$output" || status=1 ;;
+    # What must not compile, and the text of the #error that it is refused with.
+    refused) if $compiler -fsyntax-only "$@" > "$log" 2>&1; then status=1 what="$what compiles"
+        elif ! grep -q "error.*$output" "$log"; then status=1 what="$what does not say \"$output\""; fi ;;
+    esac
+    echo built >> "$dir/counts"
+    if [ $status != 0 ]; then
+        echo failed >> "$dir/counts"
+        { echo "check-compile: FAILED: $compiler $standard $what"; head -n 12 "$log"; } > "$log.text"
+        cat "$log.text"
+    fi
+    rm -f "$log" "$log.text"
+}
+if [ "$1" = --job ]; then job "$2"; exit 0; fi
+
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+export dir
 
 prefix() { sh tools/prefix "$1.h"; }
 macro() { basename "$1" | tr a-z A-Z; }
@@ -35,21 +65,6 @@ calls() {
     printf 'int main(void)\n{\n    int ok = 1;\n'
     for h in "$@"; do printf '    ok = ok && %s;\n' "$(call "$h")"; done
     printf '    return ok ? 0 : 1;\n}\n'
-}
-
-# build WHAT FLAGS FILE...: as C or C++ by $std, with $compiler; what was made is run
-build() {
-    what=$1 flags=$2 program=$dir/$job output="-lm -o $dir/$job"
-    case $flags in *-fsyntax-only*) program=true output= ;; esac
-    shift 2
-    echo built >> "$dir/counts"
-    # shellcheck disable=SC2086
-    if ! $compiler -std=$std $warn $strict $flags -I"$root" -x $language "$@" $output > "$dir/$job.log" 2>&1 ||
-        ! "$program"; then
-        echo failed >> "$dir/counts"
-        { echo "check-compile: FAILED: $compiler $std $what"; head -n 12 "$dir/$job.log"; } > "$dir/$job.text"
-        cat "$dir/$job.text"
-    fi
 }
 
 names=
@@ -83,65 +98,65 @@ for h in $names; do printf '#include "%s.h"\n' "$h"; done >> "$dir/all.one"
 # shellcheck disable=SC2086
 calls $names >> "$dir/all.one"
 
-# matrix COMPILER LANGUAGE STANDARD...
-matrix() {
-    compiler=$1 language=$2 job=$1 strict=
-    shift 2
-    if ! command -v "$compiler" >/dev/null 2>&1; then
-        echo "check-compile: skipped: $compiler (not installed)"
-        [ -n "$CI" ] && echo failed >> "$dir/counts"
-        return
-    fi
-    [ "$language" = c ] && strict='-Wstrict-prototypes -Wmissing-prototypes'
-    for std in "$@"; do
-        full=-fsyntax-only other=-fsyntax-only none=-fsyntax-only
-        [ "$std" = "$1" ] && full=-O2 other=-O1 none=-O0
-        for h in $names; do
-            off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD"
-            impl=$dir/$h.impl
-            for u in $(under "$h"); do impl="$impl $dir/$u.impl"; done
-            # shellcheck disable=SC2086
-            build "$h alone" $full $impl "$dir/$h.use"
-            # shellcheck disable=SC2086
-            build "$h alone, NDEBUG, no intrinsics" "$other $off" $impl "$dir/$h.use"
-            build "$h static" $none "$dir/$h.static"
-            # shellcheck disable=SC2086
-            build "$h beside a static copy without intrinsics" $none $impl "$dir/$h.other" "$dir/$h.both"
-            build "$h implementation in the middle" $none "$dir/$h.middle"
-            build "$h after windows.h and Xlib.h" -fsyntax-only "$dir/$h.windows"
-        done
-        build 'all in one file' -O0 "$dir/all.one"
+line() { printf '%s|%s|%s|%s|%s|%s|%s|%s|%s\n' "$@"; }
+
+# first COMPILER LANGUAGE STANDARD FULL OTHER: translated, by FULL with intrinsics and by OTHER without
+first() {
+    at=$dir/$1
+    mkdir -p "$at/gl_backend"
+    line program "$1" "$2" "$3" -O0 'all in one file' "$at/all" "$dir/all.one" '' >> "$dir/jobs"
+    for h in $names; do
+        off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD" with= without=
+        for u in $(under "$h") "$h"; do with="$with $at/$u.o" without="$without $at/$u.off.o"; done
+        {
+            line object "$1" "$2" "$3" "$4" "$h alone" "$at/$h.o" "$dir/$h.impl" ''
+            line object "$1" "$2" "$3" "$5 $off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off.o" "$dir/$h.impl" ''
+            line program "$1" "$2" "$3" -O0 "$h static" "$at/$h.static" "$dir/$h.static" ''
+            line program "$1" "$2" "$3" -O0 "$h implementation in the middle" "$at/$h.middle" "$dir/$h.middle" ''
+            line read "$1" "$2" "$3" '' "$h after windows.h and Xlib.h" '' "$dir/$h.windows" ''
+        } >> "$dir/jobs"
+        {
+            line program "$1" "$2" "$3" '' "$h alone" "$at/$h.use" "$dir/$h.use" "$with"
+            line program "$1" "$2" "$3" "$off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off" "$dir/$h.use" "$without"
+            line program "$1" "$2" "$3" -O0 "$h beside a static copy without intrinsics" "$at/$h.both" \
+                "$dir/$h.other $dir/$h.both" "$with"
+        } >> "$dir/links"
     done
 }
-
-# refused HEADER COMPILER LANGUAGE STANDARD TEXT FILE: does not compile, and the compiler prints the #error with this text
-refused() {
-    echo built >> "$dir/counts"
-    if "$2" -std="$4" -I"$root" -x "$3" -fsyntax-only "$6" > "$dir/refused.log" 2>&1; then reason='compiles'
-    elif grep -q "error.*$5" "$dir/refused.log"; then return
-    else reason="does not say \"$5\""
-    fi
-    echo failed >> "$dir/counts"
-    { echo "check-compile: FAILED: $2 $4 $1 $reason"; head -n 4 "$dir/refused.log"; }
+# second COMPILER LANGUAGE STANDARD: read only
+second() {
+    line program "$1" "$2" "$3" -O0 'all in one file' "$dir/$1/all2" "$dir/all.one" '' >> "$dir/jobs"
+    for h in $names; do
+        off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD"
+        line read "$1" "$2" "$3" '' "$h alone" '' "$dir/$h.impl $dir/$h.use" ''
+        line read "$1" "$2" "$3" "$off" "$h alone, NDEBUG, no intrinsics" '' "$dir/$h.impl $dir/$h.use" ''
+        line read "$1" "$2" "$3" '' "$h static" '' "$dir/$h.static" ''
+        line read "$1" "$2" "$3" '' "$h beside a static copy without intrinsics" '' "$dir/$h.other $dir/$h.both" ''
+        line read "$1" "$2" "$3" '' "$h implementation in the middle" '' "$dir/$h.middle" ''
+        line read "$1" "$2" "$3" '' "$h after windows.h and Xlib.h" '' "$dir/$h.windows" ''
+    done >> "$dir/jobs"
 }
-
 # Old languages, and private functions without their bodies.
 refusals() {
     for h in $names; do
         { static "$h"; printf '#include "%s.h"\n' "$h"; calls "$h"; } > "$dir/$h.bare"
-        for compiler in gcc clang; do
-            command -v $compiler >/dev/null 2>&1 || continue
-            refused "$h" $compiler c c90 'needs C99 or C++11' "$dir/$h.use"
-            refused "$h" $compiler c c99 'STATIC makes .*private' "$dir/$h.bare"
-        done
-    done
+        line refused "$1" c c90 '' "$h" 'needs C99 or C++11' "$dir/$h.use" ''
+        line refused "$1" c c99 '' "$h" 'STATIC makes .*private' "$dir/$h.bare" ''
+    done >> "$dir/jobs"
+}
+have() {
+    command -v "$1" >/dev/null 2>&1 && return
+    echo "check-compile: skipped: $1 (not installed)"
+    [ -z "$CI" ] || echo failed >> "$dir/counts"
+    return 1
 }
 
 : > "$dir/counts"
-refusals
-(matrix gcc c c99 c11; matrix g++ c++ c++11 c++20) &
-(matrix clang c c99 c11; matrix clang++ c++ c++11 c++20) &
-wait
+if have g++; then first g++ c++ c++11 -O2 -O1; second g++ c++ c++20; fi
+if have gcc; then first gcc c c99 -O2 -O1; second gcc c c11; refusals gcc; fi
+if have clang; then first clang c c99 -O2 -O0; second clang c c11; refusals clang; fi
+if have clang++; then first clang++ c++ c++11 -O0 -O0; second clang++ c++ c++20; fi
+for list in jobs links; do xargs -d '\n' -n 1 -P "$(nproc 2>/dev/null || echo 1)" sh "$0" --job < "$dir/$list"; done
 failed=$(grep -c failed "$dir/counts")
 echo "check-compile: $(grep -c built "$dir/counts") builds, $failed failed"
 [ "$failed" = 0 ]
