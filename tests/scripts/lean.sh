@@ -1,36 +1,48 @@
 #!/bin/sh
 # lean.sh - headers without their optional parts: each tests/LIBRARY/lean_PARTS.c is compiled with LIBRARY.h as it is and as
 # `make join LIBRARY.h WITHOUT="PARTS"` writes it (several parts: joined by _), by gcc and clang, in C99 and C++11, with all
-# warnings as errors. All of these programs exit with 0 and print the same.
+# warnings as errors. All of these programs exit with 0 and print the same. As many compilers run side by side as there are
+# processors; tests that differ in their comment alone share the program with the whole header.
+warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla'
+
+# run TEST FOLDER NAME: the program with the header of this folder, and what it prints
+run() {
+    echo built >> "$dir/counts"
+    # shellcheck disable=SC2086
+    $compiler -O1 -std="$standard" $warn -Werror -x $language -I"$2" "$1" -lm -o "$here/program" > "$here/log" 2>&1 &&
+        "$here/program" > "$here/$3" && return
+    echo "lean: FAILED: $compiler $standard $1 with $2/$library.h"
+    head -n 12 "$here/log"
+    return 1
+}
+# all LIBRARY COMPILER STANDARD: every test of a library
+all() {
+    library=$1 compiler=$2 standard=$3 here=$dir/$$ status=0 last=
+    case $standard in c++11) language=c++ ;; *) language=c ;; esac
+    mkdir "$here"
+    for test in tests/"$library"/lean_*.c; do
+        text=$(grep -v '^/\*.*\*/$' "$test")
+        [ "$text" = "$last" ] || run "$test" . whole || return 1
+        last=$text
+        run "$test" "$dir/$library/$(basename "$test" .c)" lean || { status=1; continue; }
+        cmp -s "$here/whole" "$here/lean" || { echo "lean: FAILED: $compiler $standard $test: other results"; status=1; }
+    done
+    return $status
+}
+if [ "$1" = --all ]; then all "$2" "$3" "$4"; exit; fi
+
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
-warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla'
-failed=0
-count=0
+export dir
 for test in tests/*/lean_*.c; do
-    header=$(basename "$(dirname "$test")").h
-    without=$(basename "$test" .c | sed 's/^lean_//; s/_/ /g')
-    mkdir -p "$dir/lean"
-    ${JOIN:-build/tools/join} --to "$dir/lean" --without "$without" "$header" > "$dir/log" 2>&1 ||
-        { cat "$dir/log"; exit 1; }
-    for compiler in gcc clang; do
-        for standard in c99 c++11; do
-            case $standard in c++11) language=c++ ;; *) language=c ;; esac
-            for where in . "$dir/lean"; do
-                count=$((count + 1))
-                # shellcheck disable=SC2086
-                if ! $compiler -O1 -std=$standard $warn -Werror -x $language -I"$where" "$test" -lm -o "$dir/program" > "$dir/log" 2>&1 ||
-                    ! "$dir/program" > "$dir/printed"; then
-                    echo "lean: FAILED: $compiler $standard $test with $where/$header"
-                    head -n 12 "$dir/log"
-                    failed=1
-                    continue
-                fi
-                [ "$where" = . ] && cp "$dir/printed" "$dir/whole"
-            done
-            cmp -s "$dir/whole" "$dir/printed" || { echo "lean: FAILED: $compiler $standard $test: other results"; failed=1; }
-        done
-    done
+    name=$(basename "$test" .c) library=$(basename "$(dirname "$test")")
+    mkdir -p "$dir/$library/$name"
+    ${JOIN:-build/tools/join} --to "$dir/$library/$name" --without "$(echo "${name#lean_}" | tr _ ' ')" "$library.h" \
+        > "$dir/log" 2>&1 || { cat "$dir/log"; exit 1; }
 done
-[ $failed = 0 ] && echo "lean: $count programs"
-exit $failed
+for library in $(ls tests/*/lean_*.c | xargs -n 1 dirname | xargs -n 1 basename | sort -u); do
+    for compiler in gcc clang; do
+        for standard in c99 c++11; do echo "$library $compiler $standard"; done
+    done
+done | xargs -L 1 -P "$(nproc 2>/dev/null || echo 1)" sh "$0" --all || exit 1
+echo "lean: $(grep -c built "$dir/counts") programs"
