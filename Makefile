@@ -45,14 +45,14 @@ HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h lightsampling.
            $(wildcard gl_backend/gl_backend.h gl_backend/gl_programs.h) \
            $(filter-out gl_backend/gl_backend.h gl_backend/gl_programs.h,$(wildcard gl_backend/*.h))
 
-# gcc -O0 takes arrays for unset that are filled after a struct got their address.
+# gcc -O0, and any with its sanitizers, takes arrays for unset that are filled after a struct got their address.
 O0 := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 FLAGS_release  := -O2 -g
 FLAGS_native   := -O2 -g -march=native
 FLAGS_debug    := -O0 -g $(O0)
 FLAGS_dev      := -O0 -g $(O0) -Ibuild/dev/include
 FLAGS_scalar   := -O2 -g $(foreach p,COHSM SFIELD ENVSH RSM ISM LSAMP ENVLT GIFILT GLBK,-D$(p)_NO_SIMD)
-FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
+FLAGS_sanitize := -O1 -g $(O0) -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 FLAGS_thread   := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 FLAGS_coverage := -O0 -g $(O0) --coverage -DNDEBUG -DDAPPLE_COVERAGE
 ifndef FLAGS_$(config)
@@ -135,7 +135,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
         check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
-        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-size check conformance check-conformance \
+        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-clang check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -161,8 +161,8 @@ $(OBJ)/commit.c: FORCE
 	@mkdir -p $(@D)
 	@printf 'extern const char dapple_%s[];\nconst char dapple_%s[] = "%s";\n' commit commit \
 	  "$$(git describe --always --dirty --exclude '*' 2>/dev/null || echo unknown)" \
-	  version version '$(VERSION)' > $@.new; \
-	cmp -s $@ $@.new && rm $@.new || mv $@.new $@
+	  version version '$(VERSION)' > $@.$$$$; \
+	cmp -s $@ $@.$$$$ && rm $@.$$$$ || mv $@.$$$$ $@
 $(OBJ)/commit.o: $(OBJ)/commit.c
 	$(call say,CC,$<)$(BASE_C) -c $< -o $@
 
@@ -304,7 +304,7 @@ check-package:
 
 build/fuzz/%: tests/%.c
 	@mkdir -p $(@D)
-	$(call say,CLANG,$<)clang -std=c99 $(WARN_C) -O1 -g -I. -Itests -Itests/kit \
+	$(call say,CLANG,$<)clang -std=c99 $(WARN_C) -O1 -g1 -I. -Itests -Itests/kit \
 	  -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -MMD -MP -MF $@.d $< -lm -o $@
 fuzzers: $(FUZZERS)
 fuzz: $(FUZZERS)
@@ -400,6 +400,15 @@ check-lines:
 check-compile: $(TOOLS)/join
 	@sh tests/scripts/compile.sh $(HEADERS)
 	@JOIN=$(TOOLS)/join sh tests/scripts/lean.sh
+# What clang warns of in programs and tests, which gcc builds; check-compile has it build the headers.
+READ := $(wildcard examples/*.c examples/*/*.c bench/*.c tests/*/*_test.c)
+READ := $(filter-out $(if $(filter 1,$(HAVE_RAYLIB)),,examples/12_raylib.c) \
+          $(if $(filter 1,$(HAVE_GLFW)),,examples/viewer/%),$(READ))
+check-clang: FLAGS := -pthread -I. $(TEST_FLAGS) -fsyntax-only
+check-clang:
+	@printf '%s\n' $(READ) | xargs -P "$$(nproc 2>/dev/null || echo 1)" -n 8 clang -std=c99 $(WARN_C) $(FLAGS)
+	@clang++ -std=c++11 $(WARN) $(FLAGS) $(wildcard examples/*/*.cpp)
+	@echo 'check-clang: no warning in $(words $(READ)) files'
 check-size:
 	@CC='$(CC)' sh tests/scripts/size.sh $(HEADERS)
 check-stack:
@@ -408,11 +417,11 @@ check-stack:
 # for it. Longer: make msan ONLY=csm/
 msan: export ONLY ?= shared/\|errors_test\|pack_test
 msan:
-	@sh tools/plain-tests clang '-O1 -g -fno-omit-frame-pointer -fsanitize=memory' ''
+	@sh tools/plain-tests clang '-O1 -g1 -fno-omit-frame-pointer -fsanitize=memory' ''
 valgrind: export ONLY ?= shared/\|pack_test
 valgrind:
-	@sh tools/plain-tests gcc '-O1 -g' 'valgrind -q --error-exitcode=99 --leak-check=full'
-check: check-join check-core check-vocabulary check-papers check-page-one check-tools check-readme check-docs check-config check-leaks check-lines check-named check-compile check-size check-glsl check-gpu-cost
+	@sh tools/plain-tests gcc '-O1 -g1' 'valgrind -q --error-exitcode=99 --leak-check=full'
+check: check-join check-core check-vocabulary check-papers check-page-one check-tools check-readme check-docs check-config check-leaks check-lines check-named check-compile check-clang check-size check-glsl check-gpu-cost
 
 clean:
 	rm -rf build

@@ -21,7 +21,7 @@ static inline void gl_said_why(const char *call, glbk_result result, const char 
         return;
     printf("%s:%d: %s: %s, with %u lines in the log, the last: %s\n", file, line, call, glbk_result_text(result),
            gl_lines, gl_line);
-    assert_true(!"a call is refused without one line that says why");
+    assert_string_equal("no line", "one line that says why the call is refused");
 }
 
 /* The call returns an error and says why. */
