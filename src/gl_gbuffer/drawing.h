@@ -23,7 +23,7 @@ static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g
         used += strlen(names[i]);
         if (at[i] < 0) defines[used++] = '-';
         if (at[i] > 9) defines[used++] = '1';
-        defines[used++] = at[i] < 0 ? '1' : (char)('0' + at[i] % 10);
+        defines[used++] = (char)(at[i] < 0 ? '1' : '0' + at[i] % 10);
     }
     defines[used] = 0;
     return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
