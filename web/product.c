@@ -11,8 +11,7 @@
 static struct product {
     glbk_context gl;
     pd_picture   picture;
-    pd_model     model;
-    pd_view      view;
+    pg_model     model;
     cohsm_maps  *maps;              /* of the last build or pd_open */
     int          has_gl;
     char         error[EX_ERROR_SIZE];
@@ -66,7 +65,7 @@ EMSCRIPTEN_KEEPALIVE void pd_lost(void)
 {
     glbk_abandon(&page.gl);
     pd_picture_free(&page.picture);
-    pd_model_free(&page.model, &page.gl);
+    pg_model_free(&page.model, &page.gl);
     glbk_free(&page.gl);
     memset(&page.picture, 0, sizeof page.picture);
     page.has_gl = 0;
@@ -99,14 +98,14 @@ EMSCRIPTEN_KEEPALIVE int pd_sky(const char *path)
 /* The model that was there stays if the file cannot be read. */
 EMSCRIPTEN_KEEPALIVE int pd_load(const char *path)
 {
-    pd_model fresh;
+    pg_model fresh;
     page.error[0] = 0;
     if (pd_model_load(&fresh, path, page.error) != 0) return -1;
-    if (page.has_gl && pd_model_upload(&fresh, &page.gl, page.error) != 0) {
-        pd_model_free(&fresh, &page.gl);
+    if (page.has_gl && pg_model_upload(&fresh, &page.gl, page.error) != 0) {
+        pg_model_free(&fresh, &page.gl);
         return -1;
     }
-    pd_model_free(&page.model, &page.gl);
+    pg_model_free(&page.model, &page.gl);
     page.model = fresh;
     return 0;
 }
@@ -124,7 +123,7 @@ EMSCRIPTEN_KEEPALIVE int pd_build(unsigned side, unsigned map_side)
     memset(&desc, 0, sizeof desc);
     memset(&mesh, 0, sizeof mesh);
     page.error[0] = 0;
-    if (pd_model_merge(&page.model, &positions, &mesh.vertex_count, &indices, &mesh.index_count) != 0) {
+    if (pg_model_merge(&page.model, &positions, &mesh.vertex_count, &indices, &mesh.index_count) != 0) {
         snprintf(page.error, sizeof page.error, "out of memory");
         return -1;
     }
@@ -184,10 +183,12 @@ EMSCRIPTEN_KEEPALIVE int pd_open(const void *data, size_t bytes)
 EMSCRIPTEN_KEEPALIVE int pd_frame(float azimuth, float elevation, float distance, float up, float sky_turn,
                                   float exposure, unsigned samples, int show_sky, int anew)
 {
-    const pd_view view = { azimuth, elevation, distance, up, sky_turn, exposure, samples, show_sky };
+    const pg_view view = { azimuth, elevation, distance, up };
     page.error[0] = 0;
-    return pd_picture_frame(&page.picture, &page.model, &view, anew, page.error);
+    page.picture.stage.exposure = 0.9f * exposure / page.picture.stage.sky_light;
+    page.picture.stage.show_sky = show_sky;
+    return pd_picture_frame(&page.picture, &page.model, &view, sky_turn, samples, anew, page.error);
 }
 
 /* How many frames the mean has that is shown. */
-EMSCRIPTEN_KEEPALIVE unsigned pd_frames(void) { return page.picture.frames; }
+EMSCRIPTEN_KEEPALIVE unsigned pd_frames(void) { return page.picture.stage.frames; }

@@ -1,32 +1,12 @@
-/* product.js - the page "product": what the user does, turned into calls of product.c. The maps of a model are built by a
-   second copy of the program in a worker, coarse ones first, so that shadows are there at once and grow finer. */
+/* product.js - the page "product": files, and what the user does with them, turned into calls of product.c. The maps of a
+   model are built by a second copy of the program in a worker, coarse ones first, so that shadows are there at once and
+   grow finer. */
 'use strict';
 
-const element = (id) => document.getElementById(id);
-const canvas = element('picture');
 const SIDES = [[16, 64], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
-let FULL = 64;                                      // frames in the mean, then the picture rests
 
-const view = { azimuth: 0.9, elevation: 0.35, distance: 3.6, up: -0.1 };
-const state = {
-    program: null, context: null, worker: null, ready: false, lost: false,
-    model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '',
-    anew: true, moved: 0, scale: 1, slow: 0, last: 0, fence: null, stages: []
-};
-
-/* ---- messages ---- */
-
-function say(text) {
-    element('message').textContent = text;
-    element('message').classList.toggle('shown', text !== '');
-}
-
-/* Calls a function of product.c; a failure is shown, and the page goes on. */
-function call(name, types, ...values) {
-    const result = state.program.ccall(name, 'number', types, values);
-    if (result !== 0) say(state.program.ccall('pd_error', 'string', [], []));
-    return result === 0;
-}
+Object.assign(state, { worker: null, model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '', stages: [] });
+const call = (name, types, ...values) => callC('pd', name, types, values);
 
 /* ---- building ---- */
 
@@ -90,7 +70,7 @@ function give(block) {
     let good = at !== 0;
     if (good) {
         state.program.HEAPU8.set(block, at);
-        good = call('pd_open', ['number', 'number'], at, block.length);
+        good = call('open', ['number', 'number'], at, block.length);
         state.program._free(at);
     } else say('out of memory');
     if (!good) return false;
@@ -107,7 +87,7 @@ function load(name) {
     say('');
     const before = state.model;
     if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name));
-    const good = call('pd_load', ['string'], name);
+    const good = call('load', ['string'], name);
     if (state.files.has(name)) state.program.FS.unlink(name);
     if (!good) { state.files.delete(name); pick('model', before); return; }
     state.model = name;
@@ -120,7 +100,7 @@ function load(name) {
 function loadSky(name) {
     const before = state.sky;
     if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name));
-    const good = call('pd_sky', ['string'], name);
+    const good = call('sky', ['string'], name);
     if (state.files.has(name)) state.program.FS.unlink(name);
     if (!good) { state.files.delete(name); pick('sky', before); return; }
     say('');
@@ -154,118 +134,31 @@ async function take(file) {
 /* ---- frames ---- */
 
 function size() {
-    const width = Math.max(1, Math.round(canvas.clientWidth * state.scale)),
-        height = Math.max(1, Math.round(canvas.clientHeight * state.scale));
-    if (canvas.width !== width || canvas.height !== height) {
-        canvas.width = width;
-        canvas.height = height;
-        state.anew = true;
-    }
-    return call('pd_size', ['number', 'number'], width, height);
+    resized();
+    return call('size', ['number', 'number'], canvas.width, canvas.height);
 }
 
-/* Where frames take long, pixels become larger; a picture that rests gets them back. */
-function adapt(now) {
-    const took = now - state.last;
-    state.last = now;
-    const moving = now - state.moved < 300;
-    if (moving) {
-        state.slow = took > 120 ? state.slow + 1 : Math.max(0, state.slow - 1);
-        if (state.slow > 2 && state.scale > 0.3) { state.scale *= 0.75; state.slow = 0; }
-    } else if (state.scale < 1 && now - state.moved > 600) state.scale = 1;
-}
-
-/* Whether the last frame is still being drawn. Without this a slow GPU would be asked for more than it can do, and what the
-   user does would show seconds later. */
-function busy() {
-    const gl = state.context;
-    if (!state.fence) return false;
-    if (gl.clientWaitSync(state.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
-    gl.deleteSync(state.fence);
-    state.fence = null;
-    return false;
-}
-
-function frame(now) {
-    requestAnimationFrame(frame);
-    if (!state.program || state.lost || !state.ready || busy()) return;
-    adapt(now);
+function frame() {
     if (!size()) return;
     const frames = state.program.ccall('pd_frames', 'number', [], []);
     if (!state.anew && frames >= FULL) return;
     const anew = state.anew ? 1 : 0;
     state.anew = false;
-    call('pd_frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth,
+    call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth,
         view.elevation, view.distance, view.up, element('turn').value * Math.PI / 180, 2 ** element('exposure').value,
         2 ** element('samples').value, element('show').checked ? 1 : 0, anew);
-    state.fence = state.context.fenceSync(state.context.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    state.context.flush();
-    window.dappleFrames = state.program.ccall('pd_frames', 'number', [], []);       // for tests
-}
-
-function moved() {
-    state.anew = true;
-    state.moved = performance.now();
+    drawn(state.program.ccall('pd_frames', 'number', [], []));
 }
 
 /* ---- what the user does ---- */
 
-function orbit(dx, dy) {
-    view.azimuth += dx;
-    view.elevation = Math.min(1.5, Math.max(-0.2, view.elevation + dy));
-    moved();
-}
-
-function turn(angle) {
-    let degrees = +element('turn').value + angle;
-    degrees = ((degrees + 180) % 360 + 360) % 360 - 180;
-    element('turn').value = degrees;
-    moved();
-}
-
-function zoom(factor) {
-    view.distance = Math.min(20, Math.max(1.2, view.distance * factor));
-    moved();
-}
-
-function listen() {
-    const pointers = new Map();
-    canvas.addEventListener('pointerdown', (e) => {
-        canvas.setPointerCapture(e.pointerId);
-        pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
-    });
-    canvas.addEventListener('pointermove', (e) => {
-        const p = pointers.get(e.pointerId);
-        if (!p) return;
-        const dx = e.clientX - p.x, dy = e.clientY - p.y, height = canvas.clientHeight;
-        if (pointers.size === 2) {
-            const [a, b] = [...pointers.values()], other = a === p ? b : a;
-            const before = Math.hypot(p.x - other.x, p.y - other.y),
-                after = Math.hypot(e.clientX - other.x, e.clientY - other.y);
-            if (before > 1 && after > 1) zoom(before / after);
-            turn(90 * dx / height);
-        } else if (e.shiftKey || e.buttons === 2) turn(180 * dx / height);
-        else orbit(3 * dx / height, 3 * dy / height);
-        p.x = e.clientX;
-        p.y = e.clientY;
-    });
-    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, (e) => pointers.delete(e.pointerId));
-    canvas.addEventListener('contextmenu', (e) => e.preventDefault());
-    canvas.addEventListener('wheel', (e) => { e.preventDefault(); zoom(2 ** (e.deltaY / 600)); }, { passive: false });
-    canvas.addEventListener('keydown', (e) => {
-        const keys = { ArrowLeft: () => orbit(-0.1, 0), ArrowRight: () => orbit(0.1, 0), ArrowUp: () => orbit(0, 0.1),
-            ArrowDown: () => orbit(0, -0.1), a: () => turn(-5), d: () => turn(5), '+': () => zoom(0.9), '-': () => zoom(1.1) };
-        if (!keys[e.key]) return;
-        keys[e.key]();
-        e.preventDefault();
-    });
+function listenToFiles() {
     for (const id of ['turn', 'exposure', 'samples', 'show']) element(id).addEventListener('input', moved);
     element('model').addEventListener('change', () => load(element('model').value));
     element('sky').addEventListener('change', () => loadSky(element('sky').value));
     element('open').addEventListener('change', (e) => { for (const file of e.target.files) take(file); e.target.value = ''; });
     element('cancel').addEventListener('click', stop);
     element('save').addEventListener('click', save);
-    element('fold').addEventListener('click', fold);
     document.addEventListener('dragover', (e) => { e.preventDefault(); element('stage').classList.add('over'); });
     document.addEventListener('dragleave', () => element('stage').classList.remove('over'));
     document.addEventListener('drop', async (e) => {
@@ -273,12 +166,6 @@ function listen() {
         element('stage').classList.remove('over');
         for (const file of e.dataTransfer.files) await take(file);
     });
-}
-
-function fold() {
-    const closed = element('panel').classList.toggle('closed');
-    element('fold').textContent = closed ? 'show' : 'hide';
-    element('fold').setAttribute('aria-expanded', String(!closed));
 }
 
 function save() {
@@ -291,49 +178,21 @@ function save() {
 
 /* ---- start ---- */
 
-function startGL() {
-    const handle = state.program.GL.registerContext(state.context, { majorVersion: 2, minorVersion: 0 });
-    state.program.GL.makeContextCurrent(handle);
-    return call('pd_start', []);
-}
-
 /* A context that comes back has nothing of ours: model, sky and maps are given to it again. */
-function survive() {
-    canvas.addEventListener('webglcontextlost', (e) => {
-        e.preventDefault();
-        state.lost = true;
-        state.fence = null;
-        say('The browser took the picture\'s memory away; it comes back when the browser gives it back.');
-        state.program.ccall('pd_lost', null, [], []);
-    });
-    canvas.addEventListener('webglcontextrestored', () => {
-        const files = state.files, put = (name) => { if (files.has(name)) state.program.FS.writeFile(name, files.get(name)); };
-        say('');
-        put(state.model);
-        put(state.sky);
-        const good = startGL() && size() && call('pd_sky', ['string'], state.sky) && call('pd_load', ['string'], state.model);
-        state.lost = false;
-        if (good && state.block) give(state.block);
-    });
+function begin() {
+    const put = (name) => { if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name)); };
+    if (!call('start', []) || !size()) return false;
+    put(state.sky);
+    if (!call('sky', ['string'], state.sky)) return false;
+    if (!state.block) { load(state.model); return true; }
+    put(state.model);
+    return call('load', ['string'], state.model) && give(state.block);
 }
 
-async function start() {
-    state.context = canvas.getContext('webgl2', { antialias: false, alpha: false, powerPreference: 'high-performance' });
-    if (!state.context) {
-        element('stage').style.display = element('panel').style.display = 'none';
-        element('instead').style.display = 'block';
-        element('reason').textContent = 'Chrome 56, Firefox 51, Safari 15 and later have it.';
-        return;
-    }
-    state.program = await DappleProduct({ print: () => {}, printErr: (text) => console.warn(text) });
-    for (const name of ['knot', 'plant', 'robots', 'figure']) pick('model', 'builtin:' + name);
-    for (const name of ['sky', 'overcast', 'studio']) pick('sky', 'builtin:' + name);
-    element('model').value = state.model;
-    element('sky').value = state.sky;
-    listen();
-    survive();
-    if (startGL() && size() && call('pd_sky', ['string'], state.sky)) load(state.model);
-    requestAnimationFrame(frame);
-}
-
-start();
+for (const name of ['knot', 'plant', 'robots', 'figure']) pick('model', 'builtin:' + name);
+for (const name of ['sky', 'overcast', 'studio']) pick('sky', 'builtin:' + name);
+element('model').value = state.model;
+element('sky').value = state.sky;
+listen({});
+listenToFiles();
+startPage({ create: DappleProduct, begin, frame, lose() { state.program.ccall('pd_lost', null, [], []); } });

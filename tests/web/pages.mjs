@@ -1,5 +1,6 @@
 /* pages.mjs - the pages that web/make has written, in Chromium on its software renderer, driven by puppeteer-core:
-   node pages.mjs FOLDER NATIVE SCRATCH. NATIVE is the program of native.c. Prints as cmocka does, for tools/run-tests. */
+   node pages.mjs FOLDER NATIVE SCRATCH. NATIVE is the program of native.c; beside it lie those of native_scene.c, their
+   names ended by _room, _game and _sky. Prints as cmocka does, for tools/run-tests. */
 import puppeteer from 'puppeteer-core';
 import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
@@ -123,6 +124,56 @@ async function picture() {
     return image;
 }
 
+/* What a native twin draws: mean difference, and the share of pixels that differ by more than 8 of 255. */
+function difference(shown, program, values) {
+    execFileSync(program, values.map(String));
+    const ours = png(readFileSync(`${scratch}/native.png`)), pixels = ours.width * ours.height;
+    let sum = 0, far = 0;
+    for (let y = 0; y < ours.height; y++)
+        for (let x = 0; x < ours.width; x++) {
+            const a = ours.at(x, y), b = shown.at(x, y), d = Math.max(...a.map((v, k) => Math.abs(v - b[k])));
+            sum += d;
+            far += d > 8;
+        }
+    return { mean: sum / pixels, far: far / pixels };
+}
+
+/* A page with a scene, still, and its picture, which is that of the native twin within bounds. */
+async function scene(name, most) {
+    await open(`${name}.html#still=4`);
+    await until('state.ready || document.getElementById("message").textContent !== ""');
+    must(await message() === '', `it says: ${await message()}`);
+    await settled(4);
+    const values = await page.evaluate('[clock.time, view.azimuth, view.elevation, view.distance, view.up]');
+    const set = await page.evaluate('readKnobs(), [...state.program.HEAPF32.subarray(knobsAt / 4, knobsAt / 4 + 8)]');
+    const shown = await picture();
+    const d = difference(shown, `${native}_${name}`, [shown.width, shown.height, 4, ...values, `${scratch}/native.png`, ...set]);
+    console.log(`${name}: mean difference ${d.mean.toFixed(3)}, beyond 8: ${(100 * d.far).toFixed(2)} %`);
+    must(d.mean < most.mean && d.far < most.far, `mean difference ${d.mean}, share of pixels beyond 8 ${d.far}`);
+    must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    return shown;
+}
+
+/* Mean brightness of 5 x 5 pixels about a point of the window, -1..1. */
+function at(image, [x, y]) {
+    const u = Math.round((0.5 + 0.5 * x) * image.width), v = Math.round((0.5 - 0.5 * y) * image.height);
+    let sum = 0;
+    for (let j = -2; j <= 2; j++) for (let i = -2; i <= 2; i++) sum += image.at(u + i, v + j).reduce((a, b) => a + b) / 75;
+    return sum;
+}
+
+/* Drags what lies at a point of the window, -1..1, to another. */
+async function drag(from, to) {
+    const pixel = ([x, y]) => [(0.5 + 0.5 * x) * WIDTH, (0.5 - 0.5 * y) * HEIGHT];
+    await page.evaluate('document.getElementById("panel").style.display = "none"');
+    await page.mouse.move(...pixel(from));
+    await page.mouse.down();
+    await page.mouse.move(...pixel(to), { steps: 3 });
+    await page.mouse.up();
+    await page.evaluate('window.dappleFrames = 0, moved()');
+    await settled(2);
+}
+
 /* Mean brightness of 9 x 9 pixels about the point of the picture that shows a point of the world. */
 async function brightness(image, point) {
     const at = await page.evaluate((p) => {
@@ -149,6 +200,14 @@ async function brightness(image, point) {
 const pole = boxes([-0.15, 0, -0.15, 0.15, 1.2, 0.15], [-0.4, 0, -0.4, 0.4, 0.1, 0.4]);
 
 const tests = {
+    async index_leads_to_every_page() {
+        await open('index.html');
+        const links = await page.evaluate('[...document.querySelectorAll("a.card")].map((a) => a.getAttribute("href"))');
+        must(links.length === (existsSync(`${folder}/three.html`) ? 5 : 4), `it has ${links.length} cards`);
+        for (const link of links) must(existsSync(`${folder}/${link}`), `${link} is missing`);
+        must(await page.evaluate('[...document.images].every((i) => i.naturalWidth > 100)'), 'a picture is missing');
+        must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    },
     async product_shows_a_model_at_once() {
         await open('product.html');
         await until('state.ready');
@@ -210,17 +269,9 @@ const tests = {
         await changed();
         await settled(16);
         const shown = await picture();
-        execFileSync(native, [`${scratch}/pole.glb`, `${scratch}/sunny.hdr`, shown.width, shown.height, 16, 24, 64, 0, `${scratch}/native.png`].map(String));
-        const ours = png(readFileSync(`${scratch}/native.png`));
-        let sum = 0, far = 0;
-        for (let y = 0; y < ours.height; y++)
-            for (let x = 0; x < ours.width; x++) {
-                const a = ours.at(x, y), b = shown.at(x, y), d = Math.max(...a.map((v, k) => Math.abs(v - b[k])));
-                sum += d;
-                far += d > 8;
-            }
-        const pixels = ours.width * ours.height;
-        must(sum / pixels < 0.5 && far / pixels < 0.002, `mean difference ${sum / pixels}, ${far} of ${pixels} pixels beyond 8`);
+        const d = difference(shown, native, [`${scratch}/pole.glb`, `${scratch}/sunny.hdr`, shown.width, shown.height, 16, 24, 64, 0,
+            `${scratch}/native.png`]);
+        must(d.mean < 0.5 && d.far < 0.002, `mean difference ${d.mean}, share of pixels beyond 8 ${d.far}`);
     },
     async hostile_files_give_a_message_and_the_page_lives_on() {
         const deep = '['.repeat(20000) + ']'.repeat(20000);
@@ -261,6 +312,47 @@ const tests = {
             bytes.push(await page.evaluate('state.program.HEAPU8.length'));
         }
         must(bytes[9] === bytes[1], `${bytes[1]} bytes after two models, ${bytes[9]} after ten`);
+    },
+    async a_lamp_is_aimed_at_another_wall_of_the_room() {
+        const before = await scene('room', { mean: 1, far: 0.01 });
+        const aim = await page.evaluate('handleAt(1)'), wall = [0.55, 0.1];
+        await drag(aim.slice(3), wall);
+        const after = await picture(), now = await page.evaluate('handleAt(1)');
+        must(now[0] > aim[0] + 1, `the lamp shines at ${now}, and did at ${aim}`);
+        must(at(after, [0.4, 0.1]) > at(before, [0.4, 0.1]) + 40, 'where the lamp shines now it is no brighter');
+        const dark = [0.2, -0.5], without = await page.evaluate('document.getElementById("bounce").value = 0, window.dappleFrames = 0, moved()').then(() => settled(2)).then(picture);
+        must(at(after, dark) > at(without, dark) + 10, `bounced light on the floor: ${at(after, dark)}, without ${at(without, dark)}`);
+    },
+    async a_piece_and_its_shadow_are_dragged() {
+        const before = await scene('game', { mean: 1, far: 0.01 });
+        const pawn = await page.evaluate('handleAt(2 + 9)'), to = [-0.1, 0];      // e2: file 4 of white, after its king
+        await drag(pawn.slice(3), to);
+        const now = await page.evaluate('handleAt(2 + 9)'), after = await picture();
+        must(Math.hypot(now[0] - pawn[0], now[2] - pawn[2]) > 0.03 && now[1] === pawn[1], `it stands at ${now}, and did at ${pawn}`);
+        let changed = 0;
+        for (let y = 0; y < after.height; y += 2) for (let x = 0; x < after.width; x += 2) changed += Math.abs(after.at(x, y)[0] - before.at(x, y)[0]) > 12;
+        must(changed > 60, `${changed} of the pixels looked at have changed`);
+        must(await message() === '' && said.length === 0, `it says: ${await message()} ${said.join(' | ')}`);
+    },
+    async a_shadow_of_the_washing_follows_the_sky() {
+        const before = await scene('sky', { mean: 1, far: 0.01 });
+        await page.evaluate('document.getElementById("turn").value = -140, window.dappleFrames = 0, moved()');
+        await settled(2);
+        const after = await picture(), ground = [0.1, -0.45];        // in front of the washing
+        must(at(after, ground) < at(before, ground) - 25, `with the sun behind ${at(after, ground)}, before ${at(before, ground)}`);
+    },
+    async a_page_of_a_scene_survives_a_lost_context() {
+        const before = await picture();
+        await page.evaluate('window.loser = state.context.getExtension("WEBGL_lose_context"), loser.loseContext()');
+        await until('state.lost');
+        await page.evaluate('window.dappleFrames = 0, loser.restoreContext()');
+        await until('!state.lost && state.ready');
+        await settled(4);
+        const after = await picture();
+        let sum = 0;
+        for (let y = 0; y < after.height; y += 3) for (let x = 0; x < after.width; x += 3) sum += Math.abs(before.at(x, y)[1] - after.at(x, y)[1]) * 9;
+        must(sum / after.width / after.height < 1, `the picture differs by ${sum / after.width / after.height}`);
+        must(await message() === '', `it says: ${await message()}`);
     },
     async three_js_draws_with_our_shadows() {
         await open('three.html', served);
@@ -330,7 +422,7 @@ browser = await puppeteer.launch({
     executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, protocolTimeout: 240000,
     args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage']
 });
-const names = Object.keys(tests), bad = [];
+const names = Object.keys(tests).filter((name) => !process.env.ONLY || name.includes(process.env.ONLY)), bad = [];
 console.log(`[==========] Running ${names.length} test(s).`);
 for (const name of names) {
     console.log(`[ RUN      ] ${name}`);

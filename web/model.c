@@ -1,12 +1,12 @@
-/* product_model.c - see product.h: the model as the G-buffer draws it, and as one mesh for csm.h. */
-#include "product.h"
+/* model.c - see stage.h: a model on the GPU, and as one mesh for those who build of it. */
+#include "stage.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { FLOATS = 8, MOST_TEXTURE = 4096 };       /* position, normal, texture coordinates */
+enum { FLOATS = 8 };       /* position, normal, texture coordinates */
 
 static int no_memory(char *error)
 {
@@ -15,7 +15,7 @@ static int no_memory(char *error)
 }
 
 /* Whether the scene has a ground, and how high it lies. */
-static int find_ground(pd_model *model)
+static int find_ground(pg_model *model)
 {
     const ex_scene *scene = &model->scene;
     for (uint32_t i = 0; i < scene->object_count; i++) {
@@ -27,21 +27,19 @@ static int find_ground(pd_model *model)
     return 0;
 }
 
-int pd_model_load(pd_model *model, const char *path, char *error)
+int pg_model_take(pg_model *model, ex_scene *scene, int with_ground, char *error)
 {
-    static const char builtin[] = "builtin:";
     memset(model, 0, sizeof *model);
-    if (strncmp(path, builtin, sizeof builtin - 1) == 0) {
-        if (ex_scene_builtin(&model->scene, path + sizeof builtin - 1, 0, error) != 0) return -1;
-    } else if (ex_scene_load(&model->scene, path, error) != 0) {
-        return -1;
-    }
+    model->scene = *scene;
+    memset(scene, 0, sizeof *scene);
     if (ex_scene_bounds(&model->scene, model->center, &model->radius) != 0) {
         snprintf(error, EX_ERROR_SIZE, "there is no surface in it");
         ex_scene_free(&model->scene);
         return -1;
     }
-    if (find_ground(model) || (ex_scene_add_ground(&model->scene) == 0 && find_ground(model))) return 0;
+    model->ground = model->center[1] - 10 * model->radius;
+    if (find_ground(model) || !with_ground) return 0;
+    if (ex_scene_add_ground(&model->scene) == 0 && find_ground(model)) return 0;
     ex_scene_free(&model->scene);
     return no_memory(error);
 }
@@ -61,7 +59,8 @@ static int upload_texture(glbk_context *gl, const ex_texture *from, glbk_texture
     return glbk_texture_create(gl, &desc, out) == GLBK_OK ? 0 : -1;
 }
 
-static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pd_mesh *out)
+/* Makes the buffer, or fills the one that is there. */
+static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pg_mesh *out)
 {
     size_t bytes = (size_t)mesh->vertex_count * FLOATS * sizeof(float);
     float *vertices = malloc(bytes + 1);
@@ -74,12 +73,13 @@ static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pd_mesh *out)
         v[6] = mesh->uvs ? mesh->uvs[2 * (size_t)i] : 0;
         v[7] = mesh->uvs ? mesh->uvs[2 * (size_t)i + 1] : 0;
     }
-    result = glbk_buffer_create(gl, bytes, vertices, &out->vertices);
+    if (out->vertices.name) result = glbk_buffer_update(gl, &out->vertices, 0, bytes, vertices);
+    else result = glbk_buffer_create(gl, bytes, vertices, &out->vertices);
     free(vertices);
     return result == GLBK_OK ? 0 : -1;
 }
 
-static void describe_vertices(glbk_context *gl, pd_mesh *out)
+static void describe_vertices(glbk_context *gl, pg_mesh *out)
 {
     static const int32_t counts[3] = { 3, 3, 2 };
     const glbk_functions *f = &gl->gl;
@@ -96,8 +96,9 @@ static void describe_vertices(glbk_context *gl, pd_mesh *out)
     f->BindVertexArray(0);
 }
 
-/* Triangles of one material after the other, and where each begins: starts has a place for each material and the end. */
-static int upload_indices(glbk_context *gl, const ex_scene *scene, const ex_mesh *mesh, pd_mesh *out, uint32_t *starts)
+/* Triangles of one material after the other, and where each begins: starts has a place for each material and the
+   end. */
+static int upload_indices(glbk_context *gl, const ex_scene *scene, const ex_mesh *mesh, pg_mesh *out, uint32_t *starts)
 {
     uint32_t *sorted = malloc(3 * (size_t)mesh->triangle_count * sizeof *sorted + 1), *next;
     glbk_result result = GLBK_ERR_ALLOC;
@@ -117,7 +118,7 @@ static int upload_indices(glbk_context *gl, const ex_scene *scene, const ex_mesh
 }
 
 /* The parts of all objects that share a mesh. */
-static void list_parts(pd_model *model, uint32_t mesh, const uint32_t *starts)
+static void list_parts(pg_model *model, uint32_t mesh, const uint32_t *starts)
 {
     const ex_scene *scene = &model->scene;
     for (uint32_t i = 0; i < scene->object_count; i++) {
@@ -125,7 +126,7 @@ static void list_parts(pd_model *model, uint32_t mesh, const uint32_t *starts)
         uint32_t all = scene->meshes[mesh].triangle_count;
         if (object->mesh != mesh) continue;
         for (uint32_t m = 0; m < scene->material_count; m++) {
-            pd_part part = { i, m, 3 * starts[m], 3 * (starts[m + 1] - starts[m]) };
+            pg_part part = { i, m, 3 * starts[m], 3 * (starts[m + 1] - starts[m]) };
             if (object->material && object->material - 1 != m) continue;
             if (object->material) part.first = 0, part.count = 3 * all;
             if (part.count) model->parts[model->part_count++] = part;
@@ -133,7 +134,7 @@ static void list_parts(pd_model *model, uint32_t mesh, const uint32_t *starts)
     }
 }
 
-int pd_model_upload(pd_model *model, glbk_context *gl, char *error)
+int pg_model_upload(pg_model *model, glbk_context *gl, char *error)
 {
     const ex_scene *scene = &model->scene;
     uint32_t *starts = malloc((scene->material_count + 1) * sizeof *starts);
@@ -145,7 +146,7 @@ int pd_model_upload(pd_model *model, glbk_context *gl, char *error)
     for (uint32_t i = 0; i < scene->texture_count && !failed; i++)
         failed = upload_texture(gl, &scene->textures[i], &model->textures[i]) != 0;
     for (uint32_t i = 0; i < scene->mesh_count && !failed; i++) {
-        pd_mesh *mesh = &model->meshes[i];
+        pg_mesh *mesh = &model->meshes[i];
         if (!scene->meshes[i].triangle_count) continue;
         failed = upload_vertices(gl, &scene->meshes[i], mesh) != 0 ||
                  upload_indices(gl, scene, &scene->meshes[i], mesh, starts) != 0;
@@ -157,7 +158,16 @@ int pd_model_upload(pd_model *model, glbk_context *gl, char *error)
     return failed ? no_memory(error) : 0;
 }
 
-void pd_model_free(pd_model *model, glbk_context *gl)
+int pg_model_update(pg_model *model, glbk_context *gl, char *error)
+{
+    for (uint32_t i = 0; i < model->scene.mesh_count; i++)
+        if (model->scene.meshes[i].deforms && model->meshes[i].vertices.name &&
+            upload_vertices(gl, &model->scene.meshes[i], &model->meshes[i]) != 0)
+            return no_memory(error);
+    return 0;
+}
+
+void pg_model_release(pg_model *model, glbk_context *gl)
 {
     for (uint32_t i = 0; model->meshes && i < model->scene.mesh_count; i++) {
         if (model->meshes[i].vertex_array && !gl->lost) gl->gl.DeleteVertexArrays(1, &model->meshes[i].vertex_array);
@@ -169,6 +179,15 @@ void pd_model_free(pd_model *model, glbk_context *gl)
     free(model->meshes);
     free(model->textures);
     free(model->parts);
+    model->meshes = NULL;
+    model->textures = NULL;
+    model->parts = NULL;
+    model->part_count = 0;
+}
+
+void pg_model_free(pg_model *model, glbk_context *gl)
+{
+    pg_model_release(model, gl);
     ex_scene_free(&model->scene);
     memset(model, 0, sizeof *model);
 }
@@ -185,12 +204,13 @@ static void multiply(const float a[16], const float b[16], float out[16])
         }
 }
 
-static void describe_surface(const pd_model *model, const pd_part *part, const float world[16], glbk_surface *out)
+static void describe_surface(const pg_model *model, const pg_part *part, const pg_draw *draw, glbk_surface *out)
 {
     const ex_object *object = &model->scene.objects[part->object];
     const ex_material *material = &model->scene.materials[part->material];
     memset(out, 0, sizeof *out);
-    multiply(world, object->transform, out->world);
+    if (draw->world) multiply(draw->world, object->transform, out->world);
+    else memcpy(out->world, object->transform, sizeof out->world);
     out->material.kind = LSAMP_MATERIAL_METAL_ROUGH;
     for (int k = 0; k < 3; k++) out->material.diffuse[k] = fminf(material->base_color[k], 1);
     out->material.metallic = material->metallic;
@@ -198,29 +218,34 @@ static void describe_surface(const pd_model *model, const pd_part *part, const f
     out->alpha_cutoff = material->alpha_cutoff;
     if (material->base_texture >= 0) out->color_map = &model->textures[material->base_texture];
     if (object->receiver_only) out->plane = 1;
-    else out->entity = 1;
+    else if (!draw->first_entity) out->entity = 1;
+    else if (part->object >= draw->first_entity) out->entity = part->object - draw->first_entity + 1;
 }
 
-int pd_model_draw(const pd_model *model, glbk_context *gl, glbk_gbuffer *seen, const float clip[16], const float eye[3],
-                  const float world[16])
+glbk_result pg_model_draw(const pg_model *model, glbk_context *gl, const pg_draw *draw)
 {
-    if (glbk_gbuffer_begin(gl, seen, clip, eye) != GLBK_OK) return -1;
-    for (uint32_t i = 0; i < model->part_count; i++) {
-        const pd_part *part = &model->parts[i];
+    glbk_result result = GLBK_OK;
+    for (uint32_t i = 0; i < model->part_count && result == GLBK_OK; i++) {
+        const pg_part *part = &model->parts[i];
+        const ex_object *object = &model->scene.objects[part->object];
+        const void *at = (const void *)(part->first * sizeof(uint32_t));
         glbk_surface surface;
-        describe_surface(model, part, world, &surface);
-        if (glbk_gbuffer_object(gl, seen, &surface) != GLBK_OK) return -1;
-        gl->gl.BindVertexArray(model->meshes[model->scene.objects[part->object].mesh].vertex_array);
-        gl->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)part->count, GLBK_GL_UNSIGNED_INT,
-                            (const void *)(part->first * sizeof(uint32_t)));
+        if (draw->casters && object->receiver_only) continue;
+        describe_surface(model, part, draw, &surface);
+        result = draw->set(draw->user, gl, &surface);
+        gl->gl.BindVertexArray(model->meshes[object->mesh].vertex_array);
+        if (draw->instances)
+            gl->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)part->count, GLBK_GL_UNSIGNED_INT, at,
+                                         (int32_t)draw->instances);
+        else gl->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)part->count, GLBK_GL_UNSIGNED_INT, at);
     }
     gl->gl.BindVertexArray(0);
-    return 0;
+    return result;
 }
 
 /* ---- one mesh ---- */
 
-int pd_model_merge(const pd_model *model, float **positions, size_t *vertex_count, uint32_t **indices,
+int pg_model_merge(const pg_model *model, float **positions, size_t *vertex_count, uint32_t **indices,
                    size_t *index_count)
 {
     const ex_scene *scene = &model->scene;

@@ -1,0 +1,241 @@
+/* game.c - the page "game", see stage.h: a chess set whose pieces and lamps the user drags. shadowfield.h computes a
+   field of each kind of piece once; gl_shadowfield.h then shades the board and all pieces wherever they stand, without
+   looking at a triangle again. */
+#include "../gl_backend/gl_shadowfield.h"
+#include "stage.h"
+#include "../examples/common/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BANDS = 4, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
+enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT };             /* knobs */
+
+static const float lamp_radius = 0.03f, lamp_height = 0.12f, grip = 0.03f, cell = 0.006f;
+
+static struct game {
+    pg_model             model;         /* objects: the board, pieces, the table */
+    sfield_algebra      *algebra;
+    sfield_field        *kinds[KINDS], *lamp;
+    glbk_sfield_scene    scene;
+    glbk_sfield_renderer renderer;
+    glbk_program         light;
+} game;
+
+/* ---- fields, once ---- */
+
+/* The board's mesh is the scene's first, pieces follow. */
+static const ex_mesh *mesh_of(int kind) { return &game.model.scene.meshes[1 + kind]; }
+
+/* The triangles of a piece on a grid of cells: those with corners in three of them. Small details cast no shadow
+   that the fields could tell, and time grows with triangles. indices has room for all; returns how many there are. */
+static size_t simplify(const ex_mesh *from, uint32_t *cells, uint32_t *indices)
+{
+    size_t count = 0;
+    for (uint32_t i = 0; i < from->vertex_count; i++) {
+        const float *p = from->positions + 3 * (size_t)i;
+        uint32_t k = 0;                         /* the first vertex of the same cell stands for all of it */
+        while (k < i) {
+            const float *q = from->positions + 3 * (size_t)k;
+            int same = cells[k] == k;
+            for (int axis = 0; axis < 3; axis++) same &= floorf(p[axis] / cell) == floorf(q[axis] / cell);
+            if (same) break;
+            k++;
+        }
+        cells[i] = k;
+    }
+    for (uint32_t t = 0; t < from->triangle_count; t++) {
+        const uint32_t *c = from->indices + 3 * (size_t)t, i = cells[c[0]], j = cells[c[1]], k = cells[c[2]];
+        if (i == j || j == k || k == i) continue;
+        indices[count++] = i;
+        indices[count++] = j;
+        indices[count++] = k;
+    }
+    return count;
+}
+
+static int build_kind(int kind)
+{
+    const ex_mesh *from = mesh_of(kind);
+    uint32_t *cells = malloc(from->vertex_count * sizeof *cells);
+    uint32_t *indices = malloc(3 * from->triangle_count * sizeof *indices);
+    sfield_mesh mesh = { from->positions, from->vertex_count, 0, indices, 0, NULL };
+    sfield_desc desc;
+    int failed = !cells || !indices;
+    memset(&desc, 0, sizeof desc);
+    desc.bands = BANDS;
+    desc.cube_side = 8;                         /* coarser than by default, since a browser builds them as you wait */
+    desc.position_side = 6;
+    desc.shell_count = 8;
+    if (!failed) mesh.index_count = simplify(from, cells, indices);
+    failed = failed || sfield_build(&desc, &mesh, &game.kinds[kind], NULL) != SFIELD_OK;
+    free(cells);
+    free(indices);
+    return failed ? -1 : 0;
+}
+
+static int build(char *error)
+{
+    sfield_emitter lamp;
+    ex_scene scene;
+    int failed;
+    memset(&lamp, 0, sizeof lamp);
+    lamp.kind = SFIELD_EMITTER_SPHERE;
+    lamp.radius = lamp_radius;
+    lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
+    if (ex_scene_builtin(&scene, "chess", 0, error) != 0) return -1;
+    if (pg_model_take(&game.model, &scene, 1, error) != 0) return -1;
+    failed = sfield_algebra_create(BANDS, NULL, &game.algebra) != SFIELD_OK ||
+             sfield_build_emitter(NULL, &lamp, &game.lamp, NULL) != SFIELD_OK;
+    for (int kind = 0; kind < KINDS && !failed; kind++) failed = build_kind(kind) != 0;
+    return failed ? ex_fail(error, "the fields cannot be built") : 0;
+}
+
+static void place_handles(pg_stage *stage)
+{
+    const float reach = 0.30f, low[3] = { -reach, 0, -reach }, high[3] = { reach, 0.4f, reach };
+    if (stage->handle_count) return;            /* a context that comes back finds them where they were */
+    memcpy(stage->box[0], low, sizeof low);
+    memcpy(stage->box[1], high, sizeof high);
+    for (int i = 0; i < LAMPS; i++) {
+        const pg_handle lamp = { { i ? 0.26f : -0.05f, lamp_height, i ? -0.02f : 0.04f }, 0.05f, PG_TRACK_PLANE,
+                                 { 1, i ? 0.75f : 0.95f, i ? 0.5f : 0.85f } };
+        stage->handles[i] = lamp;
+    }
+    for (int i = 0; i < PIECES; i++) {
+        const float *at = game.model.scene.objects[1 + i].transform + 12;
+        const pg_handle piece = { { at[0], grip, at[2] }, 0.022f, PG_TRACK_PLANE, { 0, 0, 0 } };
+        stage->handles[LAMPS + i] = piece;
+    }
+    stage->handle_count = LAMPS + PIECES;
+}
+
+/* ---- on the GPU ---- */
+
+/* Light times colour. What rings below zero is cut off. */
+static const char light_text[] =
+    "uniform glbk_color_sampler glbk_user0;\n"
+    "layout(location = 0) out glbk_color light;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+    "    glbk_point p;\n"
+    "    vec3 seen = vec3(0.0);\n"
+    "    if (glbk_read_point(at, p)) seen = p.diffuse * max(glbk_unpack(texelFetch(glbk_user0, at, 0)).rgb, 0.0);\n"
+    "    light = glbk_pack(vec4(seen, 1.0));\n"
+    "}\n";
+
+int pg_scene_create(pg_stage *stage, char *error)
+{
+    const sfield_field *fields[KINDS + 1];
+    glbk_sfield_scene_desc desc;
+    glbk_source source;
+    glbk_result result;
+    memset(&desc, 0, sizeof desc);
+    memset(&source, 0, sizeof source);
+    if (!game.lamp && build(error) != 0) return -1;
+    place_handles(stage);
+    for (int i = 0; i < KINDS; i++) fields[i] = game.kinds[i];
+    fields[KINDS] = game.lamp;
+    desc.algebra = game.algebra;
+    desc.fields = fields;
+    desc.field_count = KINDS + 1;
+    desc.entity_capacity = ENTITIES;
+    source.fragment = light_text;
+    source.uses = "gbuffer";
+    source.parts[0] = glbk_gbuffer_part();
+    if (pg_model_upload(&game.model, stage->gl, error) != 0) return -1;
+    result = glbk_sfield_scene_create(stage->gl, &desc, &game.scene);
+    if (result == GLBK_OK) result = glbk_program_compile(stage->gl, &source, &game.light);
+    return result == GLBK_OK ? 0 : pg_failed("the set", result, error);
+}
+
+void pg_scene_free(pg_stage *stage)
+{
+    glbk_sfield_scene_free(stage->gl, &game.scene);
+    glbk_sfield_renderer_free(stage->gl, &game.renderer);
+    glbk_program_free(stage->gl, &game.light);
+    pg_model_release(&game.model, stage->gl);
+}
+
+const pg_model *pg_scene_model(void) { return &game.model; }
+
+static glbk_result fit(pg_stage *stage)
+{
+    glbk_sfield_renderer_desc desc;
+    if (game.renderer.width == stage->width && game.renderer.height == stage->height) return GLBK_OK;
+    glbk_sfield_renderer_free(stage->gl, &game.renderer);
+    memset(&desc, 0, sizeof desc);
+    desc.width = stage->width;
+    desc.height = stage->height;
+    desc.algebra = game.algebra;
+    return glbk_sfield_renderer_create(stage->gl, &desc, &game.renderer);
+}
+
+/* ---- a frame ---- */
+
+/* Pieces are entities, lamps follow; the board and the table are none. */
+static glbk_result place(pg_stage *stage, const float knobs[PG_KNOBS])
+{
+    sfield_entity entities[ENTITIES];
+    const int lamps = (int)knobs[LAMP_COUNT];
+    memset(entities, 0, sizeof entities);
+    for (int i = 0; i < PIECES; i++) {
+        ex_object *object = &game.model.scene.objects[1 + i];
+        const float *at = stage->handles[LAMPS + i].position;
+        object->transform[12] = at[0];
+        object->transform[14] = at[2];
+        entities[i].occlusion = game.kinds[object->mesh - 1];
+        memcpy(entities[i].transform, object->transform, sizeof object->transform);
+    }
+    for (int i = 0; i < lamps && i < LAMPS; i++) {
+        const pg_handle *lamp = &stage->handles[i];
+        sfield_entity *e = &entities[PIECES + i];
+        ex_identity(e->transform);
+        e->source = game.lamp;
+        for (int k = 0; k < 3; k++) {
+            e->transform[12 + k] = lamp->position[k];
+            e->tint[k] = knobs[LAMP_LIGHT] * lamp->color[k];
+        }
+    }
+    return glbk_sfield_scene_entities(stage->gl, &game.scene, entities, (size_t)(PIECES + lamps));
+}
+
+/* A sky that is brighter above: coefficients of 1 and of y. */
+static glbk_result set_sky(pg_stage *stage, float light)
+{
+    static const float tint[3] = { 0.75f, 0.87f, 1 };
+    float coefs[3 * COEFS] = { 0 };
+    for (int k = 0; k < 3; k++) {
+        coefs[COEFS * k] = 3.5449f * light * tint[k];
+        coefs[COEFS * k + 1] = 0.6f * 2.0467f * light * tint[k];
+        stage->backdrop[k] = 0.5f * light * tint[k] + 0.01f;
+    }
+    return glbk_sfield_scene_sky(stage->gl, &game.scene, light > 0 ? coefs : NULL);
+}
+
+static glbk_result draw(pg_stage *stage)
+{
+    return pg_stage_draw(stage, &game.model, NULL, 1);
+}
+
+int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, char *error)
+{
+    glbk_context *gl = stage->gl;
+    glbk_pass pass;
+    glbk_result result = fit(stage);
+    (void)time;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &stage->light_target;
+    stage->exposure = 1;
+    if (result == GLBK_OK) result = place(stage, knobs);
+    if (result == GLBK_OK) result = set_sky(stage, knobs[SKY_LIGHT]);
+    if (result == GLBK_OK) result = draw(stage);
+    if (result == GLBK_OK) result = glbk_sfield_shade(gl, &game.renderer, &stage->seen, &game.scene, NULL, 0);
+    if (result == GLBK_OK) result = glbk_begin(gl, &pass, &game.light);
+    if (result == GLBK_OK) result = glbk_gbuffer_bind(gl, &stage->seen, NULL);
+    if (result != GLBK_OK) return pg_failed("the light", result, error);
+    glbk_bind_texture(gl, GLBK_SLOT_glbk_user0, &game.renderer.light);
+    glbk_draw_screen(gl);
+    return 0;
+}

@@ -1,0 +1,81 @@
+/* scene.js - the pages room, game and sky: their knobs, which are the elements with data-knob and its number, what is dragged,
+   and time. page.c has what is called. */
+'use strict';
+
+const knobs = [...document.querySelectorAll('[data-knob]')];
+const clock = { time: 0.5, last: 0 };
+const call = (name, types, ...values) => callC('pg', name, types, values);
+const ask = (name, ...values) => state.program.ccall(`pg_${name}`, 'number', values.map(() => 'number'), values);
+let knobsAt = 0;
+
+function readKnobs() {
+    const out = state.program.HEAPF32;
+    for (const knob of knobs) {
+        const value = knob.type === 'checkbox' ? (knob.checked ? 1 : 0) : +knob.value;
+        out[knobsAt / 4 + +knob.dataset.knob] = knob.dataset.power ? 2 ** value : value;
+    }
+}
+
+/* Steps of time are as long as frames take, a fifth of a second at most. */
+function tick(now) {
+    const play = element('play');
+    if (play && play.checked) {
+        clock.time += Math.min(0.2, (now - clock.last) / 1000);
+        state.anew = true;
+        state.moved = now;
+    }
+    clock.last = now;
+}
+
+function frame(now) {
+    tick(now);
+    resized();
+    if (!call('size', ['number', 'number'], canvas.width, canvas.height)) return;
+    if (!state.anew && ask('frames') >= FULL) return;
+    const anew = state.anew ? 1 : 0;
+    state.anew = false;
+    readKnobs();
+    const good = call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth, view.elevation,
+        view.distance, view.up, knobsAt, clock.time, anew);
+    if (!good) state.ready = false;                  // the message stays
+    drawn(ask('frames'));
+}
+
+/* x, y, z of something that can be dragged, and where it is in the window, -1..1. */
+function handleAt(i) {
+    const at = ask('handle_at', i);
+    return at ? [...state.program.HEAPF32.subarray(at / 4, at / 4 + 5)] : null;
+}
+
+const SCENES = {
+    room: { create: () => DappleRoom, view: { azimuth: 1.5708, elevation: 0.12, distance: 1.9, up: 0.02 },
+        limits: { azimuth: [0.95, 2.2], elevation: [-0.1, 0.6], distance: [1, 4] } },        // it has no front wall
+    game: { create: () => DappleGame, view: { azimuth: 1, elevation: 0.6, distance: 1.9, up: 0 }, limits: { elevation: [0.05, 1.5] } },
+    sky: { create: () => DappleSky, view: { azimuth: 1.2, elevation: 0.22, distance: 2.5, up: -0.1 }, limits: { elevation: [0, 1.5] } }
+};
+
+function start(own) {
+    Object.assign(view, own.view);
+    Object.assign(limits, own.limits);
+    const still = /^#still=(\d+)$/.exec(location.hash);          // nothing moves, and so many frames: for pictures
+    if (still) {
+        FULL = +still[1];
+        if (element('play')) element('play').checked = false;
+    }
+    for (const knob of knobs) knob.addEventListener('input', moved);
+    const grab = { press: (x, y) => ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
+        release: () => state.program.ccall('pg_release', null, [], []) };
+    listen({ grab });
+    startPage({
+        create: own.create(), frame,
+        begin() {
+            if (!knobsAt) knobsAt = state.program._malloc(32);
+            resized();
+            state.ready = call('start', []) && call('size', ['number', 'number'], canvas.width, canvas.height);
+            return state.ready;
+        },
+        lose() { state.program.ccall('pg_lost', null, [], []); }
+    });
+}
+
+start(SCENES[document.body.dataset.page]);
