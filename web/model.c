@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FLOATS = 8 };       /* position, normal, texture coordinates */
+enum { FLOATS = 12 };      /* position, normal, texture coordinates, tangent and its handedness */
 
 static int no_memory(char *error)
 {
@@ -46,11 +46,11 @@ int pg_model_take(pg_model *model, ex_scene *scene, int with_ground, char *error
 
 /* ---- to the GPU ---- */
 
-static int upload_texture(glbk_context *gl, const ex_texture *from, glbk_texture *out)
+static int upload_texture(glbk_context *gl, const ex_texture *from, glbk_format format, glbk_texture *out)
 {
     glbk_texture_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.format = GLBK_FORMAT_SRGB8_A8;
+    desc.format = format;
     desc.width = from->width;
     desc.height = from->height;
     desc.sampling = GLBK_SAMPLING_MIPMAPS;
@@ -59,11 +59,32 @@ static int upload_texture(glbk_context *gl, const ex_texture *from, glbk_texture
     return glbk_texture_create(gl, &desc, out) == GLBK_OK ? 0 : -1;
 }
 
+/* Tangents: which way the first texture coordinate grows at each vertex, the mean over its triangles. */
+static void add_tangents(const ex_mesh *mesh, float *vertices)
+{
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        const uint32_t *c = mesh->indices + 3 * (size_t)t;
+        float *v[3], e[2][5], area, along[3];
+        for (int k = 0; k < 3; k++) v[k] = vertices + (size_t)FLOATS * c[k];
+        for (int k = 0; k < 5; k++) {
+            const int at = k < 3 ? k : k + 3;       /* x, y, z, and the two texture coordinates */
+            e[0][k] = v[1][at] - v[0][at];
+            e[1][k] = v[2][at] - v[0][at];
+        }
+        area = e[0][3] * e[1][4] - e[1][3] * e[0][4];
+        for (int k = 0; k < 3; k++) along[k] = (e[0][k] * e[1][4] - e[1][k] * e[0][4]) * (area < 0 ? -1.0f : 1.0f);
+        for (int corner = 0; corner < 3; corner++) {
+            for (int k = 0; k < 3; k++) v[corner][8 + k] += along[k];
+            v[corner][11] = area < 0 ? -1.0f : 1.0f;
+        }
+    }
+}
+
 /* Makes the buffer, or fills the one that is there. */
 static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pg_mesh *out)
 {
     size_t bytes = (size_t)mesh->vertex_count * FLOATS * sizeof(float);
-    float *vertices = malloc(bytes + 1);
+    float *vertices = calloc(1, bytes + 1);
     glbk_result result;
     if (!vertices) return -1;
     for (uint32_t i = 0; i < mesh->vertex_count; i++) {
@@ -73,6 +94,7 @@ static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pg_mesh *out)
         v[6] = mesh->uvs ? mesh->uvs[2 * (size_t)i] : 0;
         v[7] = mesh->uvs ? mesh->uvs[2 * (size_t)i + 1] : 0;
     }
+    if (mesh->uvs) add_tangents(mesh, vertices);
     if (out->vertices.name) result = glbk_buffer_update(gl, &out->vertices, 0, bytes, vertices);
     else result = glbk_buffer_create(gl, bytes, vertices, &out->vertices);
     free(vertices);
@@ -81,14 +103,14 @@ static int upload_vertices(glbk_context *gl, const ex_mesh *mesh, pg_mesh *out)
 
 static void describe_vertices(glbk_context *gl, pg_mesh *out)
 {
-    static const int32_t counts[3] = { 3, 3, 2 };
+    static const int32_t counts[4] = { 3, 3, 2, 4 };
     const glbk_functions *f = &gl->gl;
     uintptr_t at = 0;
     f->GenVertexArrays(1, &out->vertex_array);
     f->BindVertexArray(out->vertex_array);
     f->BindBuffer(GLBK_GL_ARRAY_BUFFER, out->vertices.name);
     f->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, out->indices.name);
-    for (uint32_t i = 0; i < 3; i++) {
+    for (uint32_t i = 0; i < 4; i++) {
         f->EnableVertexAttribArray(i);
         f->VertexAttribPointer(i, counts[i], GLBK_GL_FLOAT, 0, FLOATS * sizeof(float), (const void *)at);
         at += (uintptr_t)counts[i] * sizeof(float);
@@ -134,6 +156,21 @@ static void list_parts(pg_model *model, uint32_t mesh, const uint32_t *starts)
     }
 }
 
+/* Colours, and what some materials take for normals. */
+static int upload_textures(pg_model *model, glbk_context *gl)
+{
+    const ex_scene *scene = &model->scene;
+    int failed = 0;
+    for (uint32_t i = 0; i < scene->material_count && !failed; i++) {
+        const int color = scene->materials[i].base_texture, normal = scene->materials[i].normal_texture;
+        if (color >= 0 && !model->textures[color].name)
+            failed = upload_texture(gl, &scene->textures[color], GLBK_FORMAT_SRGB8_A8, &model->textures[color]);
+        if (normal >= 0 && !model->normal_maps[normal].name)
+            failed |= upload_texture(gl, &scene->textures[normal], GLBK_FORMAT_RGBA8, &model->normal_maps[normal]);
+    }
+    return failed ? -1 : 0;
+}
+
 int pg_model_upload(pg_model *model, glbk_context *gl, char *error)
 {
     const ex_scene *scene = &model->scene;
@@ -141,10 +178,10 @@ int pg_model_upload(pg_model *model, glbk_context *gl, char *error)
     int failed = !starts;
     model->meshes = calloc(scene->mesh_count + 1u, sizeof *model->meshes);
     model->textures = calloc(scene->texture_count + 1u, sizeof *model->textures);
+    model->normal_maps = calloc(scene->texture_count + 1u, sizeof *model->normal_maps);
     model->parts = calloc((size_t)scene->object_count * scene->material_count + 1, sizeof *model->parts);
-    failed |= !model->meshes || !model->textures || !model->parts;
-    for (uint32_t i = 0; i < scene->texture_count && !failed; i++)
-        failed = upload_texture(gl, &scene->textures[i], &model->textures[i]) != 0;
+    failed |= !model->meshes || !model->textures || !model->normal_maps || !model->parts;
+    if (!failed) failed = upload_textures(model, gl) != 0;
     for (uint32_t i = 0; i < scene->mesh_count && !failed; i++) {
         pg_mesh *mesh = &model->meshes[i];
         if (!scene->meshes[i].triangle_count) continue;
@@ -176,11 +213,14 @@ void pg_model_release(pg_model *model, glbk_context *gl)
     }
     for (uint32_t i = 0; model->textures && i < model->scene.texture_count; i++)
         glbk_texture_free(gl, &model->textures[i]);
+    for (uint32_t i = 0; model->normal_maps && i < model->scene.texture_count; i++)
+        glbk_texture_free(gl, &model->normal_maps[i]);
+    free(model->normal_maps);
     free(model->meshes);
     free(model->textures);
     free(model->parts);
     model->meshes = NULL;
-    model->textures = NULL;
+    model->textures = model->normal_maps = NULL;
     model->parts = NULL;
     model->part_count = 0;
 }
@@ -217,6 +257,7 @@ static void describe_surface(const pg_model *model, const pg_part *part, const p
     out->material.roughness = material->roughness;
     out->alpha_cutoff = material->alpha_cutoff;
     if (material->base_texture >= 0) out->color_map = &model->textures[material->base_texture];
+    if (material->normal_texture >= 0) out->normal_map = &model->normal_maps[material->normal_texture];
     if (object->receiver_only) out->plane = 1;
     else if (!draw->first_entity) out->entity = 1;
     else if (part->object >= draw->first_entity) out->entity = part->object - draw->first_entity + 1;

@@ -15,8 +15,9 @@ int pd_model_load(pg_model *model, const char *path, char *error)
     memset(model, 0, sizeof *model);
     if (strncmp(path, builtin, sizeof builtin - 1) == 0) {
         if (ex_scene_builtin(&scene, path + sizeof builtin - 1, 0, error) != 0) return -1;
-    } else if (ex_scene_load(&scene, path, error) != 0) {
-        return -1;
+    } else {
+        ex_normal_maps = 1;
+        if (ex_scene_load(&scene, path, error) != 0) return -1;
     }
     return pg_model_take(model, &scene, 1, error);
 }

@@ -159,7 +159,7 @@ int pg_stage_resize(pg_stage *s, uint32_t width, uint32_t height, char *error)
     s->height = seen.height = height;
     seen.attributes.normal = 1;
     seen.attributes.uv = 2;
-    seen.attributes.tangent = -1;
+    seen.attributes.tangent = 3;
     result = glbk_gbuffer_create(s->gl, &seen, &s->seen);
     if (result == GLBK_OK) result = make_target(s, &s->light, &s->light_target);
     for (int i = 0; i < 2 && result == GLBK_OK; i++) result = make_target(s, &s->sum[i], &s->sum_target[i]);

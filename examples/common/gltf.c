@@ -176,6 +176,15 @@ static void add_triangles(loader *l, const primitive *p, int mode)
     }
 }
 
+static int has_textures(const ex_material *m) { return m->base_texture >= 0 || m->normal_texture >= 0; }
+
+/* The set of texture coordinates that a material reads. */
+static int uv_set(const loader *l, int material)
+{
+    const gltf_material *from = &l->file->materials[material];
+    return l->scene->materials[material].base_texture >= 0 ? from->uv_set : from->normal_uv_set;
+}
+
 /* Finds and checks the arrays of a primitive. Returns 1 ready, 0 nothing to draw in it, -1 error. */
 static int open_primitive(loader *l, const gltf_primitive *from, primitive *p)
 {
@@ -194,9 +203,9 @@ static int open_primitive(loader *l, const gltf_primitive *from, primitive *p)
     int material = from->material, set = 0;
     if (material >= 0 && (size_t)material >= l->file->material_count)
         return ex_fail(l->error, "%s: material %d does not exist", l->path, material);
-    if (material >= 0) set = l->file->materials[material].uv_set;
+    if (material >= 0) set = uv_set(l, material);
     p->material = material >= 0 ? (uint32_t)material : (uint32_t)l->file->material_count;   /* last: the default */
-    if (l->scene->materials[p->material].base_texture < 0) return 1;
+    if (!has_textures(&l->scene->materials[p->material])) return 1;
     if (set < 0 || set > 1 || from->uvs[set] < 0) return 1;
     p->uvs = get_accessor(l, from->uvs[set], 2, "TEXCOORD");
     if (!p->uvs) return -1;
@@ -238,7 +247,7 @@ static int load_mesh(loader *l, size_t mesh, size_t *next)
     l->builder.with_uvs = 0;
     for (; *next < f->primitive_count && (size_t)f->primitives[*next].mesh == mesh; (*next)++) {
         int m = f->primitives[*next].material;
-        if (m >= 0 && (size_t)m < f->material_count && l->scene->materials[m].base_texture >= 0)
+        if (m >= 0 && (size_t)m < f->material_count && has_textures(&l->scene->materials[m]))
             l->builder.with_uvs = 1;
     }
     for (size_t i = first; i < *next; i++)
@@ -263,8 +272,12 @@ static void load_material(const loader *l, const gltf_material *from, double tra
     to->metallic = to_color(from->metallic);
     to->roughness = to_color(from->roughness);
     to->double_sided = from->double_sided != 0;
-    to->base_texture = -1;
+    to->base_texture = to->normal_texture = -1;
     if (from->base_image >= 0 && (size_t)from->base_image < l->file->image_count) to->base_texture = from->base_image;
+    /* A mesh has one set of texture coordinates here. */
+    if (from->normal_image >= 0 && (size_t)from->normal_image < l->file->image_count &&
+        (to->base_texture < 0 || from->normal_uv_set == from->uv_set))
+        to->normal_texture = from->normal_image;
     /* Blending and glass are beyond a visibility buffer: what lets less than half of the light through is taken as
        solid, the rest is not there. The constant alpha multiplies the texture's, so dividing the cutoff by it once
        says the same. */
@@ -332,6 +345,12 @@ static int load_with_means(loader *l, const gltf_material *from, ex_material *to
     return 0;
 }
 
+static int load_texture_once(const loader *l, int image)
+{
+    if (image < 0 || l->scene->textures[image].rgba) return 0;
+    return load_texture(l, &l->file->images[image], &l->scene->textures[image]);
+}
+
 /* All materials of the file, then the default one for primitives that name none. */
 static int load_materials(loader *l)
 {
@@ -346,8 +365,7 @@ static int load_materials(loader *l)
     for (size_t i = 0; i < f->material_count; i++) {
         ex_material *to = &l->scene->materials[i];
         if (load_with_means(l, &f->materials[i], to) != 0) return -1;
-        if (to->base_texture < 0 || l->scene->textures[to->base_texture].rgba) continue;
-        if (load_texture(l, &f->images[to->base_texture], &l->scene->textures[to->base_texture]) != 0) return -1;
+        if (load_texture_once(l, to->base_texture) != 0 || load_texture_once(l, to->normal_texture) != 0) return -1;
     }
     return 0;
 }

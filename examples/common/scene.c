@@ -47,6 +47,8 @@ int ex_scene_set_time(ex_scene *scene, float time, char *error)
     return ex_fail(error, "%s: out of memory", scene->name);
 }
 
+int ex_normal_maps;
+
 int ex_scene_load(ex_scene *scene, const char *path, char *error)
 {
     memset(scene, 0, sizeof *scene);
