@@ -98,8 +98,8 @@
      6, size of the light source           envsh__filter_penumbra, axes_u of envsh_lights     image
 
    The last column names the rows of docs/conformance.md that test a line; a - says that there is none. Of
-   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, and the cost model
-   to its own times.
+   these, tests/envshadow/maps_rows_test.c holds clusters to the sums of all lights at once, and the cost
+   model to its own times.
 
    The knobs, and what each trades:
 

@@ -77,8 +77,8 @@
    From the paper to the code
 
    The paper is that of csm.h and lightsampling.h: Ritschel, Grosch, Kautz and Mueller, "Interactive
-   Illumination with Coherent Shadow Maps", EGSR 2007. A line has the function in GLSL or the call, its twin in
-   csm.h or lightsampling.h, and the rows of docs/conformance.md that test both.
+   Illumination with Coherent Shadow Maps", EGSR 2007. A line has the function in GLSL or the call, its twin
+   in csm.h or lightsampling.h, and the rows of docs/conformance.md that test both.
 
      section 3.1  layers, view by view            glbk_csm_builder_draw      cohsm_builder_add       -
      eq. (1)      segments: one depth for many    glbk_csm_builder_compress  cohsm__compress_view    -
@@ -2962,8 +2962,9 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
     if (head[0] == GLBK__CSM_MAGIC) return GLBK_OK;
     glbk__csm_sections(b->data, sections);
     if (sections[3] > head[2])
-        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, "'s sections end at word",
-                                          (double)sections[3], "the length that its header names, or less");
+        return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i,
+                                          "'s sections end at word", (double)sections[3],
+                                          "the length that its header names, or less");
     return GLBK_OK;
 }
 
@@ -3062,7 +3063,8 @@ static glbk_result glbk__csm_upload(glbk_context *ctx, const glbk_csm_maps *maps
             memcpy(halves, words + i, sizeof halves);
             if (at + i >= sections[2]) words[i] = halves[0] | (uint32_t)halves[1] << 16;
             else if (at + i >= sections[0] && at + i < sections[1])
-                words[i] = bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+                words[i] = bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
+                           (uint32_t)bytes[3] << 24;
         }
         result = glbk__table_update(ctx, &maps->blocks, start + at / 4, n / 4, words);
     }

@@ -1374,7 +1374,8 @@ static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m,
     const uint32_t tiles = m->across * m->down, column = c->column, channel = c->channel;
     const uint32_t first = (c->page * tiles + column) * m->channel_count + channel;
     const uint32_t step = (ctx->es ? m->across : 1) * m->channel_count;
-    const uint32_t after = (c->page + 1) * tiles * m->channel_count, end = after < m->count ? after : m->count;
+    const uint32_t after = (c->page + 1) * tiles * m->channel_count;
+    const uint32_t end = after < m->count ? after : m->count;
     uint32_t instances, i;
     glbk_pass pass;
     glbk_result result;
@@ -1431,7 +1432,8 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
         if (result != GLBK_OK) break;
         glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
-        glbk_bind_texture(ctx, m->channel_count == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
+        glbk_bind_texture(ctx,
+                          m->channel_count == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth,
                           &m->atlas);
         glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
@@ -1745,7 +1747,8 @@ static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer 
 {
     glbk_envsh_query values;
     glbk_program *program;
-    glbk_result result = glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channel_count == 4, &program);
+    glbk_result result =
+        glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channel_count == 4, &program);
     uint32_t from = 0;
 
     if (result != GLBK_OK) return result;

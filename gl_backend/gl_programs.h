@@ -169,14 +169,14 @@ typedef struct glbk_source {
 
 /* ---- the GLSL of the headers ---- */
 
-typedef struct glbk_file {          /* one file of GLSL, as a header holds it: strings one behind the other, each
-                                       ended by 0, since tables of pointers would take more than the strings */
-    const char *name;               /* "lib/table.glsl", "prog/copy.frag"; behind it private ones: library files
-                                       that go before this one, by bare names, the vertex shader that a .frag
-                                       goes with, the define sets that are tested, separated by " | ", and the
-                                       uniform block that the file declares, and nothing else */
-    const char *text;               /* without comments and idle blanks; further pieces of it stand behind it,
-                                       and an empty string behind the last */
+typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strings one behind the other, each
+                                   ended by 0, since tables of pointers would take more than the strings */
+    const char *name;           /* "lib/table.glsl", "prog/copy.frag"; behind it private ones: library files
+                                   that go before this one, by bare names, the vertex shader that a .frag
+                                   goes with, the define sets that are tested, separated by " | ", and the
+                                   uniform block that the file declares, and nothing else */
+    const char *text;           /* without comments and idle blanks; further pieces of it stand behind it,
+                                   and an empty string behind the last */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;

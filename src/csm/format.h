@@ -15,8 +15,8 @@
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
     COHSM__FAST_MAGIC = 0x46534344,     /* "DCSF", of what cohsm_fast_data returns */
-    COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are lines,
-                                           base and at of the trays, where a block has its lookup */
+    COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are
+                                           lines, base and at of the trays, where a block has its lookup */
     COHSM__MOST_WORDS = 0x3fffffff,     /* of a block */
     COHSM__FORMAT = 1,
     COHSM__HEADER_WORDS = 96,

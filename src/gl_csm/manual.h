@@ -77,8 +77,8 @@
    From the paper to the code
 
    The paper is that of csm.h and lightsampling.h: Ritschel, Grosch, Kautz and Mueller, "Interactive
-   Illumination with Coherent Shadow Maps", EGSR 2007. A line has the function in GLSL or the call, its twin in
-   csm.h or lightsampling.h, and the rows of docs/conformance.md that test both.
+   Illumination with Coherent Shadow Maps", EGSR 2007. A line has the function in GLSL or the call, its twin
+   in csm.h or lightsampling.h, and the rows of docs/conformance.md that test both.
 
      section 3.1  layers, view by view            glbk_csm_builder_draw      cohsm_builder_add       -
      eq. (1)      segments: one depth for many    glbk_csm_builder_compress  cohsm__compress_view    -

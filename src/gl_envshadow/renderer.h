@@ -99,7 +99,8 @@ static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer 
 {
     glbk_envsh_query values;
     glbk_program *program;
-    glbk_result result = glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channel_count == 4, &program);
+    glbk_result result =
+        glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channel_count == 4, &program);
     uint32_t from = 0;
 
     if (result != GLBK_OK) return result;
