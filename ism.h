@@ -129,7 +129,7 @@
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
-     [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
+     ISM of 2008          the next bounce, from imperfect RSMs          ism_bounce            T45
      -                    light close to a VPL                          ism__patch_kernel     T42, T43, T44
      -                    VPLs that no pixel of a block can see         ism__cull             T56
      -                    clusters of triangles, seen by a VPL          ism__cluster_effect   -
@@ -146,7 +146,7 @@
 
      vpl_count     fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      surfel_count  fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
-     spread        PAIR spends most surfels on what both the picture and the VPL see; others are the papers'
+     spread        PAIR spends most surfels on what both the picture and the VPL see; others are of papers
      tile_side     smaller: light leaks round corners, contact shadows vanish
      window_rim    less: coarser maps of what the picture does not show; more: of what it shows
      interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
@@ -393,8 +393,8 @@ typedef enum ism_spread {           /* how surfels are spread over triangles */
                                        all triangles (section 5.1) */
     ISM_SPREAD_VIEW_8,              /* by the triangle's mean solid angle as seen from 8 receivers, which are
                                        drawn for each triangle (section 5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of the share of the VPL's own map
-                                       that the triangle fills, about */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of about the share of the VPL's own
+                                       map that the triangle fills */
     ISM_SPREAD_COUNT
 } ism_spread;
 
@@ -599,8 +599,7 @@ typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they 
     float normal[3];
     float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */
-    float vpl;                      /* index of the nearest VPL, whose map says which receivers see the point
-                                       */
+    float vpl;                      /* index of the nearest VPL: its map says which receivers see the point */
 } ism_near_point;
 
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
@@ -668,9 +667,9 @@ ISM_DEF void ism_get_info(const ism_maps *maps, ism_info *out);
 
 ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_across);
 /* Returns side * side depths, a tile for each VPL: the distance from the VPL to the surface in the direction
-   of the texel's centre, or ISM_FAR. Depths of directions are z + radius, as described below ism_bounce. Tile
-   i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side and
-   tiles_across may be NULL. */
+   of the texel's centre, or ISM_FAR. Depths of directions are z + radius: see "where in a tile a direction
+   lies". Tile i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side
+   and tiles_across may be NULL. */
 
 #ifndef ISM_WITHOUT_VISIBLE
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,

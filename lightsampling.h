@@ -209,8 +209,8 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
            receiver: its samples have weights of 0
    out     receives points->count x desc->sample_count samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
-   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector of another length
-           than 1, a material out of range)
+   Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector whose length
+           is not 0.97 to 1.03, a material out of range)
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
@@ -222,7 +222,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, con
                COHSM_REFUSED of csm.h, count as 0
    radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
                0 = 12); set them to 0 before the first light
-   Errors      LSAMP_ERR_ARGUMENT (NULL, samples of 0, a stride). There is no log */
+   Errors      LSAMP_ERR_ARGUMENT (NULL, a sample_count of 0, a stride). There is no log */
 
 LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
 /* Returns a constant string that says what a result means; "unknown result" for a number that is none. */

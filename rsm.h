@@ -61,7 +61,7 @@
 
      map        what one light sees: 1 face, 5 faces of a cube (of a patch), or 6 (of a point)
      texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
-     light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
+     light      a pixel light is a texel that shines: flux leaves the texel about its normal as from a diffuse
                 surface, with the intensity flux / pi x cosine
      receiver   a point that is lit by pixel lights. Results are irradiances: multiply by albedo / pi
      pattern    which texels a receiver takes as samples: those about its own projection into the map, or
@@ -280,8 +280,7 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {          /* means what it says: only near_depth and far_depth have defaults for 0
-                                       */
+typedef struct rsm_light {          /* of its fields near_depth and far_depth alone have defaults for 0 */
     rsm_light_kind kind;
     float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
     float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:
@@ -500,8 +499,7 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
 
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if it does not take all
-                                       */
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if not from all */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
     RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
                                        receivers */

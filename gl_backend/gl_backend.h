@@ -10,10 +10,11 @@
 
    What it does not do
 
-   - No window, no context: make one (GLFW, EGL, SDL, Emscripten, ...) and make it current. OpenGL 3.3 core,
-     ES 3.0 or more. The core path has no geometry shaders, texture buffers or compute; with 4.3 a compute
-     path is used as well.
-   - Not inside an active transform feedback, query of the same kind or conditional rendering of yours.
+   - It makes no window and no context: make one (GLFW, EGL, SDL, Emscripten, ...) of OpenGL 3.3 core, ES 3.0
+     or more, and make it current. The core path does without geometry shaders, texture buffers and compute;
+     with 4.3 a compute path is used as well.
+   - It must not be called inside an active transform feedback, a query of the same kind or a conditional
+     rendering of yours.
    - It has no cache of GL state and assumes none: what it needs it sets, what it sets docs/gl-state.md lists.
 
    Quick start
@@ -61,8 +62,8 @@
 
    Conventions
 
-   Matrices column-major float[16]; GL names are uint32_t; rows of textures from the bottom up, as GL has
-   them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
+   Matrices are column-major float[16]; GL names are uint32_t; rows of textures go from the bottom up, as GL
+   has them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
 
      slot       number of a texture unit or uniform block counted from desc.first_unit or desc.first_block on;
                 of a storage buffer or image, the number that GLSL gives it
@@ -286,7 +287,7 @@ typedef enum glbk_blend {
 
 typedef enum glbk_cull { GLBK_CULL_OFF, GLBK_CULL_BACK, GLBK_CULL_FRONT, GLBK_CULL_COUNT } glbk_cull;
 
-typedef struct glbk_pass {          /* all zero but the target: everything is overwritten */
+typedef struct glbk_pass {          /* if all but the target is zero, a draw overwrites everything */
     const struct glbk_target *target;   /* NULL = the framebuffer that is bound. Then the viewport must be
                                        given, and FRAMEBUFFER_SRGB stays as you have set it: no pass encodes
                                        colours by itself */
@@ -357,13 +358,13 @@ typedef struct glbk_texture {       /* read only; zeroed = none */
 } glbk_texture;
 
 GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_desc *desc, glbk_texture *out);
-/* Makes a texture with its sampling, and fills level 0 where desc.data is given; of a float format its
-   mipmaps need ctx->float_targets.
+/* Makes a texture with its sampling, and fills level 0 if desc.data is given. Mipmaps of a float format need
+   ctx->float_targets.
    out      is zeroed on errors; free it with glbk_texture_free
    Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT, for a size above ctx->max_side or max_layers;
             GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL,
-            GLBK_ERR_LOST. These last four hold for every function below that creates, compiles or reads; of
-            the others GLBK_ERR_LOST alone does, and all four with desc.check */
+            GLBK_ERR_LOST. Every function below that creates, compiles or reads may return these last four;
+            the other functions return GLBK_ERR_LOST alone of them, but all four if desc.check is set */
 
 typedef struct glbk_box {           /* texels of one level of a texture */
     uint32_t level;
@@ -392,7 +393,7 @@ typedef struct glbk_buffer {        /* read only; zeroed = none */
 } glbk_buffer;
 
 GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
-/* Makes a buffer for any purpose, one after another too, but for indices.
+/* Makes a buffer for any purpose but indices. It may serve several purposes, one after another.
    bytes    1 or more
    data     so many bytes, or NULL: the buffer's bytes are undefined then
    out      is zeroed on errors; free it with glbk_buffer_free

@@ -136,7 +136,7 @@ extern "C" {
 
        glbk_csm_maps_place(gl, &maps, instances, n);               // if an object has moved, and then
        glbk_csm_reset(&r);                                         // this, as if the camera or a light has
-       glbk_gbuffer_begin(gl, &seen, clip, eye);                   // or glbk_gbuffer_import, or _upload
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye);          // or glbk_gbuffer_import, or _upload
        glbk_gbuffer_object(gl, &seen, &surface);                   // for each object, with your draw
        glbk_csm_render(gl, &r, &seen, &frame);
        glbk_csm_resolve(gl, &r, &seen, &pass, NULL); */
@@ -192,16 +192,17 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct gl
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
                                      const glbk_gbuffer *gbuffer, const struct glbk_csm_frame_desc *desc);
-/* Adds one frame of what the G-buffer holds to the sum: for each use samples / samples_per_pass passes. The
-   first use of a combination of kind, ask, filter and defines of maps compiles a program (glbk_csm_prepare).
+/* Adds one frame of what the G-buffer holds to the sum: for each use sample_count / samples_per_pass passes.
+   The first use of a combination of kind, ask, filter and defines of maps compiles a program
+   (glbk_csm_prepare).
    After an error the sum may have some lights of the frame: call glbk_csm_reset.
    gbuffer   its entity is the number of the instance that a pixel lies on, its plane that of one of
              glbk_csm_frame_desc.planes, both counted from 1; its first_lobe counts in
              glbk_csm_lights_desc.lobes. Its occlusion, which is of bounced light, plays no part
    Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
-             of range. GLBK_ERR_MISMATCH: samples are not the patterns' length, or the G-buffer has another
-             size. GLBK_ERR_LIMIT: the frame needs more than GLBK_CSM_MAX_PROGRAMS programs, or there were
-             2^32 - 1 frames. Those of glbk_program_compile and glbk_buffer_update */
+             of range. GLBK_ERR_MISMATCH: a sample_count is not the patterns' length, or the G-buffer has
+             another size. GLBK_ERR_LIMIT: the frame needs more than GLBK_CSM_MAX_PROGRAMS programs, or there
+             were 2^32 - 1 frames. Those of glbk_program_compile and glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const glbk_pass *pass,
@@ -281,7 +282,7 @@ typedef struct glbk_csm_use {           /* a light in a frame */
     uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
     lsamp_light_kind     kind;          /* of that light */
     const glbk_csm_maps *maps;          /* the maps that its samples ask */
-    cohsm_light_kind     ask;           /* by what they ask: direction, position, parameter or index */
+    cohsm_light_kind     ask;           /* what the samples ask the maps by: direction, position, ... */
     uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
     uint32_t             seed;          /* of its random numbers; give each light another one */
 } glbk_csm_use;

@@ -87,8 +87,8 @@
        ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
 
    ism_light returns in rgb the irradiance of a point by VPLs first, first + set_count, ..., times set_count,
-   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took
-   off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
+   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that ism_shading.near_mode
+   took off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
 
    How it works, and conventions
 
@@ -296,7 +296,7 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *rend
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgba);
 /* Reads the irradiance, W/m^2, back to the CPU, and waits for the GPU meanwhile.
    rgba     gets 4 floats for each pixel, row 0 of the G-buffer first. The last of four is the irradiance,
-            mean of the three channels, that the rule near by took off
+            mean of the three channels, that ism_shading.near_mode took off
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the renderer was not created. GLBK_ERR_LOST */
 
 /* ---- objects: read only ---- */

@@ -78,8 +78,8 @@
    comes out the same. For each pixel, the builder walks through the views and keeps one value as long as the
    value fits; this gives the least number of segments. A segment then takes 14 to 16 bits:
 
-     lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
-     blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
+     lookup        4 bytes a pixel          directory     2 bytes a line, which has about 30 segments
+     lines         64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
                    palette)
 
    A block takes about 1.9 M^2 s bytes for s segments a pixel. s grows with about N^0.55 and with the object's

@@ -142,7 +142,7 @@ typedef enum glbk_blend {
 
 typedef enum glbk_cull { GLBK_CULL_OFF, GLBK_CULL_BACK, GLBK_CULL_FRONT, GLBK_CULL_COUNT } glbk_cull;
 
-typedef struct glbk_pass {          /* all zero but the target: everything is overwritten */
+typedef struct glbk_pass {          /* if all but the target is zero, a draw overwrites everything */
     const struct glbk_target *target;   /* NULL = the framebuffer that is bound. Then the viewport must be
                                        given, and FRAMEBUFFER_SRGB stays as you have set it: no pass encodes
                                        colours by itself */

@@ -40,13 +40,13 @@ typedef struct glbk_texture {       /* read only; zeroed = none */
 } glbk_texture;
 
 GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_desc *desc, glbk_texture *out);
-/* Makes a texture with its sampling, and fills level 0 where desc.data is given; of a float format its
-   mipmaps need ctx->float_targets.
+/* Makes a texture with its sampling, and fills level 0 if desc.data is given. Mipmaps of a float format need
+   ctx->float_targets.
    out      is zeroed on errors; free it with glbk_texture_free
    Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT, for a size above ctx->max_side or max_layers;
             GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL,
-            GLBK_ERR_LOST. These last four hold for every function below that creates, compiles or reads; of
-            the others GLBK_ERR_LOST alone does, and all four with desc.check */
+            GLBK_ERR_LOST. Every function below that creates, compiles or reads may return these last four;
+            the other functions return GLBK_ERR_LOST alone of them, but all four if desc.check is set */
 
 typedef struct glbk_box {           /* texels of one level of a texture */
     uint32_t level;
@@ -75,7 +75,7 @@ typedef struct glbk_buffer {        /* read only; zeroed = none */
 } glbk_buffer;
 
 GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
-/* Makes a buffer for any purpose, one after another too, but for indices.
+/* Makes a buffer for any purpose but indices. It may serve several purposes, one after another.
    bytes    1 or more
    data     so many bytes, or NULL: the buffer's bytes are undefined then
    out      is zeroed on errors; free it with glbk_buffer_free

@@ -10,10 +10,11 @@
 
    What it does not do
 
-   - No window, no context: make one (GLFW, EGL, SDL, Emscripten, ...) and make it current. OpenGL 3.3 core,
-     ES 3.0 or more. The core path has no geometry shaders, texture buffers or compute; with 4.3 a compute
-     path is used as well.
-   - Not inside an active transform feedback, query of the same kind or conditional rendering of yours.
+   - It makes no window and no context: make one (GLFW, EGL, SDL, Emscripten, ...) of OpenGL 3.3 core, ES 3.0
+     or more, and make it current. The core path does without geometry shaders, texture buffers and compute;
+     with 4.3 a compute path is used as well.
+   - It must not be called inside an active transform feedback, a query of the same kind or a conditional
+     rendering of yours.
    - It has no cache of GL state and assumes none: what it needs it sets, what it sets docs/gl-state.md lists.
 
    Quick start
@@ -61,8 +62,8 @@
 
    Conventions
 
-   Matrices column-major float[16]; GL names are uint32_t; rows of textures from the bottom up, as GL has
-   them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
+   Matrices are column-major float[16]; GL names are uint32_t; rows of textures go from the bottom up, as GL
+   has them. Clip depth is GL's -1..1: passes set it back where a context has clip control.
 
      slot       number of a texture unit or uniform block counted from desc.first_unit or desc.first_block on;
                 of a storage buffer or image, the number that GLSL gives it

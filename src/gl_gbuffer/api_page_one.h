@@ -47,7 +47,7 @@ GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer
 
 GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *gbuffer,
                                          const struct glbk_surface *surface);
-/* Makes the draws that follow those of this object, until the next call: bind your vertex array and draw.
+/* Says which object the next draws are of, until the next call: bind your vertex array and draw.
    Call it after glbk_gbuffer_begin. An attribute of desc.attributes that the vertex array has not enabled
    must have been set to zero.
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created. GLBK_ERR_DESC: a field of

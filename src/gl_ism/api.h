@@ -67,7 +67,7 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *rend
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgba);
 /* Reads the irradiance, W/m^2, back to the CPU, and waits for the GPU meanwhile.
    rgba     gets 4 floats for each pixel, row 0 of the G-buffer first. The last of four is the irradiance,
-            mean of the three channels, that the rule near by took off
+            mean of the three channels, that ism_shading.near_mode took off
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the renderer was not created. GLBK_ERR_LOST */
 
 /* ---- objects: read only ---- */

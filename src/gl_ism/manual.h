@@ -87,8 +87,8 @@
        ism_vpl ism_read_vpl(uint v);                                        // l of ism_visible
 
    ism_light returns in rgb the irradiance of a point by VPLs first, first + set_count, ..., times set_count,
-   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that the rule near by took
-   off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
+   in W/m^2 (0u and 1u: all VPLs), and in a the irradiance, mean of the channels, that ism_shading.near_mode
+   took off. p is in world space; n and ng are unit, n for shading and ng the surface's own.
 
    How it works, and conventions
 

@@ -40,13 +40,14 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *rendere
 /* ---- fewer samples: tables, interpolation, a filter ---- */
 
 GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *desc);
-/* Returns how many points the pattern of a desc needs: 0 with RSM_PATTERN_FLUX or samples 0, and for NULL. */
+/* Returns how many points the pattern of a desc needs, which is 0 with RSM_PATTERN_FLUX, with a sample_count
+   of 0 and for NULL. */
 
 GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                             const rsm_gather_desc *desc, const float *points);
 /* Sets the tables that glbk_rsm_gather and glbk_rsm_interpolate need for a desc: its noise, its materials,
    and the points of its pattern, all three anew. A desc without any of them needs no call. Otherwise call
-   again whenever they change, or pattern, samples, interleave, r_min, paper_weights or seed do.
+   again whenever they change, or pattern, sample_count, interleave, r_min, paper_weights or seed do.
    desc     with at most 1024 materials and a noise_side of at most 1024; NULL = all defaults, which need no
             tables
    points   3 floats each, of rsm_pattern_build(pattern, glbk_rsm_point_count(desc), r_min, paper_weights,

@@ -48,8 +48,8 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                              const float world[16]);
-/* Makes the draws that follow those of one object: bind its vertex array and draw. The array has the position
-   in the attribute of the G-buffer, and four coefficients each in the attributes from desc.self_attribute on.
+/* Says which object the next draws are of: bind its vertex array and draw. The array has the position in the
+   attribute of the G-buffer, and four coefficients each in the attributes from desc.self_attribute on.
    world    that of its glbk_surface, so that depths are equal; zeros = identity
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or renderer was not created. GLBK_ERR_MISMATCH: the renderer
             has no desc.self. GLBK_ERR_ORDER: glbk_sfield_self_begin has not been called */

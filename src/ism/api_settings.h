@@ -42,8 +42,8 @@ typedef enum ism_spread {           /* how surfels are spread over triangles */
                                        all triangles (section 5.1) */
     ISM_SPREAD_VIEW_8,              /* by the triangle's mean solid angle as seen from 8 receivers, which are
                                        drawn for each triangle (section 5.2) */
-    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of the share of the VPL's own map
-                                       that the triangle fills, about */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of VIEW_8 and of about the share of the VPL's own
+                                       map that the triangle fills */
     ISM_SPREAD_COUNT
 } ism_spread;
 

@@ -84,8 +84,7 @@ typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they 
     float normal[3];
     float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */
-    float vpl;                      /* index of the nearest VPL, whose map says which receivers see the point
-                                       */
+    float vpl;                      /* index of the nearest VPL: its map says which receivers see the point */
 } ism_near_point;
 
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
@@ -153,9 +152,9 @@ ISM_DEF void ism_get_info(const ism_maps *maps, ism_info *out);
 
 ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_across);
 /* Returns side * side depths, a tile for each VPL: the distance from the VPL to the surface in the direction
-   of the texel's centre, or ISM_FAR. Depths of directions are z + radius, as described below ism_bounce. Tile
-   i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side and
-   tiles_across may be NULL. */
+   of the texel's centre, or ISM_FAR. Depths of directions are z + radius: see "where in a tile a direction
+   lies". Tile i lies at column i % tiles_across and row i / tiles_across. Returns NULL before ism_build; side
+   and tiles_across may be NULL. */
 
 #ifndef ISM_WITHOUT_VISIBLE
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,

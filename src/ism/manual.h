@@ -129,7 +129,7 @@
      section 6.4          dithered opacity                              ism_mesh, ism__dither T58
      section 6.5          blur of the BRSM                              ism__blur_task        T41
      section 6.5          VPLs between texels                           ism__inter_texel      T55
-     [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
+     ISM of 2008          the next bounce, from imperfect RSMs          ism_bounce            T45
      -                    light close to a VPL                          ism__patch_kernel     T42, T43, T44
      -                    VPLs that no pixel of a block can see         ism__cull             T56
      -                    clusters of triangles, seen by a VPL          ism__cluster_effect   -
@@ -146,7 +146,7 @@
 
      vpl_count     fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      surfel_count  fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
-     spread        PAIR spends most surfels on what both the picture and the VPL see; others are the papers'
+     spread        PAIR spends most surfels on what both the picture and the VPL see; others are of papers
      tile_side     smaller: light leaks round corners, contact shadows vanish
      window_rim    less: coarser maps of what the picture does not show; more: of what it shows
      interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred

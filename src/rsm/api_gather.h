@@ -1,7 +1,6 @@
 /* ---- bounced light ---- */
 
-typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if it does not take all
-                                       */
+typedef enum rsm_pattern {          /* which texels a receiver takes its light from, if not from all */
     RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
     RSM_PATTERN_FLUX,               /* texels chosen in proportion to their flux, the same for all
                                        receivers */

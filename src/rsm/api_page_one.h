@@ -110,8 +110,7 @@ typedef enum rsm_light_kind {       /* what a light is, and with it the shape of
     RSM_LIGHT_COUNT
 } rsm_light_kind;
 
-typedef struct rsm_light {          /* means what it says: only near_depth and far_depth have defaults for 0
-                                       */
+typedef struct rsm_light {          /* of its fields near_depth and far_depth alone have defaults for 0 */
     rsm_light_kind kind;
     float position[3];              /* of the lamp, up to 1e9; of a sun the centre of what its map covers */
     float direction[3];             /* any length but 0. Sun: towards the sun; spots: out of the lamp; patch:

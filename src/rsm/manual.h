@@ -61,7 +61,7 @@
 
      map        what one light sees: 1 face, 5 faces of a cube (of a patch), or 6 (of a point)
      texel      one pixel of a face. Texels lie row by row, row 0 at the bottom (v = 0)
-     light      a pixel light is a texel as a light: flux leaves the texel about its normal as from a diffuse
+     light      a pixel light is a texel that shines: flux leaves the texel about its normal as from a diffuse
                 surface, with the intensity flux / pi x cosine
      receiver   a point that is lit by pixel lights. Results are irradiances: multiply by albedo / pi
      pattern    which texels a receiver takes as samples: those about its own projection into the map, or
