@@ -251,6 +251,42 @@ static void gltf_materials_and_textures(void **state)
     ex_scene_free(&scene);
 }
 
+/* Normal maps are read by those alone who ask, with the texture coordinates that they name. */
+static void gltf_normal_maps_are_read_where_they_are_wanted(void **state)
+{
+    static const float first[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    static const float second[8] = {0.25f, 0.5f, 0.75f, 0.5f, 0.75f, 0.5f, 0.25f, 0.5f};
+    char error[EX_ERROR_SIZE], json[4096];
+    ex_scene scene;
+    (void)state;
+    skip_without_parser();
+    put_square();
+    put_floats(first, 8);                    /* at 96 */
+    put_floats(second, 8);
+    snprintf(json, sizeof json,
+             "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":96,\"byteLength\":32},"
+             "{\"buffer\":0,\"byteOffset\":128,\"byteLength\":32}],"
+             "\"accessors\":[" POSITIONS ",{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
+             "{\"bufferView\":2,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}],"
+             "\"images\":[{\"uri\":\"%s\"}],\"textures\":[{\"source\":0}],"
+             "\"materials\":[{\"normalTexture\":{\"index\":0,\"texCoord\":1}}],"
+             "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1,\"TEXCOORD_1\":2},\"mode\":6,"
+             "\"material\":0}]}]" NODE,
+             png_uri);
+    assert_int_equal(load_json(&scene, error, json), 0);
+    assert_int_equal(scene.materials[0].normal_texture, -1);
+    assert_null(scene.meshes[0].uvs);
+    ex_scene_free(&scene);
+    ex_normal_maps = 1;
+    assert_int_equal(ex_scene_load(&scene, file_name, error), 0);
+    ex_normal_maps = 0;
+    assert_int_equal(scene.materials[0].normal_texture, 0);
+    assert_int_equal(scene.materials[0].base_texture, -1);
+    assert_int_equal(scene.textures[0].rgba[0], 188);
+    assert_near(scene.meshes[0].uvs[0], 0.25, 0);
+    ex_scene_free(&scene);
+}
+
 /* What lets more than half of the light through is not there; its texture enters as the mean of its red. */
 static void gltf_glass_is_left_out(void **state)
 {
@@ -475,6 +511,7 @@ int main(void)
         cmocka_unit_test(gltf_geometry_comes_in_every_form),
         cmocka_unit_test(gltf_nodes_lights_and_camera),
         cmocka_unit_test(gltf_materials_and_textures),
+        cmocka_unit_test(gltf_normal_maps_are_read_where_they_are_wanted),
         cmocka_unit_test(gltf_glass_is_left_out),
         cmocka_unit_test(gltf_bad_elements_are_skipped_and_counted),
         cmocka_unit_test(gltf_hostile_files_are_refused),
