@@ -298,22 +298,6 @@ const tests = {
         await page.keyboard.press('a');
         must(await page.evaluate('+document.getElementById("turn").value') === turned[0] - 5, 'the key a');
     },
-    async the_picture_is_the_native_one() {
-        writeFileSync(`${scratch}/pole.glb`, pole);
-        writeFileSync(`${scratch}/sunny.hdr`, sunnySky());
-        await open('product.html');
-        await until('state.ready');
-        await page.evaluate('SIDES.splice(0, 3, [24, 64]); samples.value = 2; FULL = 16; adapt = () => {}');
-        await drop('sunny.hdr', sunnySky());
-        await drop('pole.glb', pole);
-        await built();
-        await changed();
-        await settled(16);
-        const shown = await picture();
-        const d = difference(shown, native, [`${scratch}/pole.glb`, `${scratch}/sunny.hdr`, shown.width, shown.height, 16, 24, 64, 0,
-            `${scratch}/native.png`]);
-        must(d.mean < 0.5 && d.far < 0.002, `mean difference ${d.mean}, share of pixels beyond 8 ${d.far}`);
-    },
     async normal_maps_tilt_a_surface_to_the_light() {
         await open('product.html');
         await until('state.ready');
@@ -329,6 +313,22 @@ const tests = {
             seen.push(at(await picture(), [0, 0]));
         }
         must(seen[0] + 15 < seen[1] && seen[1] + 5 < seen[2], `tilted away, level, tilted to the sun: ${seen}`);
+    },
+    async the_picture_is_the_native_one() {
+        writeFileSync(`${scratch}/pole.glb`, pole);
+        writeFileSync(`${scratch}/sunny.hdr`, sunnySky());
+        await open('product.html');
+        await until('state.ready');
+        await page.evaluate('SIDES.splice(0, 3, [24, 64]); samples.value = 2; FULL = 16; adapt = () => {}');
+        await drop('sunny.hdr', sunnySky());
+        await drop('pole.glb', pole);
+        await built();
+        await changed();
+        await settled(16);
+        const shown = await picture();
+        const d = difference(shown, native, [`${scratch}/pole.glb`, `${scratch}/sunny.hdr`, shown.width, shown.height, 16, 24, 64, 0,
+            `${scratch}/native.png`]);
+        must(d.mean < 0.5 && d.far < 0.002, `mean difference ${d.mean}, share of pixels beyond 8 ${d.far}`);
     },
     async hostile_files_give_a_message_and_the_page_lives_on() {
         const deep = '['.repeat(20000) + ']'.repeat(20000);
