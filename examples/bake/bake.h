@@ -65,6 +65,7 @@ typedef struct bk_args {
     const char  *env;                   /* --env, or NULL */
     const char  *lights[64];            /* --light, as typed */
     size_t       light_count;
+    const char  *points;                /* --points, or NULL */
     const char *const *parts;           /* merge: shards of a bake into a model, in order; else NULL */
     size_t       part_count;
     rd_settings  settings;
@@ -75,7 +76,8 @@ int bk_fail(char *error, const char *what, const char *value);
 
 /* The other commands: each with its keys, and a function that does it. */
 extern const rd_key bk_ao_keys[], bk_model_keys[], bk_lights_keys[];
-extern const rd_key bk_light_keys[];
+extern const rd_key bk_light_keys[], bk_probes_keys[];
+int bk_probes_run(const bk_args *args, char *error);
 int bk_light_run(const bk_args *args, char *error);
 int bk_lights_run(const bk_args *args, char *error);
 int bk_ao_run(const bk_args *args, char *error);

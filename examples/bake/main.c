@@ -44,6 +44,7 @@ static const bk_command commands[] = {
     { "ao", NULL, bk_ao_keys, 1, 1, 1, 1, 0, bk_ao_run },
     { "model", NULL, bk_model_keys, 1, 1, 1, 0, 0, bk_model_run },
     { "light", NULL, bk_light_keys, 1, 1, 1, 1, 1, bk_light_run },
+    { "probes", NULL, bk_probes_keys, 1, 1, 1, 1, 1, bk_probes_run },
     { "lights", NULL, bk_lights_keys, 1, 1, 1, 0, 0, bk_lights_run },
     { "merge", &bk_csm, NULL, 1, BK_MOST_FILES, 1, 0, 0, run_merge },
     { "info", &bk_csm, NULL, 1, 1, 0, 0, 0, run_info },
@@ -66,6 +67,7 @@ static void print_help(void)
          "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake model SCENE -o OUT.glb [--set time=0]\n"
          "       bake light MODEL.glb -o OUT.glb [--env SKY.hdr] [--light LIGHT ...] [--bounces N] [--set key=value ...]\n"
+         "       bake probes SCENE -o OUT.json [--grid AxBxC | --points FILE] [--env SKY.hdr] [--light LIGHT ...] [--bounces N]\n"
          "       bake lights SKY.hdr|FOLDER -o OUT.glb|.gltf|.json [--count N] [--method NAME] [--set key=value ...]\n"
          "       bake merge -o OUT PART... [--set packed=1]\n"
          "       bake merge -o OUT.glb MODEL.glb PART...\n"
@@ -122,6 +124,20 @@ static int is_short(const char *name)
            strcmp(name, "--method") == 0;
 }
 
+static int take_grid(bk_args *args, const char *value, char *error)
+{
+    unsigned size[3];
+    char rest, pair[32];
+    if (sscanf(value, "%3ux%3ux%3u%c", &size[0], &size[1], &size[2], &rest) != 3)
+        return bk_fail(error, "--grid AxBxC: ", value);
+    for (int k = 0; k < 3; k++) {
+        snprintf(pair, sizeof pair, "grid_%c=%u", 'x' + k, size[k]);
+        if (rd_settings_add(&args->settings, pair, error) != 0)
+            return -1;
+    }
+    return 0;
+}
+
 static int take_option(bk_args *args, const char *name, const char *value, char *error)
 {
     double threads, limit;
@@ -131,6 +147,8 @@ static int take_option(bk_args *args, const char *name, const char *value, char 
         snprintf(pair, sizeof pair, "%s=%.50s", name + 2, value);
         return rd_settings_add(&args->settings, pair, error);
     } else if (strcmp(name, "--env") == 0 && command_of(args->command)->has_sky) args->env = value;
+    else if (strcmp(name, "--points") == 0 && strcmp(args->command, "probes") == 0) args->points = value;
+    else if (strcmp(name, "--grid") == 0 && strcmp(args->command, "probes") == 0) return take_grid(args, value, error);
     else if (strcmp(name, "--light") == 0 && command_of(args->command)->has_sky) {
         if (args->light_count == sizeof args->lights / sizeof *args->lights)
             return bk_fail(error, "too many lights: ", value);
@@ -528,7 +546,7 @@ int main(int count, char **values)
     }
     args.shard = args.shards = 1;
     if (!c)
-        bk_fail(error, "csm, shadowfield, ao, light, model, lights, merge, info or verify, or --help", "");
+        bk_fail(error, "csm, shadowfield, ao, light, probes, lights, model, merge, info or verify, or --help", "");
     else {
         args.command = c->name;
         args.technique = c->technique;

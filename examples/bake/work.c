@@ -27,6 +27,7 @@ static size_t write_settings(const bk_args *args, char *text)
     for (const rd_key *k = args->settings.own; k->name; k++)
         n += (size_t)snprintf(text + n, TEXT - n, "%s=%s\n", k->name, rd_setting_text(&args->settings, k->name));
     n += (size_t)snprintf(text + n, TEXT - n, "--env %.500s\n", args->env ? args->env : "");
+    n += (size_t)snprintf(text + n, TEXT - n, "--points %.500s\n", args->points ? args->points : "");
     for (size_t i = 0; i < args->light_count && n + 300 < TEXT; i++)
         n += (size_t)snprintf(text + n, TEXT - n, "--light %.200s\n", args->lights[i]);
     return n;
@@ -73,7 +74,7 @@ static int open_part(const void *data, size_t size, part_head *head)
     memcpy(&hash, (const char *)data + size - sizeof hash, sizeof hash);
     size -= sizeof magic + sizeof *head + sizeof hash;
     if (head->text >= TEXT || head->text > size || head->to < head->from || head->to > head->count || !head->unit ||
-        head->unit > 64 || (head->to - head->from) > size ||
+        head->unit > 1024 || (head->to - head->from) > size ||
         (head->to - head->from) * head->unit * 4 != size - head->text)
         return -1;
     return hash == bk_hash(BK_HASH, data, size + sizeof magic + sizeof *head) ? 0 : -1;
@@ -106,6 +107,8 @@ int bk_part_settings(const void *data, size_t size, bk_args *args, char *error)
     while ((line = strtok(NULL, "\n")) != NULL)
         if (strncmp(line, "--env ", 6) == 0)
             args->env = line[6] ? line + 6 : NULL;
+        else if (strncmp(line, "--points ", 9) == 0)
+            args->points = line[9] ? line + 9 : NULL;
         else if (strncmp(line, "--light ", 8) == 0) {
             if (args->light_count < sizeof args->lights / sizeof *args->lights)
                 args->lights[args->light_count++] = line + 8;
