@@ -104,7 +104,7 @@ static void an_even_sky_shines_pi_and_a_sun_its_harmonics(void **state)
     free(floats);
 }
 
-/* Mean distance from the middle of a box from -1 to 1 within a texel of the octahedral map, as docs/probes.md has it. */
+/* Mean distance from the middle of a box from -1 to 1 within a texel of the octahedral map: see docs/probes.md. */
 static double box_distance(int i)
 {
     double sum = 0;
