@@ -125,7 +125,7 @@ void bn_rays_segments(const bn_rays *r, const float *from, const float *to, size
                               float *lit)                                                                         \
     {                                                                                                             \
         struct RTCRay##WIDTH rays;                                                                                \
-        int valid[WIDTH];                                                                                         \
+        RTC_ALIGN(64) int valid[WIDTH];                                                                           \
         memset(&rays, 0, sizeof rays);                                                                            \
         for (size_t first = 0; first < count; first += WIDTH) {                                                   \
             for (size_t k = 0; k < WIDTH; k++) {                                                                  \

@@ -73,7 +73,7 @@ void bk_rays_trace(const bk_rays *r, const float *p, const float *d, int each, s
                    float *visible)
 {
     struct RTCRay16 rays;
-    int valid[16];
+    RTC_ALIGN(64) int valid[16];
     memset(&rays, 0, sizeof rays);
     for (size_t first = 0; first < count; first += 16) {
         for (size_t k = 0; k < 16; k++) {
