@@ -2,7 +2,7 @@
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
 # make check      compares what is generated, builds headers and snippets every way (join core vocabulary papers page-one
-#                 tools readme docs config leaks lines named compile size glsl); make check-conformance
+#                 tools readme docs config leaks lines named compile clang size glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
 #                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make join       writes the headers from their parts under src/; make join csm.h: only this one; make join csm.h
@@ -369,6 +369,7 @@ check-gpu-cost: $(TOOLS)/glsl
 	@sh tools/gpu-cost --check $< none none build/gpu-cost
 check-readme:
 	@sh tools/readme --check $(HEADERS)
+	@CC='$(CC)' sh tests/scripts/copies.sh $(HEADERS)
 check-farm: $(BUILD)/bake
 	@BUILD=$(BUILD) sh tests/scripts/farm.sh
 # Needs a network for npm.
