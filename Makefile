@@ -2,7 +2,7 @@
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
 # make check      compares what is generated, builds headers and snippets every way (join core vocabulary papers page-one
-#                 tools readme docs config leaks lines named compile clang size glsl); make check-conformance
+#                 tools readme docs config leaks lines limits named compile clang size glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
 #                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make join       writes the headers from their parts under src/; make join csm.h: only this one; make join csm.h
@@ -135,7 +135,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
         check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
-        check-embree check-docs check-config check-leaks check-lines check-named check-vocabulary check-papers check-page-one check-tools check-compile check-clang check-size check conformance check-conformance \
+        check-embree check-docs check-config check-leaks check-lines check-limits check-named check-vocabulary check-papers check-page-one check-tools check-compile check-clang check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -394,6 +394,9 @@ check-papers:
 	@sh tools/check-papers $(HEADERS)
 check-page-one:
 	@sh tools/check-page-one $(HEADERS)
+# Functions, nesting, parameters, macros, declarations: what a reader can take in at once.
+check-limits:
+	@sh tools/check-limits $(wildcard src/*/*.h src/*/*.glsl $(foreach d,examples examples/* bench tests/* tests/kit/*,$(d)/*.h $(d)/*.c))
 check-named:
 	@CC='$(CC)' sh tools/check-named $(HEADERS)
 # 120 columns of C and GLSL, in what people edit: joined headers have longer names of shared units.
@@ -425,7 +428,7 @@ msan:
 valgrind: export ONLY ?= shared/\|pack_test
 valgrind:
 	@sh tools/plain-tests gcc '-O1 -g1' 'valgrind -q --error-exitcode=99 --leak-check=full'
-check: check-join check-core check-vocabulary check-papers check-page-one check-tools check-readme check-docs check-config check-leaks check-lines check-named check-compile check-clang check-size check-glsl check-gpu-cost
+check: check-join check-core check-vocabulary check-papers check-page-one check-tools check-readme check-docs check-config check-leaks check-lines check-limits check-named check-compile check-clang check-size check-glsl check-gpu-cost
 
 clean:
 	rm -rf build

@@ -1151,7 +1151,8 @@ static inline float cohsm__acos(float x) { return cohsm__acos_rooted(x, sqrtf(co
    as with C's atan2f; atan2(0, 0) is 0. */
 static inline float cohsm__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y);
+    float a, t, z, p;
     float hi = cohsm__either(ax > ay, ax, ay), lo = cohsm__either(ax > ay, ay, ax);
     int big;
     a = cohsm__either((lo == hi) & (hi > 0.0f), 1.0f, lo / cohsm__either(hi > 0.0f, hi, 1.0f));

@@ -1078,7 +1078,8 @@ static inline void ism__sincos(float x, float *sine, float *cosine)
    as with C's atan2f; atan2(0, 0) is 0. */
 static inline float ism__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y);
+    float a, t, z, p;
     float hi = ism__either(ax > ay, ax, ay), lo = ism__either(ax > ay, ay, ax);
     int big;
     a = ism__either((lo == hi) & (hi > 0.0f), 1.0f, lo / ism__either(hi > 0.0f, hi, 1.0f));
@@ -2651,8 +2652,9 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
     ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->position_stride, i0)),
             n0 = ism__v3_load(ism__at(s->normals, s->normal_stride, i0));
     ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
-    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
-          behind = 0.0f;
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f;
+    float x0, y0, xk, yk;
+    float share[4], behind = 0.0f;
     int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
     for (k = 0; k < 4; k++) {
         int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),
@@ -4628,7 +4630,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     const ism__lanes wide = ism__lanes_mul(ism__lanes_all(0.16f), area);
     const ism__lanes3 n = ism__lanes3_all(v->normal[0], v->normal[1], v->normal[2]);
     ism__lanes3 l = n;
-    ism__lanes away2, d2, along, facing2, effect;
+    ism__lanes away2, d2;
+    ism__lanes along, facing2, effect;
     if (v->directional) {
         facing2 = ism__lanes_facing(c, i, l);
         effect = ism__lanes_mul(area, ism__lanes_sqrt(facing2));

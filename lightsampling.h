@@ -845,7 +845,8 @@ static inline float lsamp__acos(float x) { return lsamp__acos_rooted(x, sqrtf(ls
    as with C's atan2f; atan2(0, 0) is 0. */
 static inline float lsamp__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y);
+    float a, t, z, p;
     float hi = lsamp__either(ax > ay, ax, ay), lo = lsamp__either(ax > ay, ay, ax);
     int big;
     a = lsamp__either((lo == hi) & (hi > 0.0f), 1.0f, lo / lsamp__either(hi > 0.0f, hi, 1.0f));

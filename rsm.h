@@ -978,7 +978,8 @@ static inline void rsm__sincos(float x, float *sine, float *cosine)
    as with C's atan2f; atan2(0, 0) is 0. */
 static inline float rsm__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y);
+    float a, t, z, p;
     float hi = rsm__either(ax > ay, ax, ay), lo = rsm__either(ax > ay, ay, ax);
     int big;
     a = rsm__either((lo == hi) & (hi > 0.0f), 1.0f, lo / rsm__either(hi > 0.0f, hi, 1.0f));
@@ -5742,8 +5743,9 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
 {
     uint32_t face = rsm__face_of(map, p);
     rsm__v3 q = rsm__to_face(map, face, p);
-    float side = (float)map->side, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f,
-          radius = 0.5f * (float)(desc->tap_side - 1);
+    float side = (float)map->side, radius = 0.5f * (float)(desc->tap_side - 1);
+    float x, y, texel;
+    float bias, slope, sum = 0.0f, total = 0.0f;
     float fx, fy;
     uint32_t i, j;
     if (face >= map->faces) return 0.0f;

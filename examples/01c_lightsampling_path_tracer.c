@@ -112,7 +112,8 @@ static void add_picked(const scene *s, const surface *at, const float *to_eye, c
 static void follow(const scene *s, const float *eye, const float *direction, const float *first, uint32_t *random,
                    float *radiance)
 {
-    float p[3], d[3], u[2], throughput[3] = { 1, 1, 1 }, pdf = 0;
+    float p[3], d[3], u[2];
+    float throughput[3] = { 1, 1, 1 }, pdf = 0;
     int bounce, c;
     memcpy(p, eye, sizeof p);
     memcpy(d, direction, sizeof d);

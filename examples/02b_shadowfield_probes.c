@@ -85,7 +85,8 @@ static int light_probes(const sfield_field *field, sfield_scene *scene)
 static int light_floor(sfield_scene *scene)
 {
     enum { POINTS = GRID * GRID };
-    static float places[3 * POINTS], normals[3 * POINTS], all[3 * POINTS], few[3 * POINTS], spread[3 * POINTS];
+    static float places[3 * POINTS], normals[3 * POINTS];
+    static float all[3 * POINTS], few[3 * POINTS], spread[3 * POINTS];
     static float few_places[3 * POINTS], weights[3 * POINTS];
     static uint32_t chosen[POINTS], sources[3 * POINTS];
     float worst = 0;
@@ -164,7 +165,8 @@ static float by_tables(const sfield_algebra *algebra, const float *texels, const
 static int multiply_walls(void)
 {
     static float texels[3][TEXELS], wavelets[3][TEXELS], product[TEXELS], coefs[3][COEFS];
-    float chain[COEFS], logs[COEFS] = { 0 }, one[COEFS], direction[3], exact = 0, haar = 0, off;
+    float chain[COEFS], logs[COEFS] = { 0 }, one[COEFS];
+    float direction[3], exact = 0, haar = 0, off;
     const float share = 0.282094792f;           /* first coefficient to share of the sphere */
     double unprojected[COEFS];
     sfield_algebra *algebra;

@@ -57,7 +57,8 @@ static int find_surface(const float *d, float *p, float *n)
     float nearest = d[1] < 0 ? -eye[1] / d[1] : 1e9f, length = sqrtf(dot(d, d));
     int hit = -1;
     for (int b = 0; b < BALLS; b++) {
-        float o[3], q, c, root, t;
+        float o[3];
+        float q, c, root, t;
         for (int k = 0; k < 3; k++) o[k] = eye[k] - balls[b][k];
         q = dot(o, d) / length;
         c = q * q - dot(o, o) + balls[b][3] * balls[b][3];
@@ -75,7 +76,8 @@ static int find_surface(const float *d, float *p, float *n)
 /* Lambert, and Blinn's highlight: what is reflected to the eye where a plane that faces the light gets 1 W/m^2. */
 static float reflect(const float *p, const float *n, const float *l)
 {
-    float h[3], length = 0, cosine = dot(n, l), view[3], far_off;
+    float h[3], view[3];
+    float length = 0, cosine = dot(n, l), far_off;
     if (cosine <= 0) return 0;
     for (int k = 0; k < 3; k++) view[k] = eye[k] - p[k];
     far_off = sqrtf(dot(view, view));

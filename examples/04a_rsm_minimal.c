@@ -50,7 +50,8 @@ static void find_surface(int pixel)
     ray[1] = (HEIGHT / 2 - (float)(pixel / WIDTH) - 0.5f) / HEIGHT - 0.02f;
     ray[2] = -1.35f;
     for (q = 0; q < QUADS; q++) {
-        float n[3], to[3], m[3], t, u, v, length;
+        float n[3], to[3], m[3];
+        float t, u, v, length;
         cross(quads[q] + 3, quads[q] + 6, n);
         for (k = 0; k < 3; k++) to[k] = quads[q][k] - eye[k];
         t = dot(to, n) / dot(ray, n);

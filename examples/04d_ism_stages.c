@@ -158,7 +158,8 @@ static void read_map(const ism_maps *maps, uint32_t number)
     const ism_vpl *v = ism_vpls(maps, &count) + number;
     const float *atlas = ism_atlas(maps, &side, &across) + (size_t)(number / across) * TILE * side +
                          (size_t)(number % across) * TILE;
-    float axes[3][3], local[3], uv[2], at[2], place[3], depth;
+    float axes[3][3], local[3], place[3];
+    float uv[2], at[2], depth;
     int i, k, j;
     axes_of(v->normal, axes);
     for (i = 0; i < SIDE * SIDE; i++) {

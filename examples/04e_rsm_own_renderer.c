@@ -52,7 +52,8 @@ static void draw_pixel(buffers *to, int pixel, const float *eye, const float *ra
     int q, k;
     for (k = 0; k < 3; k++) to->normals[3 * pixel + k] = 0;     /* 0 0 0: nothing there */
     for (q = 0; q < QUADS; q++) {
-        float n[3], from[3], m[3], t, u, v;
+        float n[3], from[3], m[3];
+        float t, u, v;
         cross(quads[q] + 3, quads[q] + 6, n);
         for (k = 0; k < 3; k++) from[k] = quads[q][k] - eye[k];
         t = dot(from, n) / dot(ray, n);

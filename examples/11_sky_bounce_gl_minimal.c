@@ -170,7 +170,8 @@ static const float eye[4] = { 0.2f, 2.3f, 5.6f, 1 }, seen[3] = { -0.35f, 0.6f, -
 /* world to clip, of a camera at eye that looks at seen */
 static void look(float m[16])
 {
-    float f[3], r[3], u[3], length = 0, wide = 2.2f, near_plane = 0.5f, far_plane = 50;
+    float f[3], r[3], u[3];
+    float length = 0, wide = 2.2f, near_plane = 0.5f, far_plane = 50;
     int i;
     for (i = 0; i < 3; i++) f[i] = seen[i] - eye[i], length += f[i] * f[i];
     for (i = 0; i < 3; i++) f[i] /= sqrtf(length);

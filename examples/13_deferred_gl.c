@@ -36,7 +36,9 @@ enum { RING_AT = 0, ROOM_AT = RING_INDICES, MIST_AT = ROOM_AT + 18, BALL_AT = MI
 /* GL's numbers that gl_backend.h has no name for. */
 enum { NUMBER_DEPTH_TEST = 0x0B71, NUMBER_LESS = 0x0201, NUMBER_NEAREST = 0x2600, NUMBER_MIN_FILTER = 0x2801,
        NUMBER_MAG_FILTER = 0x2800, NUMBER_VERTEX_SHADER = 0x8B31, NUMBER_FRAGMENT_SHADER = 0x8B30,
-       NUMBER_LINK_STATUS = 0x8B82 };
+       NUMBER_LINK_STATUS = 0x8B82, NUMBER_RGBA = 0x1908, NUMBER_RED_INTEGER = 0x8D94, NUMBER_DEPTH_COMPONENT = 0x1902,
+       NUMBER_UNSIGNED_INT_2_10_10_10_REV = 0x8368, NUMBER_RGBA8 = 0x8058, NUMBER_RGB10_A2 = 0x8059,
+       NUMBER_R8UI = 0x8232, NUMBER_DEPTH_COMPONENT24 = 0x81A6, NUMBER_RGBA16F = 0x881A };
 
 /* ---- the renderer as it was before: meshes ---- */
 
@@ -400,7 +402,8 @@ static glbk_result draw_light(app *a)
 static void look_at(app *a)
 {
     static const float to[3] = { 0, 0.7f, 0 };
-    float f[3], r[3], u[3], length = 0, wide = 1.9f, near_plane = 0.5f, far_plane = 20, *m = a->to_clip;
+    float f[3], r[3], u[3], *m = a->to_clip;
+    float length = 0, wide = 1.9f, near_plane = 0.5f, far_plane = 20;
     int i;
     a->eye[0] = 0.9f, a->eye[1] = 2.1f, a->eye[2] = 4.4f;
     for (i = 0; i < 3; i++) f[i] = to[i] - a->eye[i], length += f[i] * f[i];
@@ -516,13 +519,13 @@ static int make_renderer(app *a)
     const glbk_functions *gl = &a->gl.gl;
     make_vertex_array(a);
     gl->GenTextures(TEXTURES, a->textures);
-    make_texture(a, ALBEDO, 0x8058, 0x1908, GLBK_GL_UNSIGNED_BYTE);             /* RGBA8 */
-    make_texture(a, NORMALS, 0x8059, 0x1908, 0x8368);                           /* RGB10_A2 */
-    make_texture(a, OBJECTS, 0x8232, 0x8D94, GLBK_GL_UNSIGNED_BYTE);            /* R8UI */
-    make_texture(a, DEPTH, 0x81A6, 0x1902, GLBK_GL_UNSIGNED_INT);               /* DEPTH_COMPONENT24 */
-    make_texture(a, LIT, 0x881A, 0x1908, GLBK_GL_FLOAT);                        /* RGBA16F */
-    make_texture(a, LIT_DEPTH, 0x81A6, 0x1902, GLBK_GL_UNSIGNED_INT);
-    make_texture(a, SHOWN, 0x8058, 0x1908, GLBK_GL_UNSIGNED_BYTE);
+    make_texture(a, ALBEDO, NUMBER_RGBA8, NUMBER_RGBA, GLBK_GL_UNSIGNED_BYTE);
+    make_texture(a, NORMALS, NUMBER_RGB10_A2, NUMBER_RGBA, NUMBER_UNSIGNED_INT_2_10_10_10_REV);
+    make_texture(a, OBJECTS, NUMBER_R8UI, NUMBER_RED_INTEGER, GLBK_GL_UNSIGNED_BYTE);
+    make_texture(a, DEPTH, NUMBER_DEPTH_COMPONENT24, NUMBER_DEPTH_COMPONENT, GLBK_GL_UNSIGNED_INT);
+    make_texture(a, LIT, NUMBER_RGBA16F, NUMBER_RGBA, GLBK_GL_FLOAT);
+    make_texture(a, LIT_DEPTH, NUMBER_DEPTH_COMPONENT24, NUMBER_DEPTH_COMPONENT, GLBK_GL_UNSIGNED_INT);
+    make_texture(a, SHOWN, NUMBER_RGBA8, NUMBER_RGBA, GLBK_GL_UNSIGNED_BYTE);
     a->seen = make_framebuffer(a, ALBEDO, 3, DEPTH);
     a->lit = make_framebuffer(a, LIT, 1, LIT_DEPTH);
     a->shown = make_framebuffer(a, SHOWN, 1, 0);
@@ -656,7 +659,7 @@ static int save(app *a, const char *path)
     FILE *file;
     int x, y;
     a->gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, a->shown);
-    a->gl.gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908, GLBK_GL_UNSIGNED_BYTE, rgba);
+    a->gl.gl.ReadPixels(0, 0, WIDTH, HEIGHT, NUMBER_RGBA, GLBK_GL_UNSIGNED_BYTE, rgba);
     file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);

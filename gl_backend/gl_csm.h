@@ -2992,7 +2992,8 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
 {
     /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
     static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
-    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], magic, layout, layouts = 0, k;
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD];
+    uint32_t magic, layout, layouts = 0, k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
     for (i = 0; i < count; i++) {
@@ -3762,7 +3763,8 @@ static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
 static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
 {
     const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
-    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h, *row, x, y, c;
+    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h;
+    uint32_t *row, x, y, c;
     float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
     glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
     double total = 0, sum, weight;

@@ -76,7 +76,7 @@ static void listen(ex_gl *gl)
     if (!proc)
         return;
     memcpy(&get_string, &proc, sizeof proc);
-    version = (const char *)get_string(0x1F02);
+    version = (const char *)get_string(0x1F02 /* VERSION */);
     proc = gl->way->get_proc(version && strstr(version, "OpenGL ES") ? "glDebugMessageCallbackKHR"
                                                                      : "glDebugMessageCallback");
     if (!proc)

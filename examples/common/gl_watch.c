@@ -41,6 +41,23 @@ static struct {
 
 /* ---- formats of textures: noted when storage is allotted, since ES 3.0 cannot be asked for them ---- */
 
+/* Numbers of GL that gl_backend.h has no name for. */
+enum {
+    NUMBER_R8I = 0x8231, NUMBER_RG32UI = 0x823C, NUMBER_RGBA32UI = 0x8D70,
+    NUMBER_RGBA32I = 0x8D82, NUMBER_RGB8I = 0x8D8F,
+    NUMBER_DEPTH_COMPONENT = 0x1902, NUMBER_DEPTH_COMPONENT16 = 0x81A5, NUMBER_DEPTH_COMPONENT32 = 0x81A7,
+    NUMBER_DEPTH24_STENCIL8 = 0x88F0, NUMBER_DEPTH_COMPONENT32F = 0x8CAC, NUMBER_DEPTH32F_STENCIL8 = 0x8CAD,
+    NUMBER_TEXTURE_BINDING_2D = 0x8069, NUMBER_TEXTURE_3D = 0x806F, NUMBER_TEXTURE_BINDING_3D = 0x806A,
+    NUMBER_TEXTURE_BINDING_2D_ARRAY = 0x8C1D, NUMBER_TEXTURE_CUBE_MAP = 0x8513,
+    NUMBER_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515, NUMBER_TEXTURE_CUBE_MAP_NEGATIVE_Z = 0x851A,
+    NUMBER_TEXTURE_BINDING_CUBE_MAP = 0x8514, NUMBER_SAMPLER_2D = 0x8B5E, NUMBER_SAMPLER_3D = 0x8B5F,
+    NUMBER_SAMPLER_CUBE = 0x8B60, NUMBER_SAMPLER_2D_ARRAY = 0x8DC1, NUMBER_INT_SAMPLER_2D = 0x8DCA,
+    NUMBER_INT_SAMPLER_3D = 0x8DCB, NUMBER_INT_SAMPLER_CUBE = 0x8DCC, NUMBER_INT_SAMPLER_2D_ARRAY = 0x8DCF,
+    NUMBER_UNSIGNED_INT_SAMPLER_2D = 0x8DD2, NUMBER_UNSIGNED_INT_SAMPLER_3D = 0x8DD3,
+    NUMBER_UNSIGNED_INT_SAMPLER_CUBE = 0x8DD4, NUMBER_UNSIGNED_INT_SAMPLER_2D_ARRAY = 0x8DD7,
+    NUMBER_SAMPLER_2D_SHADOW = 0x8B62, NUMBER_SAMPLER_CUBE_SHADOW = 0x8DC5, NUMBER_SAMPLER_2D_ARRAY_SHADOW = 0x8DC4
+};
+
 typedef enum kind { KIND_FLOAT, KIND_INT, KIND_UINT, KIND_DEPTH, KIND_COMPARED } kind;
 static const char *const kind_names[] = { "floats", "integers", "unsigned integers", "depths", "compared depths" };
 
@@ -61,12 +78,14 @@ static struct texture *find_texture(uint32_t name)
 
 static kind kind_of(uint32_t internal)
 {
-    if (internal >= 0x8231 && internal <= 0x823C)               /* R8I, R8UI, ... RG32UI */
+    if (internal >= NUMBER_R8I && internal <= NUMBER_RG32UI)
         return internal & 1 ? KIND_INT : KIND_UINT;
-    if (internal >= 0x8D70 && internal <= 0x8D8F)               /* RGBA32UI to RGB8UI, RGBA32I to RGB8I */
-        return internal < 0x8D80 ? KIND_UINT : KIND_INT;
-    if (internal == 0x1902 || (internal >= 0x81A5 && internal <= 0x81A7) || internal == 0x88F0 || internal == 0x8CAC ||
-        internal == 0x8CAD)
+    if (internal >= NUMBER_RGBA32UI && internal <= NUMBER_RGB8I)
+        return internal < NUMBER_RGBA32I ? KIND_UINT : KIND_INT;
+    if (internal == NUMBER_DEPTH_COMPONENT ||
+        (internal >= NUMBER_DEPTH_COMPONENT16 && internal <= NUMBER_DEPTH_COMPONENT32) ||
+        internal == NUMBER_DEPTH24_STENCIL8 || internal == NUMBER_DEPTH_COMPONENT32F ||
+        internal == NUMBER_DEPTH32F_STENCIL8)
         return KIND_DEPTH;
     return KIND_FLOAT;
 }
@@ -75,10 +94,13 @@ static kind kind_of(uint32_t internal)
 static uint32_t binding_of(uint32_t target)
 {
     switch (target) {
-    case 0x0DE1: return 0x8069;
-    case 0x806F: return 0x806A;
-    case 0x8C1A: return 0x8C1D;
-    default: return target == 0x8513 || (target >= 0x8515 && target <= 0x851A) ? 0x8514 : 0;
+    case GLBK_GL_TEXTURE_2D: return NUMBER_TEXTURE_BINDING_2D;
+    case NUMBER_TEXTURE_3D: return NUMBER_TEXTURE_BINDING_3D;
+    case GLBK_GL_TEXTURE_2D_ARRAY: return NUMBER_TEXTURE_BINDING_2D_ARRAY;
+    case NUMBER_TEXTURE_CUBE_MAP: return NUMBER_TEXTURE_BINDING_CUBE_MAP;
+    default:
+        return target >= NUMBER_TEXTURE_CUBE_MAP_POSITIVE_X && target <= NUMBER_TEXTURE_CUBE_MAP_NEGATIVE_Z ?
+                   NUMBER_TEXTURE_BINDING_CUBE_MAP : 0;
     }
 }
 
@@ -164,11 +186,21 @@ static const struct sampler {
     uint32_t type, target;
     kind     reads;
 } samplers[] = {
-    { 0x8B5E, 0x0DE1, KIND_FLOAT }, { 0x8B5F, 0x806F, KIND_FLOAT }, { 0x8B60, 0x8513, KIND_FLOAT },
-    { 0x8DC1, 0x8C1A, KIND_FLOAT }, { 0x8DCA, 0x0DE1, KIND_INT },   { 0x8DCB, 0x806F, KIND_INT },
-    { 0x8DCC, 0x8513, KIND_INT },   { 0x8DCF, 0x8C1A, KIND_INT },   { 0x8DD2, 0x0DE1, KIND_UINT },
-    { 0x8DD3, 0x806F, KIND_UINT },  { 0x8DD4, 0x8513, KIND_UINT },  { 0x8DD7, 0x8C1A, KIND_UINT },
-    { 0x8B62, 0x0DE1, KIND_COMPARED }, { 0x8DC5, 0x8513, KIND_COMPARED }, { 0x8DC4, 0x8C1A, KIND_COMPARED }
+    { NUMBER_SAMPLER_2D, GLBK_GL_TEXTURE_2D, KIND_FLOAT },
+    { NUMBER_SAMPLER_3D, NUMBER_TEXTURE_3D, KIND_FLOAT },
+    { NUMBER_SAMPLER_CUBE, NUMBER_TEXTURE_CUBE_MAP, KIND_FLOAT },
+    { NUMBER_SAMPLER_2D_ARRAY, GLBK_GL_TEXTURE_2D_ARRAY, KIND_FLOAT },
+    { NUMBER_INT_SAMPLER_2D, GLBK_GL_TEXTURE_2D, KIND_INT },
+    { NUMBER_INT_SAMPLER_3D, NUMBER_TEXTURE_3D, KIND_INT },
+    { NUMBER_INT_SAMPLER_CUBE, NUMBER_TEXTURE_CUBE_MAP, KIND_INT },
+    { NUMBER_INT_SAMPLER_2D_ARRAY, GLBK_GL_TEXTURE_2D_ARRAY, KIND_INT },
+    { NUMBER_UNSIGNED_INT_SAMPLER_2D, GLBK_GL_TEXTURE_2D, KIND_UINT },
+    { NUMBER_UNSIGNED_INT_SAMPLER_3D, NUMBER_TEXTURE_3D, KIND_UINT },
+    { NUMBER_UNSIGNED_INT_SAMPLER_CUBE, NUMBER_TEXTURE_CUBE_MAP, KIND_UINT },
+    { NUMBER_UNSIGNED_INT_SAMPLER_2D_ARRAY, GLBK_GL_TEXTURE_2D_ARRAY, KIND_UINT },
+    { NUMBER_SAMPLER_2D_SHADOW, GLBK_GL_TEXTURE_2D, KIND_COMPARED },
+    { NUMBER_SAMPLER_CUBE_SHADOW, NUMBER_TEXTURE_CUBE_MAP, KIND_COMPARED },
+    { NUMBER_SAMPLER_2D_ARRAY_SHADOW, GLBK_GL_TEXTURE_2D_ARRAY, KIND_COMPARED }
 };
 
 /* Is a level of this texture that the sampler may read attached to what is drawn to? */

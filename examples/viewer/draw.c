@@ -263,7 +263,8 @@ unsigned char *vw_draw_read(vw_draw *d, uint32_t width, uint32_t height)
     if (rgba && rgb) {
         d->gl->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, 0);
         d->gl->gl.PixelStorei(0x0D05 /* PACK_ALIGNMENT */, 1);
-        d->gl->gl.ReadPixels(0, 0, (int32_t)width, (int32_t)height, 0x1908, GLBK_GL_UNSIGNED_BYTE, rgba);
+        d->gl->gl.ReadPixels(0, 0, (int32_t)width, (int32_t)height, 0x1908 /* RGBA */, GLBK_GL_UNSIGNED_BYTE,
+                             rgba);
         for (size_t y = 0; y < height; y++)
             for (size_t x = 0; x < width; x++)
                 memcpy(rgb + row * (height - 1 - y) + 3 * x, rgba + 4 * (y * width + x), 3);

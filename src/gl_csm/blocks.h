@@ -71,7 +71,8 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
 {
     /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
     static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
-    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], magic, layout, layouts = 0, k;
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD];
+    uint32_t magic, layout, layouts = 0, k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
     for (i = 0; i < count; i++) {

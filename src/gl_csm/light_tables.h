@@ -78,7 +78,8 @@ static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
 static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
 {
     const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
-    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h, *row, x, y, c;
+    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h;
+    uint32_t *row, x, y, c;
     float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
     glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
     double total = 0, sum, weight;

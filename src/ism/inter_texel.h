@@ -11,8 +11,9 @@ static float ism__inter_texel(const ism__view *view, const ism_source *s, const 
     ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->position_stride, i0)),
             n0 = ism__v3_load(ism__at(s->normals, s->normal_stride, i0));
     ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
-    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
-          behind = 0.0f;
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f;
+    float x0, y0, xk, yk;
+    float share[4], behind = 0.0f;
     int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
     for (k = 0; k < 4; k++) {
         int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),

@@ -30,7 +30,8 @@ static inline ISM__IN_KERNEL ism__lanes ism__cluster_effect(const ism__clusters 
     const ism__lanes wide = ism__lanes_mul(ism__lanes_all(0.16f), area);
     const ism__lanes3 n = ism__lanes3_all(v->normal[0], v->normal[1], v->normal[2]);
     ism__lanes3 l = n;
-    ism__lanes away2, d2, along, facing2, effect;
+    ism__lanes away2, d2;
+    ism__lanes along, facing2, effect;
     if (v->directional) {
         facing2 = ism__lanes_facing(c, i, l);
         effect = ism__lanes_mul(area, ism__lanes_sqrt(facing2));

@@ -34,8 +34,9 @@ static inline float rsm__lit_share(const rsm_map *map, const rsm_direct_desc *de
 {
     uint32_t face = rsm__face_of(map, p);
     rsm__v3 q = rsm__to_face(map, face, p);
-    float side = (float)map->side, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f,
-          radius = 0.5f * (float)(desc->tap_side - 1);
+    float side = (float)map->side, radius = 0.5f * (float)(desc->tap_side - 1);
+    float x, y, texel;
+    float bias, slope, sum = 0.0f, total = 0.0f;
     float fx, fy;
     uint32_t i, j;
     if (face >= map->faces) return 0.0f;

@@ -37,7 +37,8 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     const uint32_t n = t->s->coefs, shells = f->h.shells;
     const uint32_t begin = f->tone < 3 ? f->tone : 0, end = f->tone < 3 ? f->tone + 1 : 3;
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
-    uint32_t group[SFIELD__LANES], frame[2], i, k, c, l;
+    uint32_t group[SFIELD__LANES], frame[2];
+    uint32_t i, k, c, l;
     const uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
     float weight[2][SFIELD__LANES], own[SFIELD__LANES];
     const float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);

@@ -113,7 +113,8 @@ static inline float P_asin(float x)
    as with C's atan2f; atan2(0, 0) is 0. */
 static inline float P_atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y);
+    float a, t, z, p;
     float hi = P_either(ax > ay, ax, ay), lo = P_either(ax > ay, ay, ax);
     int big;
     a = P_either((lo == hi) & (hi > 0.0f), 1.0f, lo / P_either(hi > 0.0f, hi, 1.0f));

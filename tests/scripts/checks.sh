@@ -39,6 +39,14 @@ check-page-one | csm.h | s/^\(COHSM_DEF .*\)cohsm_visible(/\1cohsm_visible_from(
 check-page-one | rsm.h | s/^RSM_DEF rsm_result rsm_finish/\/* ---- more ---- *\/\n&/| has 2 calls, not 4 to 7
 check-page-one | gifilter.h | s/^GIFILT_DEF void gifilt_reset/GIFILT_DEF void gifilt_a(void);\n&/;s/^GIFILT_DEF void gifilt_a.*/&\n&\n&\n&/| has 11 calls
 check-page-one | ism.h | s/^\/\* ---- page one/typedef int ism_early;\n&/| declares something before page one
+check-limits | src/shared/rng.h | $a static int long_one(void)\n{\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n}| long_one has 61 lines
+check-limits | src/shared/rng.h | $a static int deep(int a)\n{\n                    if (a) a = 1;\n    return a;\n}| deep has a statement in more than four others
+check-limits | src/shared/rng.h | $a static int deep(int a)\n{\n            if (a)\n                for (;;) while (a) a--;\n    return a;\n}| deep has a statement in more than four others
+check-limits | src/shared/rng.h | $a static int many(int a, int b, int c, int d,\n                int e, int f, int g, int h, int i);| many has more than 8 parameters
+check-limits | src/shared/rng.h | $a #define P_LONG(a) \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a| P_LONG has 11 lines
+check-limits | src/shared/rng.h | $a static int names(void)\n{\n    int a, b[3], c = 1, *d, e;\n}| more than four names
+check-limits | src/gl/passes.h | s/ClearBufferfv(GLBK_GL_DEPTH/ClearBufferfv(0x1801/| 0x1801 without its name
+check-limits | src/gl_ism/arguments.h | $a static void set(void)\n{\n    values.limits[3] = 1;\n}| by its place
 END
 
 echo "checks: $passed passed, $failed failed, 0 skipped"
