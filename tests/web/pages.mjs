@@ -138,7 +138,7 @@ async function open(name, from = `file://${folder}`) {
     await page.goto(`${from}/${name}`);
 }
 
-async function until(what, limit = 120000) {
+async function until(what, limit = 300000) {
     for (const end = Date.now() + limit; Date.now() < end; await wait(100)) if (await page.evaluate(what)) return;
     throw new Error(`not within ${limit / 1000} s: ${what}`);
 }
