@@ -2723,12 +2723,18 @@ static void sfield__haar_texels(uint32_t side, const float *coefs, float *texels
     }
 }
 
+/* Transforms the six faces of a cube. The caller knows what the processor can do: to ask it for every cube
+   costs several times as much as the transform under virtual machines. */
+static void sfield__haar_cube(uint32_t side, const float *texels, float *coefs, int simd)
+{
+    uint32_t face, n = side * side;
+    for (face = 0; face < 6; face++) sfield__haar_face(side, texels + face * n, coefs + face * n, simd);
+}
+
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs)
 {
-    const int simd = sfield__simd_level();
-    uint32_t face, n = side * side;
     if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
-    for (face = 0; face < 6; face++) sfield__haar_face(side, texels + face * n, coefs + face * n, simd);
+    sfield__haar_cube(side, texels, coefs, sfield__simd_level());
     return SFIELD_OK;
 }
 
@@ -3860,6 +3866,7 @@ typedef struct sfield__build {
     uint32_t         *all, all_used, all_room, *offsets;
     float            *scales;
     uint32_t          skipped;
+    int               simd;         /* sfield__simd_level */
 } sfield__build;
 
 /* Allocates memory that lives as long as the build. If it returns NULL the caller has only to return: all
@@ -3989,6 +3996,7 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     float keep;
     uint32_t haar;
     memset(b, 0, sizeof *b);
+    b->simd = sfield__simd_level();
     if (desc) *d = *desc;
     b->log = sfield__logger_of(&d->system, function);
     if (!sfield__system_good(&d->system)) return sfield__fail_allocator(&b->log);
@@ -4778,7 +4786,7 @@ static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_
     uint32_t n = 0, equal;
     float threshold = 0, most = 0, *sorted = v->key + b->cells;
     for (c = 0; c < b->h.channels; c++)
-        (void)sfield_haar_forward(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells);
+        sfield__haar_cube(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells, b->simd);
     for (i = 0; i < b->cells; i++) {
         v->key[i] = sfield__weigh_wavelet(b, v->haar, i);
         if (v->key[i] > 0) sorted[used++] = v->key[i];
@@ -6476,10 +6484,9 @@ static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t 
                                                          int occlude, const sfield__lanes *r, float *out)
 {
     uint32_t k;
-    for (k = 0; k < coefs; k++) {
-        const sfield__lanes hidden = sfield__lanes_sub(sfield__lanes_load(a + k * stride), r[k]);
-        sfield__lanes_store(out + k * stride, occlude ? hidden : r[k]);
-    }
+    for (k = 0; k < coefs; k++)
+        sfield__lanes_store(out + k * stride, !occlude ? r[k] :
+                                              sfield__lanes_sub(sfield__lanes_load(a + k * stride), r[k]));
 }
 
 /* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what
@@ -7779,7 +7786,7 @@ static void sfield__turn_cube(sfield_scene *s)
                 s->sky_now[c * s->cells + i] += taps.weight[k] * s->sky[c * s->cells + taps.texel[k]];
     }
     for (c = 0; c < 3; c++)
-        (void)sfield_haar_forward(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells);
+        sfield__haar_cube(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells, s->simd);
 }
 
 /* ==== src/shadowfield/scene.h ==== */
@@ -9594,11 +9601,11 @@ static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
         own.count = 1;
         own.sample[0] = index;
         own.weight[0] = 1;
-        if (sparse) (void)sfield_haar_forward(s->side, p->t, p->haar);
+        if (sparse) sfield__haar_cube(s->side, p->t, p->haar, s->simd);
         sfield__add_lists(p, p->set->self, &own, 1);
         sfield__hide_texels(p, map);
         sfield__clear_lists(p);
-    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) (void)sfield_haar_forward(s->side, p->t, p->haar);
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) sfield__haar_cube(s->side, p->t, p->haar, s->simd);
 }
 
 /* Adds what a light's lists make of T in wavelets (of rotated lights: of T on texels). */
@@ -9753,7 +9760,7 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
         kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
-            (void)sfield_haar_forward(s->side, p->t, p->haar);
+            sfield__haar_cube(s->side, p->t, p->haar, s->simd);
             fresh = 1;
         }
         if (kept) {

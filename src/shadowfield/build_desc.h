@@ -81,6 +81,7 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     float keep;
     uint32_t haar;
     memset(b, 0, sizeof *b);
+    b->simd = sfield__simd_level();
     if (desc) *d = *desc;
     b->log = sfield__logger_of(&d->system, function);
     if (!sfield__system_good(&d->system)) return sfield__fail_allocator(&b->log);

@@ -64,6 +64,7 @@ typedef struct sfield__build {
     uint32_t         *all, all_used, all_room, *offsets;
     float            *scales;
     uint32_t          skipped;
+    int               simd;         /* sfield__simd_level */
 } sfield__build;
 
 /* Allocates memory that lives as long as the build. If it returns NULL the caller has only to return: all

@@ -33,10 +33,9 @@ static inline SFIELD__IN_KERNEL void sfield__product_end(const float *a, size_t 
                                                          int occlude, const sfield__lanes *r, float *out)
 {
     uint32_t k;
-    for (k = 0; k < coefs; k++) {
-        const sfield__lanes hidden = sfield__lanes_sub(sfield__lanes_load(a + k * stride), r[k]);
-        sfield__lanes_store(out + k * stride, occlude ? hidden : r[k]);
-    }
+    for (k = 0; k < coefs; k++)
+        sfield__lanes_store(out + k * stride, !occlude ? r[k] :
+                                              sfield__lanes_sub(sfield__lanes_load(a + k * stride), r[k]));
 }
 
 /* Pairs a_i b_j + a_j b_i are made once and serve one to three outputs. From 6 bands on they would pass what

@@ -49,7 +49,7 @@ static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_
     uint32_t n = 0, equal;
     float threshold = 0, most = 0, *sorted = v->key + b->cells;
     for (c = 0; c < b->h.channels; c++)
-        (void)sfield_haar_forward(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells);
+        sfield__haar_cube(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells, b->simd);
     for (i = 0; i < b->cells; i++) {
         v->key[i] = sfield__weigh_wavelet(b, v->haar, i);
         if (v->key[i] > 0) sorted[used++] = v->key[i];

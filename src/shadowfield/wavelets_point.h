@@ -87,11 +87,11 @@ static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
         own.count = 1;
         own.sample[0] = index;
         own.weight[0] = 1;
-        if (sparse) (void)sfield_haar_forward(s->side, p->t, p->haar);
+        if (sparse) sfield__haar_cube(s->side, p->t, p->haar, s->simd);
         sfield__add_lists(p, p->set->self, &own, 1);
         sfield__hide_texels(p, map);
         sfield__clear_lists(p);
-    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) (void)sfield_haar_forward(s->side, p->t, p->haar);
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) sfield__haar_cube(s->side, p->t, p->haar, s->simd);
 }
 
 /* Adds what a light's lists make of T in wavelets (of rotated lights: of T on texels). */
@@ -246,7 +246,7 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
         kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
-            (void)sfield_haar_forward(s->side, p->t, p->haar);
+            sfield__haar_cube(s->side, p->t, p->haar, s->simd);
             fresh = 1;
         }
         if (kept) {

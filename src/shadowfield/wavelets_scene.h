@@ -71,5 +71,5 @@ static void sfield__turn_cube(sfield_scene *s)
                 s->sky_now[c * s->cells + i] += taps.weight[k] * s->sky[c * s->cells + taps.texel[k]];
     }
     for (c = 0; c < 3; c++)
-        (void)sfield_haar_forward(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells);
+        sfield__haar_cube(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells, s->simd);
 }
