@@ -4,6 +4,7 @@
 
 #define LIGHTSAMPLING_IMPLEMENTATION
 #include "lightsampling.h"
+#include <float.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -187,7 +188,7 @@ static int is_receiver(const lsamp_points *p, size_t i)
     int k, c;
     for (k = 0; k < 4; k++) {
         for (c = 0; c < 3; c++)
-            if (vector[k] && !(fabsf(vector[k][c]) <= 3.4e38f)) return 0;
+            if (vector[k] && !(fabsf(vector[k][c]) <= FLT_MAX)) return 0;
         if (k > 0 && vector[k] && vector[k][0] == 0 && vector[k][1] == 0 && vector[k][2] == 0) return 0;
     }
     return 1;
