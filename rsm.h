@@ -10,8 +10,9 @@
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. A factor
-     for each point (ambient occlusion) is taken as input; ism.h has real shadows of bounced light.
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. The
+     share of it that reaches each point (ambient occlusion) is taken as input; ism.h has real shadows of
+     bounced light.
    - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
@@ -110,7 +111,7 @@
      section 5    deferred shading, in passes              in gl_backend/gl_rsm.h       -
      table 1      how many samples are taken (figure 7)    rsm_gather_desc (sample_count)  T25 T27
      section 6    textures are averaged over a texel       rsm_mesh (tap_side)                  -
-     figure 6     ambient occlusion as a factor            rsm_points (occlusion)               -
+     figure 6     ambient occlusion as a factor            rsm_points (open)                    -
      section 7    light gathered at vertices               rsm_gather                           T25
      section 7    lamps all round, and area lights         rsm_light_kind                       T30 T37
      section 7    reflectors that are not diffuse          rsm_material                         -
@@ -362,9 +363,10 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* a factor for each result, 0..1: more counts as 1, less and NaN as 0;
-                                       NULL = 1 */
-    size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
+    const float    *open;           /* share of bounced light that reaches each, 1 = all, as in glTF's ambient
+                                       occlusion: a factor, of which more than 1 counts as 1, less than 0
+                                       and NaN as 0; NULL = 1 */
+    size_t          open_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
     size_t          index_count;
@@ -490,7 +492,7 @@ typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
                               float *irradiance);
 /* Writes the irradiance of the light itself, shadowed by the map: 3 floats for each point. A point that lies
-   outside the map is lit by a sun, dark otherwise. occlusion is not used.
+   outside the map is lit by a sun, dark otherwise. points.open is not used.
    desc     NULL = all defaults
    Errors   those of rsm_gather, without RSM_ERR_ALLOC */
 #endif
@@ -1703,7 +1705,7 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (p->count && !out) return rsm__refuse(log, bad, "irradiance", "is NULL");
     if (!rsm__check_stride(log, "points.position_stride", p->position_stride, 12)) return bad;
     if (!rsm__check_stride(log, "points.normal_stride", p->normal_stride, 12)) return bad;
-    if (!rsm__check_stride(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "points.open_stride", p->open_stride, 4)) return bad;
     if (!rsm__mul_size(p->count, 12, &bytes)) {
         rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
         return bad;
@@ -3131,8 +3133,8 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and 4 x 4
-   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of eight lanes. */
+/* Pending pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and
+   4 x 4 pixels fill these vectors; the three pending pixels of a cell of 2 x 2 fill three of eight lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
@@ -4623,15 +4625,15 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
 
 /* ---- gather: bounced light of receivers (equations 1 and 2) ---- */
 
-/* Writes or adds the result of receiver `at`, times its occlusion. */
+/* Writes or adds the result of receiver `at`, times the share that is open there. */
 static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
 {
     const rsm_points *p = g->points;
-    float occlusion = 1.0f, *out = g->out + 3 * at;
+    float open = 1.0f, *out = g->out + 3 * at;
     int c;
-    if (p->occlusion) occlusion = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
-    occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
-    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * occlusion;
+    if (p->open) open = *rsm__element_at(p->open, rsm__stride_or(p->open_stride, 4), at);
+    open = open > 0.0f ? open < 1.0f ? open : 1.0f : 0.0f;
+    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * open;
 }
 
 /* Gathers for one receiver, the number-th of those asked for. With wants_share it also finds the share of
@@ -5259,12 +5261,12 @@ typedef struct rsm__grid {
                                       suits a pixel */
 } rsm__grid;
 
-/* The states of a pixel. States that are still open have bit 0 set, and no other state has, so that eight
+/* The states of a pixel. States that are still pending have bit 0 set, and no other state has, so that eight
    pixels of a cell can be asked at a time. */
 enum {
     RSM__NONE = 0,                 /* no receiver */
     RSM__BAD = 2,                  /* no receiver, since it is not finite */
-    RSM__OPEN = 1,                 /* a receiver without a result as yet */
+    RSM__PENDING = 1,              /* a receiver without a result as yet */
     RSM__WANTED = 3,               /* the same, to be evaluated as a corner of a cell */
     RSM__INTERPOLATED = 4,
     RSM__REPLACED = 6,             /* interpolated, and to be evaluated as a corner of a cell */
@@ -5387,7 +5389,7 @@ static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rs
 }
 
 /* Returns whether a cell has a pixel without a result. */
-static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
+static inline int rsm__cell_pending(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
                                  uint32_t bottom)
 {
     const uint64_t bits = 0x0101010101010101u;
@@ -5406,9 +5408,9 @@ static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top
     return 0;
 }
 
-/* Adds the open pixels of a row to the tile, which has room for all of the row. Every pixel is written, and
-   an open one moves the end on: a branch would be mispredicted, since which pixels are open follows no
-   pattern. */
+/* Adds the pending pixels of a row to the tile, which has room for all of the row. Every pixel is written,
+   and a pending one moves the end on: a branch would be mispredicted, since which pixels are pending follows
+   no pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {
@@ -5428,14 +5430,14 @@ static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t coun
         t->nz[count] = normal[2];
         t->x[count] = x;
         t->y[count] = y;
-        count += *state++ == RSM__OPEN;
+        count += *state++ == RSM__PENDING;
         position = rsm__element_at(position, ps, 1);
         normal = rsm__element_at(normal, ns, 1);
     }
     return count;
 }
 
-/* Interpolates the open pixels of a cell, a tile of them at a time. */
+/* Interpolates the pending pixels of a cell, a tile of them at a time. */
 static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top,
                                          uint32_t right, uint32_t bottom)
 {
@@ -5455,8 +5457,8 @@ static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t
     rsm__tile_interpolate(g, &cell, tile, count);
 }
 
-/* Interpolates a row of cells. Corners are looked at only if a cell has open pixels, since another thread may
-   be writing the state of others. */
+/* Interpolates a row of cells. Corners are looked at only if a cell has pending pixels, since another thread
+   may be writing the state of others. */
 static inline void rsm__interpolate_cells(void *context, size_t number)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -5465,7 +5467,8 @@ static inline void rsm__interpolate_cells(void *context, size_t number)
     rsm__tile tile;
     for (x = 0; x < g->width; x += g->step) {
         uint32_t right = g->width - x < g->step ? g->width : x + g->step;
-        if (rsm__cell_open(g, x, top, right, bottom)) rsm__interpolate_cell(g, &tile, x, top, right, bottom);
+        if (rsm__cell_pending(g, x, top, right, bottom))
+            rsm__interpolate_cell(g, &tile, x, top, right, bottom);
         if (right == g->width) break;
     }
 }
@@ -5479,7 +5482,7 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     rsm__grid_lines(y, g->step, g->height, row);
     for (k = 0; k < 4; k++) {
         uint8_t *s = g->state + (size_t)row[k >> 1] * g->width + column[k & 1];
-        if (*s == RSM__OPEN) *s = RSM__WANTED;
+        if (*s == RSM__PENDING) *s = RSM__WANTED;
         else if (*s == RSM__INTERPOLATED) *s = RSM__REPLACED;
     }
 }
@@ -5491,7 +5494,7 @@ static inline uint32_t rsm__next_line(const rsm__grid *g, uint32_t at, uint32_t 
 }
 
 /* Lists the pixels that this level evaluates, marks them as evaluated, and returns how many they are: the
-   corners of cells with open pixels, or on the last level, whose step is 1, all open pixels. */
+   corners of cells with pending pixels, or on the last level, whose step is 1, all pending pixels. */
 static inline size_t rsm__list_wanted(rsm__grid *g)
 {
     uint32_t x, y;
@@ -5500,13 +5503,14 @@ static inline size_t rsm__list_wanted(rsm__grid *g)
         for (x = 0; x < g->width; x += g->step) {
             uint32_t right = g->width - x < g->step ? g->width : x + g->step,
                      bottom = g->height - y < g->step ? g->height : y + g->step;
-            if (rsm__cell_open(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
+            if (rsm__cell_pending(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
         }
     for (y = 0; y < g->height; y = rsm__next_line(g, y, g->height))
         for (x = 0; x < g->width; x = rsm__next_line(g, x, g->width)) {
             size_t at = (size_t)y * g->width + x;
             uint8_t state = g->state[at];
-            if (g->step > 1 ? state != RSM__WANTED && state != RSM__REPLACED : state != RSM__OPEN) continue;
+            if (g->step > 1 ? state != RSM__WANTED && state != RSM__REPLACED : state != RSM__PENDING)
+                continue;
             g->state[at] = RSM__EVALUATED;
             g->list[found++] = (uint32_t)at;
         }
@@ -5554,7 +5558,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     rsm_result result;
     points.indices = g->list;
     points.index_count = rsm__list_wanted(g);
-    points.occlusion = NULL; /* rsm__grid_finish applies it, at full resolution */
+    points.open = NULL; /* rsm__grid_finish applies it, at full resolution */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
     gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
@@ -5571,7 +5575,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     return RSM_OK;
 }
 
-/* Writes the mask, applies occlusion to all pixels, and returns the number of bad points. */
+/* Writes the mask, multiplies all pixels by what is open there, and returns the number of bad points. */
 static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
 {
     const rsm_points *p = g->points;
@@ -5580,10 +5584,10 @@ static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
     int c;
     for (at = 0; at < pixels; at++) bad += g->state[at] == RSM__BAD;
     for (at = 0; at < pixels && mask; at++) mask[at] = g->state[at] / RSM__INTERPOLATED;
-    for (at = 0; at < pixels && p->occlusion; at++) {
+    for (at = 0; at < pixels && p->open; at++) {
         float f;
         if (g->state[at] < RSM__INTERPOLATED) continue;
-        f = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
+        f = *rsm__element_at(p->open, rsm__stride_or(p->open_stride, 4), at);
         f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
         for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
     }
@@ -5599,7 +5603,7 @@ static inline void rsm__grid_start_row(void *context, size_t y)
         rsm__v3 x, n;
         uint64_t bad = 0;
         int lit = rsm__load_receiver(g->points, at, &x, &n, &bad);
-        g->state[at] = lit ? RSM__OPEN : bad ? RSM__BAD : RSM__NONE;
+        g->state[at] = lit ? RSM__PENDING : bad ? RSM__BAD : RSM__NONE;
         if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
     }
 }

@@ -430,13 +430,13 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(uint, stride, 1)              /* of running sums: texels between the values of a step */
 
 #define GLBK_RSM_GRID_MEMBERS(X)                                                                        \
-    X(uint, mode, 1)                /* what is lit: 0 pixels, 1 nodes of a grid, 2 open pixels */       \
+    X(uint, mode, 1)                /* what is lit: 0 pixels, 1 nodes of a grid, 2 pending pixels */    \
     X(uint, step, 1)                /* pixels from node to node, or from tap to tap of a filter */      \
     X(uint, coarse_step, 1)         /* of the grid before; 0 = there is none */                         \
     X(uint, next_step, 1)           /* of the grid after this; 0 = there is none */                     \
     X(uint, fine_step, 1)           /* compute: of the finest grid */                                   \
     X(uint, list_read, 1)           /* compute: the list that is read */                                \
-    X(uint, list_open, 1)           /* compute: the list of pixels that stay open */                    \
+    X(uint, list_pending, 1)        /* compute: the list of pixels that stay pending */                 \
     X(uint, list_wanted, 1)         /* compute: the list of nodes that are wanted */
 
 #define GLBK_RSM_SHOW_MEMBERS(X)                                                                        \
@@ -499,7 +499,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 #define GLBK_RSM_STORAGE(X)                                                                             \
     X(coherent, uint, glbk_rsm_counts, 0)   /* four of each list: groups in x, y, z; pixels */          \
     X(readonly, uint, glbk_rsm_items, 1)    /* a list: x | y << 16 */                                   \
-    X(writeonly, uint, glbk_rsm_left, 2)    /* the list of pixels that stay open */                     \
+    X(writeonly, uint, glbk_rsm_left, 2)    /* the list of pixels that stay pending */                  \
     X(writeonly, uint, glbk_rsm_wanted, 3)  /* the list of nodes that are wanted */                     \
     X(coherent, uint, glbk_rsm_marks, 4)    /* a bit for each node of the finest grid */
 
@@ -569,7 +569,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     glbk_result     failed;             /* the first error of glbk_rsm_object while drawing */
     int             compute;            /* not 0: gathering and filtering are done by compute */
     glbk_buffer     counts;             /* by compute, with interpolate: lengths of the lists */
-    glbk_buffer     open[2];            /* lists of pixels that stay open */
+    glbk_buffer     pending[2];         /* lists of pixels that stay pending */
     glbk_buffer     wanted;             /* the list of nodes that are wanted */
     glbk_buffer     marks;              /* a bit for each node that was ever wanted */
 };
@@ -987,7 +987,7 @@ static const struct { char s0[234]; char end; } glbk__glsl_lib_rsm_drawn_glsl = 
     "}glbk_rsm_drawn;\n", 0
 };
 
-static const struct { char s0[754]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
+static const struct { char s0[757]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
     "uint interleave;\n"
     "uint point_count;\n"
@@ -1011,7 +1011,7 @@ static const struct { char s0[754]; char end; } glbk__glsl_lib_rsm_frame_glsl = 
     "uint next_step;\n"
     "uint fine_step;\n"
     "uint list_read;\n"
-    "uint list_open;\n"
+    "uint list_pending;\n"
     "uint list_wanted;\n"
     "uint motion;\n"
     "uint rows_top_first;\n"
@@ -1338,12 +1338,12 @@ static const struct { char s0[233]; char end; } glbk__glsl_lib_rsm_light_glsl = 
     "}glbk_rsm_light;\n", 0
 };
 
-static const struct { char s0[2081]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
+static const struct { char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
     "\n\n\n\n#ifndef RSM_GROUP\n"
     "#define RSM_GROUP 64\n"
     "#endif\n"
-    "shared uint rsm_open[RSM_GROUP],rsm_wanted[4*RSM_GROUP];\n"
-    "shared uint rsm_open_count,rsm_wanted_count,rsm_open_at,rsm_wanted_at;\n"
+    "shared uint rsm_pending[RSM_GROUP],rsm_wanted[4*RSM_GROUP];\n"
+    "shared uint rsm_pending_count,rsm_wanted_count,rsm_pending_at,rsm_wanted_at;\n"
     "\n\nuint rsm_pack_pixel(ivec2 at){return uint(at.x)|uint(at.y)<<16;}\n"
     "\nivec2 rsm_unpack_pixel(uint item){return ivec2(item&65535u,item>>16);}\n"
     "\n\n\nbool rsm_item(uint list,out ivec2 at)\n"
@@ -1356,10 +1356,10 @@ static const struct { char s0[2081]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "}\n"
     "\n\nvoid rsm_begin_lists()\n"
     "{\n"
-    "if(gl_LocalInvocationIndex==0u)rsm_open_count=rsm_wanted_count=0u;\n"
+    "if(gl_LocalInvocationIndex==0u)rsm_pending_count=rsm_wanted_count=0u;\n"
     "barrier();\n"
     "}\n"
-    "\n\nvoid rsm_add_open(ivec2 at){rsm_open[atomicAdd(rsm_open_count,1u)]=rsm_pack_pixel(at);}\n"
+    "\n\nvoid rsm_add_pending(ivec2 at){rsm_pending[atomicAdd(rsm_pending_count,1u)]=rsm_pack_pixel(at);}\n"
     "\n\nvoid rsm_add_wanted(ivec2 at){rsm_wanted[atomicAdd(rsm_wanted_count,1u)]=rsm_pack_pixel(at);}\n"
     "\n\nuint rsm_mark(ivec2 number,ivec2 last){return uint(number.y*(last.x+1)+number.x);}\n"
     "\n\nvoid rsm_want(ivec2 at)\n"
@@ -1381,14 +1381,14 @@ static const struct { char s0[2081]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "}\n"
     "return at;\n"
     "}\n"
-    "\n\nvoid rsm_end_lists(uint open_list,uint wanted_list)\n"
+    "\n\nvoid rsm_end_lists(uint pending_list,uint wanted_list)\n"
     "{\n"
     "uint i=gl_LocalInvocationIndex;\n"
     "barrier();\n"
-    "if(i==0u&&rsm_open_count>0u)rsm_open_at=rsm_room(open_list,rsm_open_count);\n"
+    "if(i==0u&&rsm_pending_count>0u)rsm_pending_at=rsm_room(pending_list,rsm_pending_count);\n"
     "if(i==0u&&rsm_wanted_count>0u)rsm_wanted_at=rsm_room(wanted_list,rsm_wanted_count);\n"
     "barrier();\n"
-    "if(i<rsm_open_count)glbk_rsm_left[rsm_open_at+i]=rsm_open[i];\n"
+    "if(i<rsm_pending_count)glbk_rsm_left[rsm_pending_at+i]=rsm_pending[i];\n"
     "for(;i<rsm_wanted_count;i+=uint(RSM_GROUP))glbk_rsm_wanted[rsm_wanted_at+i]=rsm_wanted[i];\n"
     "}\n", 0
 };
@@ -1569,9 +1569,9 @@ static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl
     "}\n", 0
 };
 
-static const struct { char s0[1513]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+static const struct { char s0[1506]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
     "\n\n\n\n#define RSM_NONE 0.0\n"
-    "#define RSM_OPEN 1.0\n"
+    "#define RSM_PENDING 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
     "#define RSM_EVALUATED 3.0\n"
     "#define RSM_FRESH 4.0\n"
@@ -1591,7 +1591,7 @@ static const struct { char s0[1513]; char end; } glbk__glsl_lib_rsm_screen_glsl 
     "}\n"
     "\nstruct rsm_receiver{\n"
     "vec3 position,normal;\n"
-    "float occlusion;\n"
+    "float open;\n"
     "};\n"
     "\n\nivec2 rsm_picture_side(){return ivec2(glbk_rsm_frame.width,glbk_rsm_frame.height);}\n"
     "\n\nbool rsm_read(ivec2 at,out rsm_receiver r)\n"
@@ -1600,7 +1600,7 @@ static const struct { char s0[1513]; char end; } glbk__glsl_lib_rsm_screen_glsl 
     "bool seen=glbk_read_point(at,p);\n"
     "r.position=p.position;\n"
     "r.normal=p.normal;\n"
-    "r.occlusion=1.-p.occlusion;\n"
+    "r.open=1.-p.occlusion;\n"
     "return seen;\n"
     "}\n"
     "\n\nuint rsm_set(ivec2 at)\n"
@@ -1734,7 +1734,7 @@ static const struct { char s0[398]; char end; } glbk__glsl_prog_rsm_fill_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[2161]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+static const struct { char s0[2151]; char end; } glbk__glsl_prog_rsm_gather_comp = {
     "\n\n\n\n\n\n#ifndef NODES\n"
     "#define NODES 0\n"
     "#endif\n"
@@ -1798,20 +1798,20 @@ static const struct { char s0[2161]; char end; } glbk__glsl_prog_rsm_gather_comp
     "#if NODES\n"
     "sum=vec4(sum.xyz+light,rsm_node_alpha(1./max(rsm_near,1e-30)));\n"
     "#else\n"
-    "sum=vec4(sum.xyz+light*r.occlusion,RSM_FRESH);\n"
+    "sum=vec4(sum.xyz+light*r.open,RSM_FRESH);\n"
     "#endif\n"
     "}\n"
     "if(!inside||(!awake&& !first))return;\n"
     "if(!awake)sum=vec4(.0);\n"
     "#if NODES\n"
     "imageStore(glbk_rsm_nodes,number,sum);\n"
-    "sum=vec4(sum.xyz*r.occlusion,RSM_EVALUATED);\n"
+    "sum=vec4(sum.xyz*r.open,RSM_EVALUATED);\n"
     "#endif\n"
     "imageStore(glbk_rsm_picture,at,sum);\n"
     "}\n", 0
 };
 
-static const struct { char s0[1432]; char end; } glbk__glsl_prog_rsm_gather_frag = {
+static const struct { char s0[1428]; char end; } glbk__glsl_prog_rsm_gather_frag = {
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\n\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
     "{\n"
@@ -1821,7 +1821,7 @@ static const struct { char s0[1432]; char end; } glbk__glsl_prog_rsm_gather_frag
     "ivec2 to=min(ivec2(off.x==0?at.x+step-1:at.x,off.y==0?at.y+step-1:at.y),size-1);\n"
     "for(int y=from.y;y<=to.y;y++)\n"
     "for(int x=from.x;x<=to.x;x++)\n"
-    "if(glbk_unpack(texelFetch(glbk_rsm_states,ivec2(x,y),0)).w==RSM_OPEN)return true;\n"
+    "if(glbk_unpack(texelFetch(glbk_rsm_states,ivec2(x,y),0)).w==RSM_PENDING)return true;\n"
     "return false;\n"
     "}\n"
     "\nvoid main()\n"
@@ -1841,19 +1841,19 @@ static const struct { char s0[1432]; char end; } glbk__glsl_prog_rsm_gather_frag
     "sum.w=rsm_node_aged(sum.w);\n"
     "evaluate=seen&&sum.w==RSM_NONE&&rsm_wanted(at,step,size);\n"
     "}else if(mode==2u){\n"
-    "evaluate=sum.w==RSM_OPEN;\n"
-    "sum.xyz*=evaluate?.0:r.occlusion;\n"
+    "evaluate=sum.w==RSM_PENDING;\n"
+    "sum.xyz*=evaluate?.0:r.open;\n"
     "}\n"
     "if(evaluate){\n"
     "if(mode==1u&& !first)rsm_near=1./rsm_node_distance2(sum.w);\n"
-    "sum.xyz+=rsm_bounce(r,at)*(mode==1u?1.:r.occlusion);\n"
+    "sum.xyz+=rsm_bounce(r,at)*(mode==1u?1.:r.open);\n"
     "sum.w=mode==1u?rsm_node_alpha(1./max(rsm_near,1e-30)):RSM_FRESH;\n"
     "}\n"
     "result=glbk_pack(sum);\n"
     "}\n", 0
 };
 
-static const struct { char s0[2108]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+static const struct { char s0[2109]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
@@ -1910,9 +1910,9 @@ static const struct { char s0[2108]; char end; } glbk__glsl_prog_rsm_interpolate
     "imageStore(glbk_rsm_picture,at,vec4(.0,.0,.0,RSM_NONE));\n"
     "}else if(inside&& !rsm_is_node(at,step,size,number)){\n"
     "if(rsm_interpolate(at,step,size,r,value)){\n"
-    "imageStore(glbk_rsm_picture,at,vec4(value*r.occlusion,RSM_INTERPOLATED));\n"
+    "imageStore(glbk_rsm_picture,at,vec4(value*r.open,RSM_INTERPOLATED));\n"
     "}else{\n"
-    "rsm_add_open(at);\n"
+    "rsm_add_pending(at);\n"
     "if(next>0){\n"
     "rsm_grid_lines(at.x,next,size.x,lx,share);\n"
     "rsm_grid_lines(at.y,next,size.y,ly,share);\n"
@@ -1921,11 +1921,11 @@ static const struct { char s0[2108]; char end; } glbk__glsl_prog_rsm_interpolate
     "}\n"
     "}\n"
     "}\n"
-    "rsm_end_lists(glbk_rsm_frame.list_open,glbk_rsm_frame.list_wanted);\n"
+    "rsm_end_lists(glbk_rsm_frame.list_pending,glbk_rsm_frame.list_wanted);\n"
     "}\n", 0
 };
 
-static const struct { char s0[802]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
+static const struct { char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
@@ -1936,7 +1936,7 @@ static const struct { char s0[802]; char end; } glbk__glsl_prog_rsm_interpolate_
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),size=rsm_picture_side(),number;\n"
     "int step=int(glbk_rsm_frame.step);\n"
-    "vec4 sum=vec4(.0,.0,.0,RSM_OPEN);\n"
+    "vec4 sum=vec4(.0,.0,.0,RSM_PENDING);\n"
     "rsm_receiver r;\n"
     "bool seen=rsm_read(at,r);\n"
     "if(glbk_rsm_frame.adds!=0u)sum=glbk_unpack(texelFetch(glbk_rsm_sum,at,0));\n"
@@ -1946,7 +1946,8 @@ static const struct { char s0[802]; char end; } glbk__glsl_prog_rsm_interpolate_
     "if(node.w<.0)sum=vec4(node.xyz,RSM_EVALUATED);\n"
     "}\n"
     "vec3 value;\n"
-    "if(sum.w==RSM_OPEN&&rsm_interpolate(at,step,size,r,value))sum=vec4(value,RSM_INTERPOLATED);\n"
+    "if(sum.w==RSM_PENDING&&rsm_interpolate(at,step,size,r,value))\n"
+    "sum=vec4(value,RSM_INTERPOLATED);\n"
     "result=glbk_pack(sum);\n"
     "}\n", 0
 };
@@ -3044,15 +3045,15 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of open pixels for six grids, and one more */
+enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of pending pixels for six grids, and one more */
 
 /* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
     glbk_result result = glbk_buffer_create(ctx, 16 * GLBK__RSM_LISTS, NULL, &r->counts);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[0]);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[1]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[0]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[1]);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * nodes, NULL, &r->wanted);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, nodes / 8 + 4, NULL, &r->marks);
     return result;
@@ -3142,7 +3143,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
     glbk_buffer_free(ctx, &r->counts);
-    for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->open[i]);
+    for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->pending[i]);
     glbk_buffer_free(ctx, &r->wanted);
     glbk_buffer_free(ctx, &r->marks);
     memset(r, 0, sizeof *r);
@@ -3625,8 +3626,8 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list points to the number of
-   the list that tells how many groups run; if list is NULL, x by y groups run. */
+/* Runs a compute shader of interpolation over all pixels, nodes or pending pixels. list points to the number
+   of the list that tells how many groups run; if list is NULL, x by y groups run. */
 static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
                                       uint32_t x, uint32_t y)
 {
@@ -3638,8 +3639,8 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
-    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, &r->open[(level + 1) & 1]);
-    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->open[level & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, &r->pending[(level + 1) & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->pending[level & 1]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_wanted, &r->wanted);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_marks, &r->marks);
     return list ? glbk__rsm_dispatch(g->ctx, r, &r->programs[which], *list)
@@ -3670,8 +3671,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
 }
 
 /* Does the work of glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
-   pixels that stay open. All grids are in the finest one. The picture gets evaluated and interpolated light
-   at once. */
+   pixels that stay pending. All grids are in the finest one. The picture gets evaluated and interpolated
+   light at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -3688,7 +3689,7 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
         if (result != GLBK_OK) return result;
         r->values.step = step;
         r->values.list_read = before;
-        r->values.list_open = 2 * level + 1;
+        r->values.list_pending = 2 * level + 1;
         r->values.list_wanted = 2 * level + 2;
         r->values.next_step = level + 1 < d->level_count && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
@@ -3697,12 +3698,12 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     }
     r->values.mode = 2;
     r->values.list_read = before;
-    g->items = &r->open[before >> 1 & 1];
+    g->items = &r->pending[before >> 1 & 1];
     return result;
 }
 
 /* Evaluates grids of half the step each time, and interpolates between their nodes. The caller evaluates the
-   pixels that stay open. The picture ends in r->sums. */
+   pixels that stay pending. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;

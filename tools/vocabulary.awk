@@ -26,7 +26,7 @@ BEGIN {
         "occluder=caster occluders=casters type=kind sort=kind luminaire=light lamp=light lamps=lights " \
         "image_width=width blocker=caster axis_angle=cone_half_angle half_cone=cone_half_angle view_projection=world_to_clip " \
         "view_proj=world_to_clip mvp=world_to_clip view_matrix=world_to_view geometric=geometric_normals " \
-        "geometric_stride=geometric_normal_stride lookfrom=to_eye allocator_user=user", instead)
+        "geometric_stride=geometric_normal_stride lookfrom=to_eye ao=open ambient_occlusion=open openness=open allocator_user=user", instead)
     # Words that stand nowhere in a name: of a type, a value, a function, a field, a parameter, a macro.
     set_pairs("camera=view cameras=views luminaire=light luminaires=lights blocker=caster blockers=casters resolution=_side " \
         "pitch=_stride degrees=radians destroy=free delete=free release=free len=_bytes_or_count cnt=_count nb=_count num=_count " \
@@ -239,6 +239,7 @@ function check_name(where, name, whole,    word, n, type) {
             if (name ~ /^gl_/) continue
             complain(where ": " name ": the table has another word, " instead[word])
         }
+    if (name ~ /(^|_)occlusion$/ && whole ~ /^const float \*/) complain(where ": " name ": a share of light that arrives is called open")
     if (name in instead_whole) complain(where ": " name ": the table has another word, " instead_whole[name])
     for (word in instead_front) if (index(name, word) == 1) complain(where ": " name ": the table has _" instead_front[word])
     if (name ~ /cone/ && name != "cone_half_angle") complain(where ": " name ": a cone is given by its cone_half_angle")

@@ -55,7 +55,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     glbk_result     failed;             /* the first error of glbk_rsm_object while drawing */
     int             compute;            /* not 0: gathering and filtering are done by compute */
     glbk_buffer     counts;             /* by compute, with interpolate: lengths of the lists */
-    glbk_buffer     open[2];            /* lists of pixels that stay open */
+    glbk_buffer     pending[2];         /* lists of pixels that stay pending */
     glbk_buffer     wanted;             /* the list of nodes that are wanted */
     glbk_buffer     marks;              /* a bit for each node that was ever wanted */
 };

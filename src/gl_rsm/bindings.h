@@ -60,13 +60,13 @@
     X(uint, stride, 1)              /* of running sums: texels between the values of a step */
 
 #define GLBK_RSM_GRID_MEMBERS(X)                                                                        \
-    X(uint, mode, 1)                /* what is lit: 0 pixels, 1 nodes of a grid, 2 open pixels */       \
+    X(uint, mode, 1)                /* what is lit: 0 pixels, 1 nodes of a grid, 2 pending pixels */    \
     X(uint, step, 1)                /* pixels from node to node, or from tap to tap of a filter */      \
     X(uint, coarse_step, 1)         /* of the grid before; 0 = there is none */                         \
     X(uint, next_step, 1)           /* of the grid after this; 0 = there is none */                     \
     X(uint, fine_step, 1)           /* compute: of the finest grid */                                   \
     X(uint, list_read, 1)           /* compute: the list that is read */                                \
-    X(uint, list_open, 1)           /* compute: the list of pixels that stay open */                    \
+    X(uint, list_pending, 1)        /* compute: the list of pixels that stay pending */                 \
     X(uint, list_wanted, 1)         /* compute: the list of nodes that are wanted */
 
 #define GLBK_RSM_SHOW_MEMBERS(X)                                                                        \
@@ -129,7 +129,7 @@
 #define GLBK_RSM_STORAGE(X)                                                                             \
     X(coherent, uint, glbk_rsm_counts, 0)   /* four of each list: groups in x, y, z; pixels */          \
     X(readonly, uint, glbk_rsm_items, 1)    /* a list: x | y << 16 */                                   \
-    X(writeonly, uint, glbk_rsm_left, 2)    /* the list of pixels that stay open */                     \
+    X(writeonly, uint, glbk_rsm_left, 2)    /* the list of pixels that stay pending */                  \
     X(writeonly, uint, glbk_rsm_wanted, 3)  /* the list of nodes that are wanted */                     \
     X(coherent, uint, glbk_rsm_marks, 4)    /* a bit for each node of the finest grid */
 

@@ -248,8 +248,8 @@ static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
     return result;
 }
 
-/* Runs a compute shader of interpolation over all pixels, nodes or open pixels. list points to the number of
-   the list that tells how many groups run; if list is NULL, x by y groups run. */
+/* Runs a compute shader of interpolation over all pixels, nodes or pending pixels. list points to the number
+   of the list that tells how many groups run; if list is NULL, x by y groups run. */
 static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list,
                                       uint32_t x, uint32_t y)
 {
@@ -261,8 +261,8 @@ static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t leve
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
-    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, &r->open[(level + 1) & 1]);
-    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->open[level & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, &r->pending[(level + 1) & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->pending[level & 1]);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_wanted, &r->wanted);
     glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_marks, &r->marks);
     return list ? glbk__rsm_dispatch(g->ctx, r, &r->programs[which], *list)
@@ -293,8 +293,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const rsm_interpolation 
 }
 
 /* Does the work of glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, list 2 level + 1 the
-   pixels that stay open. All grids are in the finest one. The picture gets evaluated and interpolated light
-   at once. */
+   pixels that stay pending. All grids are in the finest one. The picture gets evaluated and interpolated
+   light at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -311,7 +311,7 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
         if (result != GLBK_OK) return result;
         r->values.step = step;
         r->values.list_read = before;
-        r->values.list_open = 2 * level + 1;
+        r->values.list_pending = 2 * level + 1;
         r->values.list_wanted = 2 * level + 2;
         r->values.next_step = level + 1 < d->level_count && step > 2 ? step / 2 : 0;
         result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
@@ -320,12 +320,12 @@ static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const rsm_interpolation 
     }
     r->values.mode = 2;
     r->values.list_read = before;
-    g->items = &r->open[before >> 1 & 1];
+    g->items = &r->pending[before >> 1 & 1];
     return result;
 }
 
 /* Evaluates grids of half the step each time, and interpolates between their nodes. The caller evaluates the
-   pixels that stay open. The picture ends in r->sums. */
+   pixels that stay pending. The picture ends in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const rsm_interpolation *d)
 {
     glbk_rsm_renderer *r = g->r;

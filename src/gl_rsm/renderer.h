@@ -13,15 +13,15 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
-enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of open pixels for six grids, and one more */
+enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of pending pixels for six grids, and one more */
 
 /* Makes the lists of interpolation by compute. */
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
     glbk_result result = glbk_buffer_create(ctx, 16 * GLBK__RSM_LISTS, NULL, &r->counts);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[0]);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[1]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[0]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[1]);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * nodes, NULL, &r->wanted);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, nodes / 8 + 4, NULL, &r->marks);
     return result;
@@ -111,7 +111,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
     glbk_buffer_free(ctx, &r->counts);
-    for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->open[i]);
+    for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->pending[i]);
     glbk_buffer_free(ctx, &r->wanted);
     glbk_buffer_free(ctx, &r->marks);
     memset(r, 0, sizeof *r);

@@ -70,14 +70,14 @@ void main()
 #if NODES
         sum = vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)));
 #else
-        sum = vec4(sum.xyz + light * r.occlusion, RSM_FRESH);
+        sum = vec4(sum.xyz + light * r.open, RSM_FRESH);
 #endif
     }
     if (!inside || (!awake && !first)) return;
     if (!awake) sum = vec4(0.0);
 #if NODES
     imageStore(glbk_rsm_nodes, number, sum);
-    sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);
+    sum = vec4(sum.xyz * r.open, RSM_EVALUATED);
 #endif
     imageStore(glbk_rsm_picture, at, sum);
 }

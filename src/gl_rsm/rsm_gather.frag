@@ -1,11 +1,11 @@
 // Adds bounced light up, draw by draw: in mode 0 to every pixel, in 1 to nodes of a grid, in 2 to pixels that
-// are still open.
+// are still pending.
 // uses: rsm_bounce
 // with: screen.vert
 // sets: RSM_SURFACES=0 | RSM_SURFACES=1
 layout(location = 0) out glbk_color result;
 
-// Returns whether an open pixel needs this node. Such a pixel lies between the lines of the grid before and
+// Returns whether a pending pixel needs this node. Such a pixel lies between the lines of the grid before and
 // after the node.
 bool rsm_wanted(ivec2 at, int step, ivec2 size)
 {
@@ -15,7 +15,7 @@ bool rsm_wanted(ivec2 at, int step, ivec2 size)
     ivec2 to = min(ivec2(off.x == 0 ? at.x + step - 1 : at.x, off.y == 0 ? at.y + step - 1 : at.y), size - 1);
     for (int y = from.y; y <= to.y; y++)
         for (int x = from.x; x <= to.x; x++)
-            if (glbk_unpack(texelFetch(glbk_rsm_states, ivec2(x, y), 0)).w == RSM_OPEN) return true;
+            if (glbk_unpack(texelFetch(glbk_rsm_states, ivec2(x, y), 0)).w == RSM_PENDING) return true;
     return false;
 }
 
@@ -36,12 +36,12 @@ void main()
         sum.w = rsm_node_aged(sum.w);
         evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);
     } else if (mode == 2u) {
-        evaluate = sum.w == RSM_OPEN;
-        sum.xyz *= evaluate ? 0.0 : r.occlusion;
+        evaluate = sum.w == RSM_PENDING;
+        sum.xyz *= evaluate ? 0.0 : r.open;
     }
     if (evaluate) {
         if (mode == 1u && !first) rsm_near = 1.0 / rsm_node_distance2(sum.w);
-        sum.xyz += rsm_bounce(r, at) * (mode == 1u ? 1.0 : r.occlusion);
+        sum.xyz += rsm_bounce(r, at) * (mode == 1u ? 1.0 : r.open);
         sum.w = mode == 1u ? rsm_node_alpha(1.0 / max(rsm_near, 1e-30)) : RSM_FRESH;
     }
     result = glbk_pack(sum);

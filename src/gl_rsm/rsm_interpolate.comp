@@ -1,6 +1,6 @@
 // Does the work of rsm_interpolate.frag as a compute shader, over every pixel (RSM_GROUP=256), then over
-// those of a list. Pixels that the grid suffices for go to the picture, pixels that stay open into the next
-// list, and the nodes of the next grid that open pixels need into a list of nodes.
+// those of a list. Pixels that the grid suffices for go to the picture, pixels that stay pending into the
+// next list, and the nodes of the next grid that pending pixels need into a list of nodes.
 // uses: rsm_lists rsm_grid
 // sets: RSM_GROUP=256 | RSM_GROUP=64
 layout(local_size_x = RSM_GROUP) in;
@@ -65,9 +65,9 @@ void main()
         imageStore(glbk_rsm_picture, at, vec4(0.0, 0.0, 0.0, RSM_NONE));
     } else if (inside && !rsm_is_node(at, step, size, number)) {        // nodes in question were evaluated
         if (rsm_interpolate(at, step, size, r, value)) {
-            imageStore(glbk_rsm_picture, at, vec4(value * r.occlusion, RSM_INTERPOLATED));
+            imageStore(glbk_rsm_picture, at, vec4(value * r.open, RSM_INTERPOLATED));
         } else {
-            rsm_add_open(at);
+            rsm_add_pending(at);
             if (next > 0) {
                 rsm_grid_lines(at.x, next, size.x, lx, share);
                 rsm_grid_lines(at.y, next, size.y, ly, share);
@@ -76,5 +76,5 @@ void main()
             }
         }
     }
-    rsm_end_lists(glbk_rsm_frame.list_open, glbk_rsm_frame.list_wanted);
+    rsm_end_lists(glbk_rsm_frame.list_pending, glbk_rsm_frame.list_wanted);
 }

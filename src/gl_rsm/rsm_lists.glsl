@@ -5,8 +5,8 @@
 #ifndef RSM_GROUP
 #define RSM_GROUP 64        // invocations of the work group
 #endif
-shared uint rsm_open[RSM_GROUP], rsm_wanted[4 * RSM_GROUP];
-shared uint rsm_open_count, rsm_wanted_count, rsm_open_at, rsm_wanted_at;
+shared uint rsm_pending[RSM_GROUP], rsm_wanted[4 * RSM_GROUP];
+shared uint rsm_pending_count, rsm_wanted_count, rsm_pending_at, rsm_wanted_at;
 
 // Returns the item of a pixel.
 uint rsm_pack_pixel(ivec2 at) { return uint(at.x) | uint(at.y) << 16; }
@@ -27,12 +27,12 @@ bool rsm_item(uint list, out ivec2 at)
 // Begins the lists of this group. All invocations call it.
 void rsm_begin_lists()
 {
-    if (gl_LocalInvocationIndex == 0u) rsm_open_count = rsm_wanted_count = 0u;
+    if (gl_LocalInvocationIndex == 0u) rsm_pending_count = rsm_wanted_count = 0u;
     barrier();
 }
 
-// Adds a pixel that stays open.
-void rsm_add_open(ivec2 at) { rsm_open[atomicAdd(rsm_open_count, 1u)] = rsm_pack_pixel(at); }
+// Adds a pixel that stays pending.
+void rsm_add_pending(ivec2 at) { rsm_pending[atomicAdd(rsm_pending_count, 1u)] = rsm_pack_pixel(at); }
 
 // Adds a node that is to be evaluated.
 void rsm_add_wanted(ivec2 at) { rsm_wanted[atomicAdd(rsm_wanted_count, 1u)] = rsm_pack_pixel(at); }
@@ -66,13 +66,13 @@ uint rsm_room(uint list, uint count)
 }
 
 // Writes the pixels of this group to the two lists. All invocations call it.
-void rsm_end_lists(uint open_list, uint wanted_list)
+void rsm_end_lists(uint pending_list, uint wanted_list)
 {
     uint i = gl_LocalInvocationIndex;
     barrier();
-    if (i == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);
+    if (i == 0u && rsm_pending_count > 0u) rsm_pending_at = rsm_room(pending_list, rsm_pending_count);
     if (i == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);
     barrier();
-    if (i < rsm_open_count) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];
+    if (i < rsm_pending_count) glbk_rsm_left[rsm_pending_at + i] = rsm_pending[i];
     for (; i < rsm_wanted_count; i += uint(RSM_GROUP)) glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];
 }

@@ -3,7 +3,7 @@
 // uses: rsm_access gbuffer
 // Alpha of a pixel has one of these numbers.
 #define RSM_NONE 0.0            // nothing is seen at the pixel
-#define RSM_OPEN 1.0            // the pixel has no light yet
+#define RSM_PENDING 1.0         // the pixel has no light yet
 #define RSM_INTERPOLATED 2.0    // the light was interpolated
 #define RSM_EVALUATED 3.0       // the light was evaluated
 #define RSM_FRESH 4.0           // the light was evaluated in the step before this one
@@ -35,7 +35,7 @@ float rsm_node_aged(float alpha)
 
 struct rsm_receiver {
     vec3 position, normal;
-    float occlusion;            // share of bounced light that arrives: 1 = all
+    float open;                 // share of bounced light that arrives: 1 = all
 };
 
 // Returns width and height of the picture.
@@ -48,7 +48,7 @@ bool rsm_read(ivec2 at, out rsm_receiver r)
     bool seen = glbk_read_point(at, p);
     r.position = p.position;
     r.normal = p.normal;
-    r.occlusion = 1.0 - p.occlusion;
+    r.open = 1.0 - p.occlusion;
     return seen;
 }
 

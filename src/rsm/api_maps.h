@@ -116,7 +116,7 @@ typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
                               float *irradiance);
 /* Writes the irradiance of the light itself, shadowed by the map: 3 floats for each point. A point that lies
-   outside the map is lit by a sun, dark otherwise. occlusion is not used.
+   outside the map is lit by a sun, dark otherwise. points.open is not used.
    desc     NULL = all defaults
    Errors   those of rsm_gather, without RSM_ERR_ALLOC */
 #endif

@@ -192,9 +192,10 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     size_t          position_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float    *normals;        /* unit; 0 0 0: no receiver, its results are 0 */
     size_t          normal_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float    *occlusion;      /* a factor for each result, 0..1: more counts as 1, less and NaN as 0;
-                                       NULL = 1 */
-    size_t          occlusion_stride; /* bytes, a multiple of 4; 0 = 4 */
+    const float    *open;           /* share of bounced light that reaches each, 1 = all, as in glTF's ambient
+                                       occlusion: a factor, of which more than 1 counts as 1, less than 0
+                                       and NaN as 0; NULL = 1 */
+    size_t          open_stride; /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
     size_t          index_count;

@@ -201,7 +201,7 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (p->count && !out) return rsm__refuse(log, bad, "irradiance", "is NULL");
     if (!rsm__check_stride(log, "points.position_stride", p->position_stride, 12)) return bad;
     if (!rsm__check_stride(log, "points.normal_stride", p->normal_stride, 12)) return bad;
-    if (!rsm__check_stride(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
+    if (!rsm__check_stride(log, "points.open_stride", p->open_stride, 4)) return bad;
     if (!rsm__mul_size(p->count, 12, &bytes)) {
         rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
         return bad;

@@ -1,14 +1,14 @@
 /* ---- gather: bounced light of receivers (equations 1 and 2) ---- */
 
-/* Writes or adds the result of receiver `at`, times its occlusion. */
+/* Writes or adds the result of receiver `at`, times the share that is open there. */
 static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
 {
     const rsm_points *p = g->points;
-    float occlusion = 1.0f, *out = g->out + 3 * at;
+    float open = 1.0f, *out = g->out + 3 * at;
     int c;
-    if (p->occlusion) occlusion = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
-    occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
-    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * occlusion;
+    if (p->open) open = *rsm__element_at(p->open, rsm__stride_or(p->open_stride, 4), at);
+    open = open > 0.0f ? open < 1.0f ? open : 1.0f : 0.0f;
+    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * open;
 }
 
 /* Gathers for one receiver, the number-th of those asked for. With wants_share it also finds the share of

@@ -14,12 +14,12 @@ typedef struct rsm__grid {
                                       suits a pixel */
 } rsm__grid;
 
-/* The states of a pixel. States that are still open have bit 0 set, and no other state has, so that eight
+/* The states of a pixel. States that are still pending have bit 0 set, and no other state has, so that eight
    pixels of a cell can be asked at a time. */
 enum {
     RSM__NONE = 0,                 /* no receiver */
     RSM__BAD = 2,                  /* no receiver, since it is not finite */
-    RSM__OPEN = 1,                 /* a receiver without a result as yet */
+    RSM__PENDING = 1,              /* a receiver without a result as yet */
     RSM__WANTED = 3,               /* the same, to be evaluated as a corner of a cell */
     RSM__INTERPOLATED = 4,
     RSM__REPLACED = 6,             /* interpolated, and to be evaluated as a corner of a cell */
@@ -142,7 +142,7 @@ static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rs
 }
 
 /* Returns whether a cell has a pixel without a result. */
-static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
+static inline int rsm__cell_pending(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right,
                                  uint32_t bottom)
 {
     const uint64_t bits = 0x0101010101010101u;
@@ -161,9 +161,9 @@ static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top
     return 0;
 }
 
-/* Adds the open pixels of a row to the tile, which has room for all of the row. Every pixel is written, and
-   an open one moves the end on: a branch would be mispredicted, since which pixels are open follows no
-   pattern. */
+/* Adds the pending pixels of a row to the tile, which has room for all of the row. Every pixel is written,
+   and a pending one moves the end on: a branch would be mispredicted, since which pixels are pending follows
+   no pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {
@@ -183,14 +183,14 @@ static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t coun
         t->nz[count] = normal[2];
         t->x[count] = x;
         t->y[count] = y;
-        count += *state++ == RSM__OPEN;
+        count += *state++ == RSM__PENDING;
         position = rsm__element_at(position, ps, 1);
         normal = rsm__element_at(normal, ns, 1);
     }
     return count;
 }
 
-/* Interpolates the open pixels of a cell, a tile of them at a time. */
+/* Interpolates the pending pixels of a cell, a tile of them at a time. */
 static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top,
                                          uint32_t right, uint32_t bottom)
 {
@@ -210,8 +210,8 @@ static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t
     rsm__tile_interpolate(g, &cell, tile, count);
 }
 
-/* Interpolates a row of cells. Corners are looked at only if a cell has open pixels, since another thread may
-   be writing the state of others. */
+/* Interpolates a row of cells. Corners are looked at only if a cell has pending pixels, since another thread
+   may be writing the state of others. */
 static inline void rsm__interpolate_cells(void *context, size_t number)
 {
     rsm__grid *g = (rsm__grid *)context;
@@ -220,7 +220,8 @@ static inline void rsm__interpolate_cells(void *context, size_t number)
     rsm__tile tile;
     for (x = 0; x < g->width; x += g->step) {
         uint32_t right = g->width - x < g->step ? g->width : x + g->step;
-        if (rsm__cell_open(g, x, top, right, bottom)) rsm__interpolate_cell(g, &tile, x, top, right, bottom);
+        if (rsm__cell_pending(g, x, top, right, bottom))
+            rsm__interpolate_cell(g, &tile, x, top, right, bottom);
         if (right == g->width) break;
     }
 }
@@ -234,7 +235,7 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     rsm__grid_lines(y, g->step, g->height, row);
     for (k = 0; k < 4; k++) {
         uint8_t *s = g->state + (size_t)row[k >> 1] * g->width + column[k & 1];
-        if (*s == RSM__OPEN) *s = RSM__WANTED;
+        if (*s == RSM__PENDING) *s = RSM__WANTED;
         else if (*s == RSM__INTERPOLATED) *s = RSM__REPLACED;
     }
 }
@@ -246,7 +247,7 @@ static inline uint32_t rsm__next_line(const rsm__grid *g, uint32_t at, uint32_t 
 }
 
 /* Lists the pixels that this level evaluates, marks them as evaluated, and returns how many they are: the
-   corners of cells with open pixels, or on the last level, whose step is 1, all open pixels. */
+   corners of cells with pending pixels, or on the last level, whose step is 1, all pending pixels. */
 static inline size_t rsm__list_wanted(rsm__grid *g)
 {
     uint32_t x, y;
@@ -255,13 +256,14 @@ static inline size_t rsm__list_wanted(rsm__grid *g)
         for (x = 0; x < g->width; x += g->step) {
             uint32_t right = g->width - x < g->step ? g->width : x + g->step,
                      bottom = g->height - y < g->step ? g->height : y + g->step;
-            if (rsm__cell_open(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
+            if (rsm__cell_pending(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
         }
     for (y = 0; y < g->height; y = rsm__next_line(g, y, g->height))
         for (x = 0; x < g->width; x = rsm__next_line(g, x, g->width)) {
             size_t at = (size_t)y * g->width + x;
             uint8_t state = g->state[at];
-            if (g->step > 1 ? state != RSM__WANTED && state != RSM__REPLACED : state != RSM__OPEN) continue;
+            if (g->step > 1 ? state != RSM__WANTED && state != RSM__REPLACED : state != RSM__PENDING)
+                continue;
             g->state[at] = RSM__EVALUATED;
             g->list[found++] = (uint32_t)at;
         }
@@ -309,7 +311,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     rsm_result result;
     points.indices = g->list;
     points.index_count = rsm__list_wanted(g);
-    points.occlusion = NULL; /* rsm__grid_finish applies it, at full resolution */
+    points.open = NULL; /* rsm__grid_finish applies it, at full resolution */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
     gather->reach2 = g->step > 1 && g->desc->light_share > 0.0f ? g->reach2 : NULL;
@@ -326,7 +328,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     return RSM_OK;
 }
 
-/* Writes the mask, applies occlusion to all pixels, and returns the number of bad points. */
+/* Writes the mask, multiplies all pixels by what is open there, and returns the number of bad points. */
 static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
 {
     const rsm_points *p = g->points;
@@ -335,10 +337,10 @@ static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
     int c;
     for (at = 0; at < pixels; at++) bad += g->state[at] == RSM__BAD;
     for (at = 0; at < pixels && mask; at++) mask[at] = g->state[at] / RSM__INTERPOLATED;
-    for (at = 0; at < pixels && p->occlusion; at++) {
+    for (at = 0; at < pixels && p->open; at++) {
         float f;
         if (g->state[at] < RSM__INTERPOLATED) continue;
-        f = *rsm__element_at(p->occlusion, rsm__stride_or(p->occlusion_stride, 4), at);
+        f = *rsm__element_at(p->open, rsm__stride_or(p->open_stride, 4), at);
         f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
         for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
     }
@@ -354,7 +356,7 @@ static inline void rsm__grid_start_row(void *context, size_t y)
         rsm__v3 x, n;
         uint64_t bad = 0;
         int lit = rsm__load_receiver(g->points, at, &x, &n, &bad);
-        g->state[at] = lit ? RSM__OPEN : bad ? RSM__BAD : RSM__NONE;
+        g->state[at] = lit ? RSM__PENDING : bad ? RSM__BAD : RSM__NONE;
         if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
     }
 }

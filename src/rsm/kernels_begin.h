@@ -1,7 +1,7 @@
 /* ---- kernels: one text, compiled for every instruction set ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and 4 x 4
-   pixels fill these vectors; the three open pixels of a cell of 2 x 2 fill three of eight lanes. */
+/* Pending pixels of one cell in arrays, so that the tests of section 4 run in vectors. Cells of 8 x 8 and
+   4 x 4 pixels fill these vectors; the three pending pixels of a cell of 2 x 2 fill three of eight lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {

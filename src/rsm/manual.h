@@ -10,8 +10,9 @@
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. A factor
-     for each point (ambient occlusion) is taken as input; ism.h has real shadows of bounced light.
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. The
+     share of it that reaches each point (ambient occlusion) is taken as input; ism.h has real shadows of
+     bounced light.
    - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
@@ -110,7 +111,7 @@
      section 5    deferred shading, in passes              in gl_backend/gl_rsm.h       -
      table 1      how many samples are taken (figure 7)    rsm_gather_desc (sample_count)  T25 T27
      section 6    textures are averaged over a texel       rsm_mesh (tap_side)                  -
-     figure 6     ambient occlusion as a factor            rsm_points (occlusion)               -
+     figure 6     ambient occlusion as a factor            rsm_points (open)                    -
      section 7    light gathered at vertices               rsm_gather                           T25
      section 7    lamps all round, and area lights         rsm_light_kind                       T30 T37
      section 7    reflectors that are not diffuse          rsm_material                         -

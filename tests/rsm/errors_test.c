@@ -456,7 +456,7 @@ static void limits_of_gathers_are_exact(void **state)
     p.normal_stride = 10;
     assert_int_equal(gather(&g0, &p), RSM_ERR_ARGUMENT);
     p = points;
-    p.occlusion_stride = 2;
+    p.open_stride = 2;
     assert_int_equal(gather(&g0, &p), RSM_ERR_ARGUMENT);
     p = points;
     p.positions = NULL;
@@ -952,7 +952,7 @@ static void sums_agree(void **state)
     for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], 7 + other[i], 1e-5);
     g.add = 0;
     for (i = 0; i < SIDE * SIDE; i++) ao[i] = (float)i / (SIDE * SIDE);
-    p.occlusion = ao;
+    p.open = ao;
     assert_int_equal(gather(&g, &p), RSM_OK);
     assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, other, NULL), RSM_OK);
     for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], other[i] * ao[i / 3], 1e-6);

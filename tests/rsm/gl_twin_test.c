@@ -33,7 +33,7 @@ typedef struct world {
     model      room[2];
     rsm_mesh   meshes[2];
     rsm_points points;
-    float      positions[3 * PIXELS], normals[3 * PIXELS], occlusion[PIXELS], view[16], noise[16 * 16];
+    float      positions[3 * PIXELS], normals[3 * PIXELS], open[PIXELS], view[16], noise[16 * 16];
 } world;
 
 static world w;
@@ -64,7 +64,7 @@ static void look(const float eye[3], const float target[3])
     for (i = 0; i < PIXELS; i++) {
         memcpy(w.positions + 3 * i, t[i].position, 12);
         memcpy(w.normals + 3 * i, t[i].normal, 12);
-        w.occlusion[i] = 0.5f + 0.5f * (float)(i % 7) / 6.0f;
+        w.open[i] = 0.5f + 0.5f * (float)(i % 7) / 6.0f;
     }
     w.points = points_of(w.positions, w.normals, PIXELS, SIDE);
     rsm_map_free(camera);
@@ -138,7 +138,7 @@ static void upload_points(gl_test *t, glbk_gbuffer *seen)
         memcpy(pixels[i].position, w.positions + 3 * i, 12);
         memcpy(pixels[i].normal, w.normals + 3 * i, 12);
         set3(pixels[i].material.diffuse, 0.5, 0.25, 1);
-        pixels[i].occlusion = w.points.occlusion ? 1 - w.occlusion[i] : 0;
+        pixels[i].occlusion = w.points.open ? 1 - w.open[i] : 0;
     }
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, seen, 0, SIDE, pixels));
 }
@@ -382,7 +382,7 @@ static void gathered_light_agrees(void **state)
     size_t fell, most_fell = 0;
     int kind, way;
     make_world();
-    w.points.occlusion = w.occlusion;
+    w.points.open = w.open;
     r = renderer_of(t);
     seen = seen_of(t);
     for (kind = 0; kind < KINDS; kind++) {
@@ -414,7 +414,7 @@ static void gathered_light_agrees(void **state)
            most[0], most_fell, (int)PIXELS);
     glbk_gbuffer_free(&t->gl, &seen);
     glbk_rsm_renderer_free(&t->gl, &r);
-    w.points.occlusion = NULL;
+    w.points.open = NULL;
 }
 
 /* Every texel of a map whose boxes are black but for their lobes. */
@@ -613,7 +613,7 @@ static void several_maps_and_grids_agree(void **state)
     double worst, error;
     int i, way;
     make_world();
-    w.points.occlusion = w.occlusion;
+    w.points.open = w.open;
     r = renderer_of(t);
     seen = seen_of(t);
     for (i = 0; i < 3; i++) {
@@ -655,7 +655,7 @@ static void several_maps_and_grids_agree(void **state)
     }
     glbk_gbuffer_free(&t->gl, &seen);
     glbk_rsm_renderer_free(&t->gl, &r);
-    w.points.occlusion = NULL;
+    w.points.open = NULL;
 }
 
 /* Three frames of a moving camera, with and without motion vectors. */
@@ -853,7 +853,7 @@ static void compute_adds_up_as_draws_do(void **state)
     int kind, way;
     if (!t->gl.compute) return;         /* draws alone, which the tests above compare with the CPU */
     make_world();
-    w.points.occlusion = w.occlusion;
+    w.points.open = w.open;
     open_paths(t, &p);
     for (kind = 0; kind < KINDS; kind++)
         for (way = 0; way < WAYS; way++) {
@@ -873,7 +873,7 @@ static void compute_adds_up_as_draws_do(void **state)
     }
     printf("compute beside draws: largest difference of a pixel %.1e of its light\n", p.worst);
     close_paths(&p);
-    w.points.occlusion = NULL;
+    w.points.open = NULL;
 }
 
 /* Pictures whose sides no group divides, down to one pixel; grids that leave out the finest, or have one node. In the

@@ -544,20 +544,20 @@ static double outside_brute(const rsm_map *map, double r_max, size_t pixel)
 
 static void compare(const rsm_map *const *list, size_t count, const rsm_gather_desc *g, const char *what)
 {
-    static float occlusion[PIXELS];
+    static float open[PIXELS];
     rsm_gather_stats stats;
     rsm_points p = points;
     double full = 0, lost = 0, outside = 0, near = 0;
     size_t i, m, sure = 0, padded = (g->sample_count + 7) / 8 * 8;
     int c;
     for (i = 0; i < PIXELS; i++) {
-        occlusion[i] = (float)i / 30 - 0.1f;     /* below 0 and above 1 too */
+        open[i] = (float)i / 30 - 0.1f;     /* below 0 and above 1 too */
         for (c = 0; c < 3; c++) got[3 * i + (size_t)c] = 0.25f;
     }
-    p.occlusion = occlusion;
+    p.open = open;
     assert_int_equal(rsm_gather(list, count, g, &p, got, &stats), RSM_OK);
     for (i = 0; i < PIXELS; i++) {
-        double factor = fmin(1, fmax(0, (double)occlusion[i]));
+        double factor = fmin(1, fmax(0, (double)open[i]));
         sums s;
         gather_brute(list, count, g, i, &s);
         full += s.full;
@@ -805,7 +805,7 @@ static int line_after(int at_, int step, int size)
     return at_ / step * step + step < size ? at_ / step * step + step : size - 1;
 }
 
-/* 0 none, 1 open, 2 interpolated, 3 evaluated */
+/* 0 none, 1 pending, 2 interpolated, 3 evaluated */
 static void interpolate_brute(const rsm_interpolation *in)
 {
     int step = in->step ? (int)in->step : 8, levels = in->level_count ? (int)in->level_count : 6, x, y, k, c;
@@ -902,7 +902,7 @@ static void grids_are_section_four(void **state)
 {
     static const float wall[] = { -1.7f, 0, -1.5f, 0, 0, 3, 0, 1, 0,  0.4f, 1.2f, -0.4f, 0.3f, 0, 0, 0, 0, 0.3f };
     static rsm_texel lights[64];
-    static float occlusion[N];
+    static float open[N];
     model m = model_quads(wall, 2);
     rsm_mesh mesh = mesh_of(&m, 0.8);
     rsm_desc d = sun_desc(3, 2, 64);
@@ -930,7 +930,7 @@ static void grids_are_section_four(void **state)
             d2 = dot3(q, q);
             if (cr > 0 && ce > 0 && cr * ce / d2 > 1e-3) reach2[i] = fmin(reach2[i], d2);
         }
-        occlusion[i] = (float)(i % 7) * 0.25f - 0.2f;
+        open[i] = (float)(i % 7) * 0.25f - 0.2f;
     }
     for (way = 0; way < 12; way++) {
         rsm_interpolation in;
@@ -951,7 +951,7 @@ static void grids_are_section_four(void **state)
         if (way == 11) {
             in.plane_slope = 0.4f; in.step = 64; in.contrast = in.light_share = -1; in.normal_cosine = 0.8f;
         }
-        p.occlusion = way % 2 ? occlusion : NULL;
+        p.open = way % 2 ? open : NULL;
         for (i = 0; i < N; i++) {
             double n2 = 0;
             for (c = 0; c < 3; c++) n2 += (double)facing[3 * i + c] * (double)facing[3 * i + c];
@@ -961,7 +961,7 @@ static void grids_are_section_four(void **state)
         interpolate_brute(&in);
         assert_int_equal(rsm_interpolate((const rsm_map *const *)&map, 1, &g, &in, &p, grid_light, &stats), RSM_OK);
         for (i = 0; i < N; i++) {
-            double f = p.occlusion ? fmin(1, fmax(0, (double)occlusion[i])) : 1;
+            double f = p.open ? fmin(1, fmax(0, (double)open[i])) : 1;
             if (mask[i] != (state_of[i] ? state_of[i] - 1 : 0))
                 fail_msg("way %d, pixel %d %d: %d, not %d", way, i % W, i / W, mask[i],
                          state_of[i] ? state_of[i] - 1 : 0);

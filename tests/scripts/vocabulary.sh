@@ -69,7 +69,8 @@ csm.h | s/^    size_t *vertex_count;/    size_t vertices;/| cohsm_mesh does not 
 rsm.h | s/^    uint32_t       side; /    uint32_t       resolution; /| resolution
 rsm.h | s/^    uint32_t       side; /    uint32_t       size; /| size
 envshadow.h | s/\bmap_side\b/map_size/| map_size
-rsm.h | s/\bocclusion_stride\b/occlusion_pitch/| occlusion_pitch
+rsm.h | s/\bopen_stride\b/open_pitch/| open_pitch
+rsm.h | s/^    const float *\*open;/    const float *occlusion;/| occlusion: a share of light that arrives is called open
 rsm.h | s/\btexel_count\b/num_texels/| num_texels
 rsm.h | s/\bface_count\b/faces/| faces is a number of elements
 rsm.h | s/\bmemory_bytes\b/memory_size/| memory_size

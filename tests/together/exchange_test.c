@@ -550,7 +550,7 @@ static void ambient_occlusion_of_a_field(void **state)
     points.positions = ground;
     points.normals = up;
     assert_int_equal(rsm_gather_list(&light, 1, &gather, &points, plain, NULL), RSM_OK);
-    points.occlusion = open;
+    points.open = open;
     assert_int_equal(rsm_gather_list(&light, 1, &gather, &points, dimmed, NULL), RSM_OK);
     for (int p = 0; p < 3 * FLOOR_POINTS; p++)
         assert_true(fabsf(dimmed[p] - plain[p] * open[p / 3]) <= 1e-6f * plain[p]);
