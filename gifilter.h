@@ -535,8 +535,10 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 /* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
 /* GIFILT__HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
-   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !GIFILT__FINITE_MATH
+   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back, and with the address
+   sanitizer, with which -O3 of a kernel takes twice as long as everything else. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && \
+    !defined(__SANITIZE_ADDRESS__) && !GIFILT__FINITE_MATH
 #define GIFILT__HOT __attribute__((optimize("O3")))
 #else
 #define GIFILT__HOT
@@ -1690,8 +1692,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 /* Loads pixels x to x + end - 1 of row y, and the place of the pixel after them: the distance between
    neighbours says how far from a pixel the last frame may have seen the same surface, which is four of them.
    */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
-                                                        size_t x, size_t y, size_t end)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                          size_t x, size_t y, size_t end)
 {
     size_t ps = gifilt__stride(r->points->position_stride, 12) / 4,
            ns = gifilt__stride(r->points->normal_stride, 12) / 4;
@@ -1735,7 +1737,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__row_times(const float *m, 
 }
 
 /* Finds where in the last frame's picture the pixels' places were, by that frame's matrix. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float *m = r->filter->matrix, up = r->frame->rows == GIFILT_ROWS_TOP_FIRST ? -0.5f : 0.5f;
     const gifilt__lanes width = gifilt__lanes_all((float)r->filter->width), half = gifilt__lanes_all(0.5f);
@@ -1780,7 +1782,7 @@ static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there,
     gifilt__lanes_store(between, gifilt__lanes_sub(x, whole));
 }
 
-static inline GIFILT__IN_KERNEL void gifilt__chunk_place(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_place(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float width = (float)r->filter->width + 1.0f, height = (float)r->filter->height + 1.0f;
     size_t l;
@@ -1932,7 +1934,7 @@ static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run 
 /* Sums the four pixels of the last frame about each place, with bilinear weights. If neighbours were
    neighbours then, but for one column or row, as in most chunks, whole runs of pixels are read; otherwise
    each pixel is fetched alone. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     int32_t low[2], high[2];
     size_t o;
@@ -1946,7 +1948,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run
 }
 
 /* Mixes what the last frames knew into what this one sees. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float history)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_blend(gifilt__chunk *k, float history)
 {
     const gifilt__lanes least = gifilt__lanes_all(0.01f), zero = gifilt__lanes_all(0.0f);
     size_t l, c;

@@ -63,8 +63,8 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_set(gifilt__chunk *k)
 /* Loads pixels x to x + end - 1 of row y, and the place of the pixel after them: the distance between
    neighbours says how far from a pixel the last frame may have seen the same surface, which is four of them.
    */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
-                                                        size_t x, size_t y, size_t end)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_load(const gifilt__filter_run *r, gifilt__chunk *k,
+                                                          size_t x, size_t y, size_t end)
 {
     size_t ps = gifilt__stride(r->points->position_stride, 12) / 4,
            ns = gifilt__stride(r->points->normal_stride, 12) / 4;
@@ -108,7 +108,7 @@ static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__row_times(const float *m, 
 }
 
 /* Finds where in the last frame's picture the pixels' places were, by that frame's matrix. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_project(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float *m = r->filter->matrix, up = r->frame->rows == GIFILT_ROWS_TOP_FIRST ? -0.5f : 0.5f;
     const gifilt__lanes width = gifilt__lanes_all((float)r->filter->width), half = gifilt__lanes_all(0.5f);
@@ -153,7 +153,7 @@ static inline GIFILT__IN_KERNEL void gifilt__place_axis(gifilt__lane_mask there,
     gifilt__lanes_store(between, gifilt__lanes_sub(x, whole));
 }
 
-static inline GIFILT__IN_KERNEL void gifilt__chunk_place(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_place(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     const float width = (float)r->filter->width + 1.0f, height = (float)r->filter->height + 1.0f;
     size_t l;

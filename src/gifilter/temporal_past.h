@@ -102,7 +102,7 @@ static inline GIFILT__IN_KERNEL void gifilt__past_each(const gifilt__filter_run 
 /* Sums the four pixels of the last frame about each place, with bilinear weights. If neighbours were
    neighbours then, but for one column or row, as in most chunks, whole runs of pixels are read; otherwise
    each pixel is fetched alone. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_past(const gifilt__filter_run *r, gifilt__chunk *k)
 {
     int32_t low[2], high[2];
     size_t o;
@@ -116,7 +116,7 @@ static inline GIFILT__IN_KERNEL void gifilt__chunk_past(const gifilt__filter_run
 }
 
 /* Mixes what the last frames knew into what this one sees. */
-static inline GIFILT__IN_KERNEL void gifilt__chunk_blend(gifilt__chunk *k, float history)
+GIFILT__HOT GIFILT__KERNEL static void gifilt__chunk_blend(gifilt__chunk *k, float history)
 {
     const gifilt__lanes least = gifilt__lanes_all(0.01f), zero = gifilt__lanes_all(0.0f);
     size_t l, c;

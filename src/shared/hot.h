@@ -1,8 +1,10 @@
 /* unit hot, needs fp_begin: attributes of functions that take most of the time */
 
 /* P_HOT stands before functions that gcc is to optimise as with -O3. It is nothing under -ffast-math, since
-   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back. */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !P_FINITE_MATH
+   gcc's -O3 for single functions forgets that unit fp_begin took -ffast-math back, and with the address
+   sanitizer, with which -O3 of a kernel takes twice as long as everything else. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && \
+    !defined(__SANITIZE_ADDRESS__) && !P_FINITE_MATH
 #define P_HOT __attribute__((optimize("O3")))
 #else
 #define P_HOT
