@@ -231,7 +231,7 @@ static int teardown(void **state)
     return 0;
 }
 
-static void build_survives(void **state)
+static void a_build_survives_failing_memory(void **state)
 {
     plan p = made;
     int layers;
@@ -273,7 +273,7 @@ static void other_calls_survive(void **state)
     fail_everywhere("budget", act_budget, &made, 97);
 }
 
-static void builder_survives(void **state)
+static void a_builder_survives_failing_memory(void **state)
 {
     plan p = made;
     (void)state;
@@ -287,10 +287,10 @@ static void builder_survives(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(build_survives),
+        cmocka_unit_test(a_build_survives_failing_memory),
         cmocka_unit_test(build_of_local_maps_survives),
         cmocka_unit_test(other_calls_survive),
-        cmocka_unit_test(builder_survives),
+        cmocka_unit_test(a_builder_survives_failing_memory),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

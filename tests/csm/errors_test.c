@@ -157,7 +157,7 @@ static void descs_out_of_range(void **state)
 }
 
 /* What zeros stand for, and in which dimensions a table lies; a builder says so without a view. */
-static void defaults_of_domains(void **state)
+static void zeros_of_a_domain_are_its_defaults(void **state)
 {
     static const struct { cohsm_domain_kind kind; uint32_t side[3], views; } cases[] = {
         { COHSM_DOMAIN_DEFAULT, { 0, 0, 0 }, 128 * 128 },  { COHSM_DOMAIN_LATLONG, { 5, 0, 0 }, 5 * 128 },
@@ -523,7 +523,7 @@ static void builders_out_of_order_or_without_layers(void **state)
     assert_int_equal(cohsm_builder_finish(NULL, &maps, NULL), COHSM_ERR_ARGUMENT);
 }
 
-static void null_everywhere(void **state)
+static void every_call_refuses_null(void **state)
 {
     cohsm_info info;
     cohsm_report report;
@@ -726,7 +726,7 @@ static void results_have_texts(void **state)
     assert_string_equal(cohsm_result_text((cohsm_result)1000), "unknown result");
 }
 
-static void budgets(void **state)
+static void a_budget_bounds_what_is_built(void **state)
 {
     static const size_t bytes[4] = { 30000, 200000, 1000000, 8000000 };
     cohsm_desc d = desc_of(COHSM_DOMAIN_OCTAHEDRAL, 0, 0);
@@ -823,7 +823,7 @@ static void shards_of_other_places_do_not_merge(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(descs_out_of_range), cmocka_unit_test(defaults_of_domains),
+        cmocka_unit_test(descs_out_of_range), cmocka_unit_test(zeros_of_a_domain_are_its_defaults),
         cmocka_unit_test(domains_of_no_extent_or_not_finite),
         cmocka_unit_test(lists_and_tables),
         cmocka_unit_test(meshes_that_cannot_be_used),
@@ -832,12 +832,12 @@ int main(void)
         cmocka_unit_test(a_bias_of_zero_is_one_pixel),
         cmocka_unit_test(meshes_with_faults_are_used_and_counted),
         cmocka_unit_test(builders_out_of_order_or_without_layers),
-        cmocka_unit_test(null_everywhere),
+        cmocka_unit_test(every_call_refuses_null),
         cmocka_unit_test(queries_that_cannot_be_asked),
         cmocka_unit_test(shards_that_do_not_belong_together),
         cmocka_unit_test(results_have_texts),
         cmocka_unit_test(a_budget_counts_the_tables_of_many_maps),
-        cmocka_unit_test(budgets),
+        cmocka_unit_test(a_budget_bounds_what_is_built),
         cmocka_unit_test(a_budget_without_end_stops_at_the_largest_sizes),
         cmocka_unit_test(shards_of_other_places_do_not_merge),
     };

@@ -170,7 +170,7 @@ static void every_truncation_is_refused(void **state)
 }
 
 /* Without mending the checksum every flip is refused; with it, whatever is accepted must be safe. */
-static void every_header_bit(void **state)
+static void a_flipped_bit_of_the_header_is_refused_or_safe(void **state)
 {
     size_t refused = 0, accepted = 0, bit;
     int k, mended;
@@ -219,7 +219,7 @@ static void mutate(uint8_t *data, size_t size, uint64_t *seed)
     }
 }
 
-static void mutations(void **state)
+static void mutated_files_are_refused_or_usable(void **state)
 {
     const char *more = getenv("CSM_MUTATIONS");
     long count = more ? atol(more) : 100000, i;
@@ -342,8 +342,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_round_trip),
         cmocka_unit_test(every_truncation_is_refused),
-        cmocka_unit_test(every_header_bit),
-        cmocka_unit_test(mutations),
+        cmocka_unit_test(a_flipped_bit_of_the_header_is_refused_or_safe),
+        cmocka_unit_test(mutated_files_are_refused_or_usable),
         cmocka_unit_test(lists_in_another_order_are_refused_or_safe),
         cmocka_unit_test(small_files_of_many_views),
     };

@@ -140,7 +140,7 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
     free(z);
 }
 
-static void directions(void **state)
+static void directional_domains_are_built_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model m = model_torus(24, 12, 1.0, 0.4);
@@ -160,7 +160,7 @@ static void directions(void **state)
 }
 
 /* Open borders, and a soup whose layers change from view to view: many segments, more than one run a batch. */
-static void open_and_busy(void **state)
+static void open_and_busy_meshes_are_built_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model cube = model_cube(1.0, 3), soup = model_soup(60, 0.5, 4);
@@ -176,7 +176,7 @@ static void open_and_busy(void **state)
 }
 
 /* More than 65,536 views: the lists begin anew. */
-static void two_chunks(void **state)
+static void lists_begin_anew_after_65536_views(void **state)
 {
     GL_TEST(t, state)
     model m;
@@ -188,7 +188,7 @@ static void two_chunks(void **state)
     model_free(&m);
 }
 
-static void positions(void **state)
+static void positional_domains_are_built_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model m = model_torus(24, 12, 1.0, 0.4);
@@ -200,8 +200,11 @@ static void positions(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(directions), gl_unit_test(open_and_busy), gl_unit_test(positions),
-                                  gl_unit_test(two_chunks) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(directional_domains_are_built_as_on_the_cpu),
+        gl_unit_test(open_and_busy_meshes_are_built_as_on_the_cpu),
+        gl_unit_test(positional_domains_are_built_as_on_the_cpu), gl_unit_test(lists_begin_anew_after_65536_views)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -347,7 +347,7 @@ static void memory_runs_out(void **state)
     strike_stage(t);
 }
 
-static void a_lost_context(void **state)
+static void a_lost_context_is_called_no_more(void **state)
 {
     GL_TEST(t, state)
     static things x, other;
@@ -373,7 +373,7 @@ static void a_lost_context(void **state)
     strike_stage(t);
 }
 
-static void hostile_state(void **state)
+static void foreign_state_changes_no_result(void **state)
 {
     GL_TEST(t, state)
     static things calm, x;
@@ -522,11 +522,12 @@ static void placing_is_one_upload(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(gl_fails_in_every_call), gl_unit_test(memory_runs_out),
-                                  gl_unit_test(a_frame_asks_nothing), gl_unit_test(placing_is_one_upload),
-                                  gl_unit_test(a_lost_context), gl_unit_test(hostile_state),
-                                  gl_unit_test(programs_of_a_frame_stay),
-                                  gl_unit_test(only_what_was_asked_is_answered) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(gl_fails_in_every_call), gl_unit_test(memory_runs_out), gl_unit_test(a_frame_asks_nothing),
+        gl_unit_test(placing_is_one_upload), gl_unit_test(a_lost_context_is_called_no_more),
+        gl_unit_test(foreign_state_changes_no_result), gl_unit_test(programs_of_a_frame_stay),
+        gl_unit_test(only_what_was_asked_is_answered)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

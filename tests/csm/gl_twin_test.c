@@ -169,7 +169,7 @@ static void a_million_queries_agree(void **state)
 }
 
 /* Two objects, three instances turned, scaled and moved, receivers that lie on none. */
-static void scenes_agree(void **state)
+static void questions_to_scenes_are_answered_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     glbk_csm_asker asker;
@@ -309,8 +309,10 @@ static void refuses_what_is_not_a_block(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(refuses_what_is_not_a_block), gl_unit_test(scenes_agree),
-                                  gl_unit_test(hostile_blocks_are_read_alike), gl_unit_test(a_million_queries_agree) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(refuses_what_is_not_a_block), gl_unit_test(questions_to_scenes_are_answered_as_on_the_cpu),
+        gl_unit_test(hostile_blocks_are_read_alike), gl_unit_test(a_million_queries_agree)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -155,7 +155,7 @@ static double check_round_trip(cohsm_maps *maps, int stored)
 
 /* ---- round trips ---- */
 
-static void test_layers_orders_bits(void **state)
+static void all_layers_orders_and_depth_bits_come_back(void **state)
 {
     uint32_t layers, order, bits, k;
 
@@ -173,7 +173,7 @@ static void test_layers_orders_bits(void **state)
             }
 }
 
-static void test_domains(void **state)
+static void all_domains_come_back(void **state)
 {
     static const float path[9][4] = { { 2, 1, 0, 1 }, { 2, 1, 1, 1 }, { 1, 2, 1, 1 }, { 0, 2, 2, 1 }, { -1, 2, 2, 1 },
                                       { -2, 2, 1, 1 }, { -2, 1, 0, 1 }, { -2, 0, 0, 1 }, { 0, 0, 0, 1 } };
@@ -198,14 +198,14 @@ static void test_domains(void **state)
     check_round_trip(build(&d, SHEET), 0);
 }
 
-static void test_two_chunks(void **state)
+static void maps_of_two_chunks_come_back(void **state)
 {
     cohsm_desc d = desc_of(258, 8);
     (void)state;
     check_round_trip(build(&d, TORUS), 0);
 }
 
-static void test_shards(void **state)
+static void shards_of_maps_come_back(void **state)
 {
     static const uint32_t cut[] = { 0, 1, 13, 16 * 7 + 3, 16 * 16 };
     cohsm_desc d = desc_of(16, 16);
@@ -220,7 +220,7 @@ static void test_shards(void **state)
 }
 
 /* A sound block that no builder writes: a bit set where a line's last words are unused. It is stored as it is. */
-static void test_foreign_block(void **state)
+static void a_block_that_no_builder_writes_comes_back(void **state)
 {
     cohsm_desc d = desc_of(16, 12);
     cohsm_maps *maps = build(&d, TORUS), *foreign = NULL;
@@ -242,7 +242,7 @@ static void test_foreign_block(void **state)
 
 /* ---- arguments, memory ---- */
 
-static void test_arguments(void **state)
+static void packing_refuses_bad_arguments(void **state)
 {
     cohsm_desc d = desc_of(8, 8);
     cohsm_maps *maps = build(&d, TORUS);
@@ -265,7 +265,7 @@ static void test_arguments(void **state)
     cohsm_free(maps);
 }
 
-static void test_allocation_failures(void **state)
+static void packing_survives_failing_memory(void **state)
 {
     cohsm_desc d = desc_of(16, 12);
     cohsm_maps *maps = build(&d, TORUS);
@@ -300,7 +300,7 @@ static void test_allocation_failures(void **state)
 }
 
 /* What opening asks for: 64 bytes a byte of file and the model, even where nearly all of the block is constant. */
-static void test_memory_bound(void **state)
+static void opening_takes_at_most_64_bytes_a_byte_of_file(void **state)
 {
     uint32_t side;
 
@@ -366,7 +366,7 @@ static size_t step_at(size_t byte)
     return byte < COHSM__PACK_HEADER + 384 || !few || atol(few) >= 100000 ? 1 : 11;
 }
 
-static void test_truncations(void **state)
+static void truncated_files_are_refused(void **state)
 {
     cohsm_maps *maps;
     size_t size, i;
@@ -385,7 +385,7 @@ static void test_truncations(void **state)
     cohsm_free(maps);
 }
 
-static void test_bit_flips(void **state)
+static void flipped_bits_are_refused_but_for_the_last(void **state)
 {
     cohsm_maps *maps;
     size_t size, i, taken = 0;
@@ -403,7 +403,7 @@ static void test_bit_flips(void **state)
 }
 
 /* Mutations with the checksum left wrong reach the decoder all the same: it runs before the sum can be known. */
-static void test_mutations(void **state)
+static void mutated_packs_are_refused_or_usable(void **state)
 {
     cohsm_maps *maps[3];
     size_t size[3], i;
@@ -441,10 +441,13 @@ static void test_mutations(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_layers_orders_bits), cmocka_unit_test(test_domains), cmocka_unit_test(test_two_chunks),
-        cmocka_unit_test(test_shards), cmocka_unit_test(test_foreign_block), cmocka_unit_test(test_arguments),
-        cmocka_unit_test(test_allocation_failures), cmocka_unit_test(test_memory_bound),
-        cmocka_unit_test(test_truncations), cmocka_unit_test(test_bit_flips), cmocka_unit_test(test_mutations)
+        cmocka_unit_test(all_layers_orders_and_depth_bits_come_back), cmocka_unit_test(all_domains_come_back),
+        cmocka_unit_test(maps_of_two_chunks_come_back), cmocka_unit_test(shards_of_maps_come_back),
+        cmocka_unit_test(a_block_that_no_builder_writes_comes_back), cmocka_unit_test(packing_refuses_bad_arguments),
+        cmocka_unit_test(packing_survives_failing_memory),
+        cmocka_unit_test(opening_takes_at_most_64_bytes_a_byte_of_file),
+        cmocka_unit_test(truncated_files_are_refused), cmocka_unit_test(flipped_bits_are_refused_but_for_the_last),
+        cmocka_unit_test(mutated_packs_are_refused_or_usable)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

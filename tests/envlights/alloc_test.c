@@ -118,14 +118,14 @@ static envlt_result act_follow(ledger *l, int what)
     return r;
 }
 
-static void build_survives(void **state)
+static void a_build_survives_failing_memory(void **state)
 {
     (void)state;
     for (int m = 0; m < ENVLT_METHOD_COUNT; m++) fail_everywhere("build", act_build, m);
     fail_everywhere("build with the sun", act_build, 8 + ENVLT_METHOD_STRUCTURED);
 }
 
-static void follow_survives(void **state)
+static void following_survives_failing_memory(void **state)
 {
     static const int plans[] = { 0, 20, 5, 108, 200 };
     (void)state;
@@ -204,8 +204,8 @@ static void peaks_are_as_stated(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(build_survives),
-        cmocka_unit_test(follow_survives),
+        cmocka_unit_test(a_build_survives_failing_memory),
+        cmocka_unit_test(following_survives_failing_memory),
         cmocka_unit_test(peaks_are_as_stated),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

@@ -107,7 +107,7 @@ static void solid_angles_are_exact(void **state)
 
 /* ---- T15 ---- */
 
-static void two_texels(void **state)
+static void no_light_comes_from_an_empty_texel(void **state)
 {
     sky s = sky_alloc(ENVLT_PROJECTION_LATLONG, 2, 1);
     (void)state;
@@ -308,7 +308,7 @@ static void sums_are_double(void **state)
 
 /* ---- T20, T21 ---- */
 
-static void one_texel(void **state)
+static void one_texel_is_one_light(void **state)
 {
     (void)state;
     for (int cube = 0; cube < 2; cube++) {
@@ -508,7 +508,7 @@ static void best_method_halves_the_lights(void **state)
     }
 }
 
-static void jitter_converges(void **state)
+static void jittered_frames_converge_like_a_sequence(void **state)
 {
     static receivers r;
     sky s = sky_alloc(ENVLT_PROJECTION_LATLONG, 128, 64);
@@ -1017,7 +1017,7 @@ static void match_undoes_a_shuffle(void **state)
     assert_memory_equal(now, previous, sizeof now);
 }
 
-static void rotate_turns(void **state)
+static void envlt_rotate_turns_directions_and_axes(void **state)
 {
     sky s = sky_alloc(ENVLT_PROJECTION_LATLONG, 64, 32);
     const float quarter[16] = { 0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1 };      /* +X to -Z */
@@ -1176,7 +1176,7 @@ static void texels_beyond_a_face(void **state)
 }
 
 /* Sky 1 + x / 2 + xy + (3 z^2 - 1): each order times pi, 2 pi / 3, pi / 4 (Ramamoorthi and Hanrahan 2001). */
-static void harmonics_of_irradiance(void **state)
+static void harmonics_give_irradiance_in_closed_form(void **state)
 {
     static const float normals[3][3] = { { 0.6f, 0.8f, 0 }, { 0.36f, 0.48f, 0.8f }, { -0.48f, 0.6f, 0.64f } };
     float sh[27] = { 0 }, rgb[3];
@@ -1296,19 +1296,19 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(latitude_is_weighted),
         cmocka_unit_test(solid_angles_are_exact),
-        cmocka_unit_test(two_texels),
+        cmocka_unit_test(no_light_comes_from_an_empty_texel),
         cmocka_unit_test(inversion_keeps_in_range),
         cmocka_unit_test(jitter_is_in_proportion),
         cmocka_unit_test(red_stays_red),
         cmocka_unit_test(energy_is_exact),
         cmocka_unit_test(sums_are_double),
-        cmocka_unit_test(one_texel),
+        cmocka_unit_test(one_texel_is_one_light),
         cmocka_unit_test(seam_is_no_edge),
         cmocka_unit_test(rotation_turns_the_lights),
         cmocka_unit_test(bad_texels_are_counted),
         cmocka_unit_test(units_change_no_direction),
         cmocka_unit_test(best_method_halves_the_lights),
-        cmocka_unit_test(jitter_converges),
+        cmocka_unit_test(jittered_frames_converge_like_a_sequence),
         cmocka_unit_test(sun_is_split_off),
         cmocka_unit_test(sky_beside_a_glaring_sun),
         cmocka_unit_test(extents_measure_the_stratum),
@@ -1321,11 +1321,11 @@ int main(void)
         cmocka_unit_test(another_count_changes_few),
         cmocka_unit_test(bright_lights_are_matched_first),
         cmocka_unit_test(match_undoes_a_shuffle),
-        cmocka_unit_test(rotate_turns),
+        cmocka_unit_test(envlt_rotate_turns_directions_and_axes),
         cmocka_unit_test(residual_has_no_mean),
         cmocka_unit_test(gltf_is_written),
         cmocka_unit_test(texels_beyond_a_face),
-        cmocka_unit_test(harmonics_of_irradiance),
+        cmocka_unit_test(harmonics_give_irradiance_in_closed_form),
         cmocka_unit_test(main_axis_of_two),
         cmocka_unit_test(partners_are_nearest),
         cmocka_unit_test(what_is_split_has_energy_on_both_sides),

@@ -51,7 +51,7 @@ static envsh_result act_maps(ledger *l, int what)
     return r;
 }
 
-static void maps_survive(void **state)
+static void maps_survive_failing_memory(void **state)
 {
     (void)state;
     for (int what = 0; what < 4; what++) fail_everywhere("maps", act_maps, what);
@@ -79,7 +79,7 @@ static void peaks_are_as_stated(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(maps_survive),
+        cmocka_unit_test(maps_survive_failing_memory),
         cmocka_unit_test(peaks_are_as_stated),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -90,7 +90,7 @@ static void uniform_sky_lights_the_ground(void **state)
         }
 }
 
-static void wall_and_roof(void **state)
+static void a_wall_hides_half_of_the_sky_and_a_roof_all(void **state)
 {
     static envlt_light list[400];
     static const double corner[3] = { -0.5, 0, -60 }, high[3] = { 0, 60, 0 }, wide[3] = { 0, 0, 120 };
@@ -669,7 +669,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_sky_lights_the_ground),
-        cmocka_unit_test(wall_and_roof),
+        cmocka_unit_test(a_wall_hides_half_of_the_sky_and_a_roof_all),
         cmocka_unit_test(tiles_do_not_bleed),
         cmocka_unit_test(sealed_box_is_dark),
         cmocka_unit_test(raster_equals_rays),

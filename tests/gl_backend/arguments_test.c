@@ -29,7 +29,7 @@ static const float unit[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }
 
 /* ---- the layer below ---- */
 
-static void textures_and_tables(void **state)
+static void textures_and_tables_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -99,7 +99,7 @@ static void textures_and_tables(void **state)
     glbk_texture_free(gl, &x);
 }
 
-static void buffers_and_targets(void **state)
+static void buffers_and_targets_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -170,7 +170,7 @@ static void buffers_and_targets(void **state)
 
 /* A pass that is refused has touched nothing; what binds nothing leaves what was bound, but no texture takes the place
    of one. */
-static void passes_and_bindings(void **state)
+static void passes_and_bindings_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -322,7 +322,7 @@ static void csm_stage_free(gl_test *t, csm_stage *s)
     cohsm_free(s->built);
 }
 
-static void csm_blocks_and_instances(void **state)
+static void csm_blocks_and_instances_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static csm_stage s;
@@ -369,7 +369,7 @@ static void csm_blocks_and_instances(void **state)
     csm_stage_free(t, &s);
 }
 
-static void csm_questions(void **state)
+static void csm_askers_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static csm_stage s;
@@ -430,7 +430,7 @@ static void shine(void *user, float time, const float x[3], const float directio
 }
 
 /* Texels that a light needs, 0 where its desc is refused. */
-static void csm_lights(void **state)
+static void csm_lights_refuse_bad_descs(void **state)
 {
     (void)state;
     static const float grey[12] = { 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1 }, corners[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
@@ -566,7 +566,7 @@ static void csm_lights(void **state)
     assert_int_equal(glbk_csm_light_texels(NULL), 0);
 }
 
-static void csm_light_tables(void **state)
+static void csm_light_tables_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static csm_stage s;
@@ -622,7 +622,7 @@ static void csm_light_tables(void **state)
     csm_stage_free(t, &s);
 }
 
-static void csm_frames(void **state)
+static void csm_frames_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static csm_stage s;
@@ -745,7 +745,7 @@ static int refuse_second(void *user, uint32_t index, const float *z1, const floa
     return index == 1;
 }
 
-static void csm_builders(void **state)
+static void csm_builders_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -808,7 +808,7 @@ static glbk_result cast_nothing(void *user, glbk_context *ctx, glbk_envsh_maps *
 }
 
 /* The words of a light that hits straight down; what is not in the list of envshadow/gl_twin_test's views is zero. */
-static void envsh_maps_and_frames(void **state)
+static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static float rgba[4 * SIDE * SIDE];
@@ -938,7 +938,7 @@ static void envsh_maps_and_frames(void **state)
 
 /* ---- rsm ---- */
 
-static void rsm_lights(void **state)
+static void rsm_maps_refuse_bad_lights(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -1018,7 +1018,7 @@ static void rsm_lights(void **state)
 
 static void draw_no_scene(void *user, glbk_context *ctx, glbk_rsm_renderer *r) { (void)user, (void)ctx, (void)r; }
 
-static void rsm_renderers_and_tables(void **state)
+static void rsm_renderers_and_tables_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static const float floats[64];
@@ -1087,7 +1087,7 @@ static void rsm_renderers_and_tables(void **state)
     glbk_rsm_renderer_free(gl, &r);
 }
 
-static void rsm_illumination(void **state)
+static void rsm_passes_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static const float points[3 * 16];
@@ -1310,7 +1310,7 @@ static ism_desc ism_sizes(void)
 }
 
 /* The ranges are those of ism_create; none and zero, the defaults, are taken. */
-static void ism_maps_of_descs(void **state)
+static void ism_maps_refuse_bad_descs(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -1345,7 +1345,7 @@ static void ism_maps_of_descs(void **state)
     glbk_ism_maps_free(gl, &m);
 }
 
-static void ism_meshes_and_surfels(void **state)
+static void ism_meshes_and_surfels_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static const ism_surfel surfels[8];
@@ -1389,7 +1389,7 @@ static void ism_meshes_and_surfels(void **state)
     glbk_ism_maps_free(gl, &m);
 }
 
-static void ism_vpls_and_near_points(void **state)
+static void ism_vpls_and_near_points_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -1487,7 +1487,7 @@ static void ism_settings(glbk_context *gl, glbk_ism_renderer *r, const glbk_gbuf
     BAD_IS(bad, s.bias, 1, glbk_ism_bind(gl, m, &s, NULL));
 }
 
-static void ism_pixels(void **state)
+static void ism_passes_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static float rgba[4 * SIDE * SIDE];
@@ -1561,12 +1561,16 @@ static void ism_pixels(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(textures_and_tables),   gl_unit_test(buffers_and_targets), gl_unit_test(passes_and_bindings),
-        gl_unit_test(csm_blocks_and_instances), gl_unit_test(csm_questions),    gl_unit_test(csm_lights),
-        gl_unit_test(csm_light_tables),      gl_unit_test(csm_frames),          gl_unit_test(csm_builders),
-        gl_unit_test(envsh_maps_and_frames), gl_unit_test(rsm_lights),          gl_unit_test(rsm_renderers_and_tables),
-        gl_unit_test(rsm_illumination),      gl_unit_test(ism_maps_of_descs), gl_unit_test(ism_meshes_and_surfels),
-        gl_unit_test(ism_vpls_and_near_points), gl_unit_test(ism_pixels),
+        gl_unit_test(textures_and_tables_refuse_bad_arguments),
+        gl_unit_test(buffers_and_targets_refuse_bad_arguments),
+        gl_unit_test(passes_and_bindings_refuse_bad_arguments),
+        gl_unit_test(csm_blocks_and_instances_refuse_bad_arguments), gl_unit_test(csm_askers_refuse_bad_arguments),
+        gl_unit_test(csm_lights_refuse_bad_descs), gl_unit_test(csm_light_tables_refuse_bad_arguments),
+        gl_unit_test(csm_frames_refuse_bad_arguments), gl_unit_test(csm_builders_refuse_bad_arguments),
+        gl_unit_test(envsh_maps_and_frames_refuse_bad_arguments), gl_unit_test(rsm_maps_refuse_bad_lights),
+        gl_unit_test(rsm_renderers_and_tables_refuse_bad_arguments), gl_unit_test(rsm_passes_refuse_bad_arguments),
+        gl_unit_test(ism_maps_refuse_bad_descs), gl_unit_test(ism_meshes_and_surfels_refuse_bad_arguments),
+        gl_unit_test(ism_vpls_and_near_points_refuse_bad_arguments), gl_unit_test(ism_passes_refuse_bad_arguments)
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_ES30_BARE);

@@ -351,7 +351,7 @@ static void transform_feedback_writes(void **state)
     glbk_program_free(&t->gl, &p);
 }
 
-static void compute_runs(void **state)
+static void compute_changes_a_buffer(void **state)
 {
     GL_TEST(t, state)
     static const char text[] = "layout(local_size_x = 64) in;\n"
@@ -451,7 +451,7 @@ static void compute_writes_images(void **state)
 
 /* ---- textures, tables, buffers, targets ---- */
 
-static void copies_floats(void **state)
+static void a_draw_copies_floats_bit_by_bit(void **state)
 {
     GL_TEST(t, state)
     enum { W = 37, H = 5 };
@@ -630,7 +630,7 @@ static void tables_hold_and_change(void **state)
 }
 
 /* Every format can be made, and rendered to where the context says so. */
-static void every_format(void **state)
+static void every_format_is_made_and_drawn_to(void **state)
 {
     GL_TEST(t, state)
     int f;
@@ -663,7 +663,7 @@ static void every_format(void **state)
     }
 }
 
-static void mipmaps_and_filters(void **state)
+static void mipmaps_and_filters_are_those_asked_for(void **state)
 {
     GL_TEST(t, state)
     static const char text[] = "uniform highp sampler2D image;\nlayout(location = 0) out vec4 c;\n"
@@ -708,7 +708,7 @@ static void mipmaps_and_filters(void **state)
     gl_canvas_free(t, &c);
 }
 
-static void uniform_blocks(void **state)
+static void a_uniform_block_reaches_the_shader(void **state)
 {
     GL_TEST(t, state)
     static const char text[] = "layout(std140) uniform mine { vec4 a; uvec4 b; mat4 m; };\n"
@@ -771,7 +771,7 @@ static int red(gl_test *t, const gl_canvas *c)
     return out[0];
 }
 
-static void passes_blend(void **state)
+static void passes_blend_by_their_mode(void **state)
 {
     GL_TEST(t, state)
     static const int wanted[GLBK_BLEND_COUNT] = { 102, 153, 51, 102, 76 };
@@ -901,7 +901,7 @@ static void clears_integers_and_bits(void **state)
         if (!strstr(t->log, words)) fail_msg("%s", t->log);     \
     } while (0)
 
-static void bad_arguments(void **state)
+static void bad_arguments_are_refused_with_a_line(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -991,18 +991,16 @@ static void bad_arguments(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        cmocka_unit_test(files_are_found),      cmocka_unit_test(written_glsl_is_whole),
-        gl_unit_test(depths_are_compared),
-        gl_unit_test(written_glsl_runs),
-        gl_unit_test(blocks_are_those_named),
-        gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
-        gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs), gl_unit_test(compute_writes_images),
-        gl_unit_test(copies_floats),            gl_unit_test(slots_can_be_moved),
-        gl_unit_test(tables_hold_and_change),   gl_unit_test(every_format),
-        gl_unit_test(mipmaps_and_filters),      gl_unit_test(uniform_blocks),
-        gl_unit_test(passes_blend),             gl_unit_test(passes_test_depth),
+        cmocka_unit_test(files_are_found), cmocka_unit_test(written_glsl_is_whole), gl_unit_test(depths_are_compared),
+        gl_unit_test(written_glsl_runs), gl_unit_test(blocks_are_those_named), gl_unit_test(every_program_links),
+        gl_unit_test(errors_name_file_and_line), gl_unit_test(transform_feedback_writes),
+        gl_unit_test(compute_changes_a_buffer), gl_unit_test(compute_writes_images),
+        gl_unit_test(a_draw_copies_floats_bit_by_bit), gl_unit_test(slots_can_be_moved),
+        gl_unit_test(tables_hold_and_change), gl_unit_test(every_format_is_made_and_drawn_to),
+        gl_unit_test(mipmaps_and_filters_are_those_asked_for), gl_unit_test(a_uniform_block_reaches_the_shader),
+        gl_unit_test(passes_blend_by_their_mode), gl_unit_test(passes_test_depth),
         gl_unit_test(passes_cull_offset_and_view), gl_unit_test(clears_integers_and_bits),
-        gl_unit_test(bad_arguments),
+        gl_unit_test(bad_arguments_are_refused_with_a_line)
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);

@@ -245,7 +245,7 @@ static void targets_that_a_driver_refuses(void **state)
 
 static void *no_memory(size_t bytes, void *user);
 
-static void bad_descs(void **state)
+static void bad_descs_of_a_context_are_refused(void **state)
 {
     GL_TEST(t, state)
     glbk_desc desc = desc_of(t);
@@ -352,7 +352,7 @@ static void out_of_memory_everywhere(void **state)
     fail_everywhere(t, 0x0505, GLBK_ERR_PENDING, GLBK_ERR_GL_MEMORY);
 }
 
-static void errors_everywhere(void **state)
+static void an_error_of_gl_is_returned_wherever_it_comes(void **state)
 {
     GL_TEST(t, state)
     fail_everywhere(t, 0x0502, GLBK_ERR_PENDING, GLBK_ERR_GL);
@@ -387,7 +387,7 @@ static void release(void *memory, void *user)
     free(memory);
 }
 
-static void allocator_fails(void **state)
+static void a_failing_allocator_leaves_no_object(void **state)
 {
     GL_TEST(t, state)
     things x;
@@ -539,7 +539,7 @@ static void contexts_come_and_go(void **state)
     assert_int_equal(gl_names_in_use(t), before);
 }
 
-static void lost_contexts(void **state)
+static void a_lost_context_is_called_no_more(void **state)
 {
     GL_TEST(t, state)
     things x;
@@ -625,7 +625,7 @@ static void without_a_current_context(void **state)
 }
 
 /* Two GL contexts of one process, in turn; each has its own table, and the names may be equal. */
-static void several_contexts(void **state)
+static void two_contexts_keep_their_own_functions(void **state)
 {
     GL_TEST(t, state)
     char error[EX_ERROR_SIZE];
@@ -704,14 +704,14 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(every_function_missing_once), gl_unit_test(versions_are_read),
         gl_unit_test(features_are_read),           gl_unit_test(targets_that_a_driver_refuses),
-        gl_unit_test(bad_descs),                   gl_unit_test(out_of_memory_everywhere),
-        gl_unit_test(errors_everywhere),           gl_unit_test(no_shader_no_program),
-        gl_unit_test(allocator_fails),             gl_unit_test(real_out_of_memory),
+        gl_unit_test(bad_descs_of_a_context_are_refused),                   gl_unit_test(out_of_memory_everywhere),
+        gl_unit_test(an_error_of_gl_is_returned_wherever_it_comes),           gl_unit_test(no_shader_no_program),
+        gl_unit_test(a_failing_allocator_leaves_no_object),             gl_unit_test(real_out_of_memory),
         gl_unit_test(pending_errors_are_not_taken_for_ours),
         gl_unit_test(updates_ask_for_errors_only_when_told), gl_unit_test(an_error_for_ever_ends),
         gl_unit_test(a_thousand_cycles),           gl_unit_test(contexts_come_and_go),
-        gl_unit_test(lost_contexts),               gl_unit_test(destroying_is_always_safe),
-        gl_unit_test(without_a_current_context),   gl_unit_test(several_contexts),
+        gl_unit_test(a_lost_context_is_called_no_more),               gl_unit_test(destroying_is_always_safe),
+        gl_unit_test(without_a_current_context),   gl_unit_test(two_contexts_keep_their_own_functions),
         gl_unit_test(floats_that_cannot_be_rendered_to),
     };
     (void)count;

@@ -85,7 +85,7 @@ static int check_normals(gl_test *t, const glbk_target *target, uint32_t image, 
     return zero;
 }
 
-static void gbuffer(void **state)
+static void far_normals_are_the_vertices_or_none(void **state)
 {
     GL_TEST(t, state)
     glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
@@ -117,7 +117,7 @@ static void gbuffer(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(gbuffer) };
+    struct CMUnitTest tests[] = { gl_unit_test(far_normals_are_the_vertices_or_none) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

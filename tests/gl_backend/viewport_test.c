@@ -103,7 +103,7 @@ static glbk_result resolve_csm(glbk_context *gl, void *renderer, const glbk_pass
     return glbk_csm_resolve(gl, (glbk_csm_renderer *)renderer, NULL, pass, NULL);
 }
 
-static void csm(void **state)
+static void csm_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
@@ -125,7 +125,7 @@ static glbk_result resolve_envsh(glbk_context *gl, void *renderer, const glbk_pa
     return glbk_envsh_resolve(gl, &r, &v->seen, pass, NULL);
 }
 
-static void envsh(void **state)
+static void envsh_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
@@ -153,7 +153,7 @@ static glbk_result resolve_rsm(glbk_context *gl, void *renderer, const glbk_pass
     return glbk_rsm_resolve(gl, (glbk_rsm_renderer *)renderer, &seen, pass, NULL, 1, 1);
 }
 
-static void rsm(void **state)
+static void rsm_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
@@ -178,7 +178,7 @@ static glbk_result resolve_ism(glbk_context *gl, void *renderer, const glbk_pass
     return glbk_ism_resolve(gl, (glbk_ism_renderer *)renderer, &seen, pass, NULL);
 }
 
-static void ism(void **state)
+static void ism_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
@@ -198,7 +198,10 @@ static void ism(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(csm), gl_unit_test(envsh), gl_unit_test(rsm), gl_unit_test(ism) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(csm_resolves_into_any_view), gl_unit_test(envsh_resolves_into_any_view),
+        gl_unit_test(rsm_resolves_into_any_view), gl_unit_test(ism_resolves_into_any_view)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);
 }

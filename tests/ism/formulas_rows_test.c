@@ -124,7 +124,7 @@ static void triangles_are_sampled_evenly(void **state)
     CONFORM_MAX("T51", "share of a quarter of the triangle, off by", 0.0065, worst);
 }
 
-static void solid_angles(void **state)
+static void solid_angles_of_a_box_fill_the_sphere(void **state)
 {
     static const float x[3] = { 3, 0, 0 }, y[3] = { 0, 0.5f, 0 }, z[3] = { 0, 0, 7 };
     static soup s;
@@ -160,7 +160,7 @@ int main(void)
         cmocka_unit_test(choice_follows_the_distribution),
         cmocka_unit_test(sums_are_not_of_floats),
         cmocka_unit_test(triangles_are_sampled_evenly),
-        cmocka_unit_test(solid_angles),
+        cmocka_unit_test(solid_angles_of_a_box_fill_the_sphere),
         cmocka_unit_test(dither_has_five_levels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -243,7 +243,7 @@ static void dither_has_five_levels(void **state)
 /* ---- T49 ---- */
 
 /* Both ways through windows of every size. */
-static void windows_agree(void **state)
+static void windows_zoom_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     enum { COUNT = 4096 };
@@ -280,7 +280,7 @@ static void windows_agree(void **state)
     }
 }
 
-static void pull_and_push(void **state)
+static void pull_and_push_fill_holes(void **state)
 {
     GL_TEST(t, state)
     static float directions[4 * 4096], surfels[4 * 4096], depth[4096];
@@ -348,7 +348,7 @@ static void pull_and_push(void **state)
 }
 
 /* What is full on one side of a line, or within a circle, and borders with four of ten texels: as on the CPU. */
-static void silhouettes_and_borders(void **state)
+static void silhouettes_and_borders_are_filled_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     static float surfels[4 * 4096], depth[4096];
@@ -399,9 +399,11 @@ static void silhouettes_and_borders(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push),
-                                  gl_unit_test(silhouettes_and_borders), gl_unit_test(windows_agree),
-                                  gl_unit_test(dither_has_five_levels) };
+    struct CMUnitTest tests[] = {
+        ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push_fill_holes),
+        gl_unit_test(silhouettes_and_borders_are_filled_as_on_the_cpu), gl_unit_test(windows_zoom_as_on_the_cpu),
+        gl_unit_test(dither_has_five_levels)
+    };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit == GL_CORE45) unsetenv("CONFORMANCE");     /* the page has the core path */
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33);

@@ -154,7 +154,7 @@ static double atlas_difference(gl_test *t, const stage *s, glbk_ism_maps *m, con
     return (double)off / (double)used;
 }
 
-static void atlases_agree(void **state)
+static void atlases_are_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     static const char *const names[] = { "default", "cosine", "paraboloid", "octahedral", "lobe" };
@@ -249,7 +249,7 @@ static void resolves(gl_test *t, const stage *s, const glbk_gbuffer *seen, glbk_
     gl_canvas_free(t, &canvas);
 }
 
-static void light_agrees(void **state)
+static void light_is_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     double worst = 0, worst_lost = 0;
@@ -513,10 +513,10 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(nothing_is_dark_and_too_much_is_refused),
         gl_unit_test(pasted_functions_agree),
-        gl_unit_test(light_agrees),
+        gl_unit_test(light_is_as_on_the_cpu),
         gl_unit_test(near_points_agree),
         gl_unit_test(light_follows_moving_triangles),
-        gl_unit_test(atlases_agree)
+        gl_unit_test(atlases_are_as_on_the_cpu)
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);

@@ -230,7 +230,7 @@ static void sums_to_the_letter(void **state)
 }
 
 /* A reach is twice the distance to the eighth of the VPLs about the place; a point belongs to the nearest VPL. */
-static void reach_and_owner(void **state)
+static void a_near_point_belongs_to_its_nearest_vpl(void **state)
 {
     ism_source s;
     ism_points view;
@@ -436,7 +436,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_in_a_corner), cmocka_unit_test(no_flux_is_lost), cmocka_unit_test(sums_to_the_letter),
-        cmocka_unit_test(reach_and_owner), cmocka_unit_test(an_ornament_before_a_wall),
+        cmocka_unit_test(a_near_point_belongs_to_its_nearest_vpl), cmocka_unit_test(an_ornament_before_a_wall),
         cmocka_unit_test(who_has_none), cmocka_unit_test(the_same_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -292,7 +292,7 @@ static float depth_of(const hand *h, size_t i)
     return h->depth[i] < ISM_FAR ? h->depth[i] : t->filled ? t->g[0] : ISM_FAR;
 }
 
-static void pull_and_push(void **state)
+static void pull_and_push_fill_holes(void **state)
 {
     uint32_t seed = 3, trial;
     size_t i;
@@ -442,7 +442,7 @@ int main(void)
         cmocka_unit_test(lazy_renewal_reaches_all_points),
         cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
-        cmocka_unit_test(pull_and_push), cmocka_unit_test(pull_and_push_at_the_border),
+        cmocka_unit_test(pull_and_push_fill_holes), cmocka_unit_test(pull_and_push_at_the_border),
         cmocka_unit_test(silhouettes_do_not_grow),
         cmocka_unit_test(cells_share_the_hemisphere),
     };

@@ -28,7 +28,7 @@ static grid eye;
 
 /* ---- T42, T43 ---- */
 
-static void form_factors(void **state)
+static void t42_t43_form_factors_equal_their_closed_forms(void **state)
 {
     ROW_TEST(state)
     enum { N = 256, ALL = N * N };
@@ -578,7 +578,7 @@ static void clamping_is_known(void **state)
 }
 
 /* A closed box whose walls emit radiance 1 with albedo 0.5: radiance 1, 1.5, 1.75, ... */
-static void a_closed_furnace(void **state)
+static void t45_a_closed_furnace_gains_half_of_the_last_bounce(void **state)
 {
     ROW_TEST(state)
     enum { VPLS = 256, SIDE = 8 };
@@ -639,9 +639,9 @@ static void a_closed_furnace(void **state)
 }
 
 #define ISM_ROWS(test)                                                                                          \
-    test(form_factors), test(maps_of_the_hemisphere), test(a_fine_surface_does_not_hide_itself),                \
-    test(splats_cover_a_sphere), test(tiles_are_apart), test(a_blocker_between_two_squares),                    \
-    test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below), test(clamping_is_known),                 \
-    test(a_closed_furnace)
+    test(t42_t43_form_factors_equal_their_closed_forms), test(maps_of_the_hemisphere),                          \
+    test(a_fine_surface_does_not_hide_itself), test(splats_cover_a_sphere), test(tiles_are_apart),              \
+    test(a_blocker_between_two_squares), test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below),     \
+    test(clamping_is_known), test(t45_a_closed_furnace_gains_half_of_the_last_bounce)
 
 #endif

@@ -1388,7 +1388,7 @@ static void receivers_are_compared_on_their_plane(void **state)
 
 /* A pVPL of the next bounce lies where its texel's depth is, its normal is its triangle's towards the VPL, and the
    fluxes of a tile are the VPL's shared by the light that leaves through each cell. */
-static void texels_bounce(void **state)
+static void texels_bounce_the_light_of_their_cells(void **state)
 {
     enum { SIDE = 8 };
     static float p[3 * DRAWN * SIDE * SIDE], n[3 * DRAWN * SIDE * SIDE], flux[3 * DRAWN * SIDE * SIDE],
@@ -1597,11 +1597,10 @@ int main(void)
         cmocka_unit_test(squares_reach_to_their_neighbours), cmocka_unit_test(every_light_is_summed),
         cmocka_unit_test(patterns_share_out_all_the_light), cmocka_unit_test(patterns_share_out_near_points),
         cmocka_unit_test(importances_are_effects), cmocka_unit_test(vpls_are_drawn_by_importance),
-        cmocka_unit_test(guided_grids_see_what_is_near),
-        cmocka_unit_test(points_follow_view_and_vpl), cmocka_unit_test(every_disc_is_drawn),
-        cmocka_unit_test(receivers_are_compared_on_their_plane), cmocka_unit_test(texels_bounce),
-        cmocka_unit_test(points_on_lamps_have_equal_power), cmocka_unit_test(sky_texels_are_directions),
-        cmocka_unit_test(skies_are_exact_at_poles_and_after_many_turns),
+        cmocka_unit_test(guided_grids_see_what_is_near), cmocka_unit_test(points_follow_view_and_vpl),
+        cmocka_unit_test(every_disc_is_drawn), cmocka_unit_test(receivers_are_compared_on_their_plane),
+        cmocka_unit_test(texels_bounce_the_light_of_their_cells), cmocka_unit_test(points_on_lamps_have_equal_power),
+        cmocka_unit_test(sky_texels_are_directions), cmocka_unit_test(skies_are_exact_at_poles_and_after_many_turns)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

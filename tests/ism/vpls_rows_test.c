@@ -218,7 +218,7 @@ static void skies_are_chosen_by_the_cosine(void **state)
 /* The way is O(eps): bounded by the same factors for two eps of which one is a quarter of the other. Measured medians
    1.5 and 1.0; 95th percentiles 16 and 9, where the row of the map that a VPL's number picks changes. A texel would be
    62 and 250 eps; other random numbers every frame take VPLs right across the floor. */
-static void vpls_glide(void **state)
+static void vpls_glide_as_the_light_moves(void **state)
 {
     const glide coarse = glide_of(0.002f, 0), fine = glide_of(0.0005f, 0), loose = glide_of(0.002f, 1);
     (void)state;
@@ -438,7 +438,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(power_is_kept),
         cmocka_unit_test(skies_are_chosen_by_the_cosine),
-        cmocka_unit_test(vpls_glide),
+        cmocka_unit_test(vpls_glide_as_the_light_moves),
         cmocka_unit_test(vpls_stay_before_a_bent_sheet),
         cmocka_unit_test(a_sheet_is_dark_from_behind),
         cmocka_unit_test(culling_changes_nothing),

@@ -234,7 +234,7 @@ static void windows_hold_what_is_seen(void **state)
 }
 
 /* The camera sways: the window stays unless it must grow. Once it might be more than two steps smaller it follows. */
-static void windows_stay(void **state)
+static void a_window_stays_until_it_must_change(void **state)
 {
     ism_mesh m;
     ism_points view;
@@ -321,7 +321,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(square_and_tile_are_inverse), cmocka_unit_test(discs_keep_their_solid_angle),
-        cmocka_unit_test(windows_hold_what_is_seen), cmocka_unit_test(windows_stay),
+        cmocka_unit_test(windows_hold_what_is_seen), cmocka_unit_test(a_window_stays_until_it_must_change),
         cmocka_unit_test(thin_shadows_are_seen_from_far)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

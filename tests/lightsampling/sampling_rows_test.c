@@ -236,7 +236,7 @@ static void quadrature(const lsamp_material *m, const float *wo, double albedo[3
         }
 }
 
-static void test_brdf_albedo(void **state)
+static void samples_of_a_brdf_sum_to_its_albedo(void **state)
 {
     int i, a, k, c;
     (void)state;
@@ -275,7 +275,7 @@ static void test_brdf_albedo(void **state)
         }
 }
 
-static void test_brdf_known(void **state)
+static void brdfs_equal_their_closed_forms(void **state)
 {
     const float n[3] = { 0.0f, 0.0f, 1.0f };
     lsamp_material m = lambert(0.5);
@@ -355,7 +355,7 @@ static lsamp_light_desc sky_desc(const float *texels, uint32_t w, uint32_t h)
     return d;
 }
 
-static void test_uniform_sky(void **state)
+static void t10_a_uniform_sky_lights_every_normal_by_pi(void **state)
 {
     static const float normals[4][3] = { { 0, 1, 0 }, { 0, 0, -1 }, { 0.6f, 0, 0.8f }, { 0, -1, 0 } };
     const float p[3] = { 1.0f, 2.0f, 3.0f };
@@ -373,7 +373,7 @@ static void test_uniform_sky(void **state)
 }
 
 /* T11, T12: a cap of 30 degrees, half of what it would be by equal weights of the rows. */
-static void test_solid_angles(void **state)
+static void t11_t12_rows_of_a_sky_count_by_solid_angle(void **state)
 {
     enum { W = 24, H = 12 };
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
@@ -411,7 +411,7 @@ static void test_solid_angles(void **state)
 #endif
 }
 
-static void test_environment_hits(void **state)
+static void a_ray_hits_the_texel_that_is_sampled_there(void **state)
 {
     enum { W = 8, H = 4 };
     const float p[3] = { 0, 0, 0 };
@@ -454,7 +454,7 @@ static void test_environment_hits(void **state)
 }
 
 /* T15: never an empty texel, the range ends, chi-square of a 64 x 32 map. */
-static void test_environment_chi_square(void **state)
+static void t15_texels_are_chosen_by_their_light(void **state)
 {
     enum { W = 64, H = 32, COUNT = 1 << 20 };
     const float p[3] = { 0, 0, 0 };
@@ -522,7 +522,7 @@ static void test_environment_chi_square(void **state)
 }
 
 /* T16: 2^21 texels, all but one dim: the total must not stop growing. */
-static void test_large_map(void **state)
+static void t16_one_bright_texel_of_a_large_map_keeps_its_share(void **state)
 {
     enum { W = 2048, H = 1024 };
     const float p[3] = { 0, 0, 0 }, w[3] = { 0, 0, 1 };
@@ -547,7 +547,7 @@ static void test_large_map(void **state)
 }
 
 /* T18, T20, T21 */
-static void test_delta_texel(void **state)
+static void t18_t20_t21_one_texel_lights_at_any_rotation(void **state)
 {
     enum { W = 64, H = 32 };
     const float p[3] = { 0, 0, 0 };
@@ -592,7 +592,7 @@ static void test_delta_texel(void **state)
 }
 
 /* T22 */
-static void test_bad_texels(void **state)
+static void t22_bad_texels_are_counted_and_black(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
     static float texels[8 * 4 * 3];
@@ -625,7 +625,7 @@ static void test_bad_texels(void **state)
 }
 
 /* T23: a wall to the height of the sky hides one half: pi / 2; a roof all of it. Visibility is the user's. */
-static void test_wall_and_roof(void **state)
+static void t23_a_wall_hides_half_of_the_sky_and_a_roof_all(void **state)
 {
     enum { S = 4096 };
     static float w[S * 3], distance[S], weights[S * 3], visibility[S];
@@ -665,7 +665,7 @@ static void test_wall_and_roof(void **state)
 
 /* ---- local lights ---- */
 
-static void test_rectangle(void **state)
+static void t43_a_rectangle_lights_as_in_closed_form(void **state)
 {
     const float up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0.0f }, corner[3] = { 0, 0, 0 };
     const float far_off[3] = { 40.0f, 30.0f, 0.0f }, tilt[3] = { 0.6f, 0.0f, 0.8f };
@@ -721,7 +721,7 @@ static void test_rectangle(void **state)
     }
 }
 
-static void test_disc(void **state)
+static void a_disc_lights_as_in_closed_form(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_DISC, 2.0);
@@ -746,7 +746,7 @@ static void test_disc(void **state)
     }
 }
 
-static void test_sphere(void **state)
+static void t73_a_sphere_lights_as_in_closed_form(void **state)
 {
     static const double far[4] = { 1.25, 2.0, 8.0, 20.0 };
     const float up[3] = { 0, 0, 1 };
@@ -773,7 +773,7 @@ static void test_sphere(void **state)
 }
 
 /* A line of length 2 a above a point at height h, thin: E = 2 r L (a / (a^2 + h^2) + atan(a / h) / h). */
-static void test_line(void **state)
+static void a_thin_line_lights_as_in_closed_form(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_LINE, 3.0);
@@ -788,7 +788,7 @@ static void test_line(void **state)
 }
 
 /* A cylinder so long that it is infinite: as its cross-section, E = pi L r / d facing it. */
-static void test_thick_line(void **state)
+static void a_thick_line_lights_as_its_cross_section(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_LINE, 1.0);
@@ -800,7 +800,7 @@ static void test_thick_line(void **state)
     check_irradiance("irradiance", "endless cylinder of radius 0.8, axis 2 above", &d, p, up, PI * 0.8 / 2.0, 1);
 }
 
-static void test_delta_lights(void **state)
+static void suns_points_and_spots_light_as_in_closed_form(void **state)
 {
     const float p[3] = { 1.0f, 0, 0 }, up[3] = { 0, 0, 1 };
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_SUN, 2.0);
@@ -822,7 +822,7 @@ static void test_delta_lights(void **state)
 }
 
 /* The textured versions of every shape: half bright, a quarter black; the sum of both halves is the whole. */
-static void test_textured(void **state)
+static void parts_of_a_texture_light_as_the_whole(void **state)
 {
     static const float texels[2][12] = { { 4, 4, 4, 0, 0, 0, 0, 0, 0, 1, 1, 1 },
                                          { 0, 0, 0, 4, 4, 4, 4, 4, 4, 3, 3, 3 } };
@@ -886,7 +886,7 @@ static void test_textured(void **state)
 }
 
 /* D at the coordinates of a sample is the sample. */
-static void test_domains(void **state)
+static void coordinates_in_a_domain_give_the_sample_back(void **state)
 {
     static const lsamp_domain_kind kinds[9] = {
         LSAMP_DOMAIN_LATLONG, LSAMP_DOMAIN_LATLONG, LSAMP_DOMAIN_LATLONG, LSAMP_DOMAIN_LIST, LSAMP_DOMAIN_LIST,
@@ -953,7 +953,7 @@ static void test_domains(void **state)
 }
 
 /* time: frames of 2 x 1 texels, linear between them */
-static void test_time(void **state)
+static void radiance_is_linear_between_frames(void **state)
 {
     static const float frames[3 * 6] = { 1, 1, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 0, 0, 0, 0, 0, 0 };
     static const double times[6] = { 0.0, 0.25, 0.5, 1.25, 10.0, -1.0 };
@@ -1014,7 +1014,7 @@ static void striped(void *user, float time, const float x[3], const float direct
     rgb[2] = NAN;
 }
 
-static void test_callbacks(void **state)
+static void shapes_and_emission_by_callback_light_as_in_closed_form(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0 };
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_CALLBACK, 1.0), t;
@@ -1070,7 +1070,7 @@ static void box_triangles(float *to)
     for (k = 0; k < 18; k++) to[k] = k == 4 ? NAN : k < 9 ? 0.1f * (float)k : 0.2f;
 }
 
-static void test_meshes(void **state)
+static void a_mesh_lights_as_the_rectangle_that_it_is(void **state)
 {
     static float box_corners[9 * BOX_TRIANGLES];
     static float pieces[9 * (BOX_TRIANGLES + 4 * PLACES + 1)];
@@ -1161,7 +1161,7 @@ static void test_meshes(void **state)
 
 /* ---- strategies ---- */
 
-static void test_strategies(void **state)
+static void every_strategy_has_the_same_mean(void **state)
 {
     static float sky[64 * 32 * 3];
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
@@ -1202,7 +1202,7 @@ static void test_strategies(void **state)
 }
 
 /* Rough metal under a wide disc and a wide rectangle: either strategy alone misses what the other finds. */
-static void test_mis_wins(void **state)
+static void both_strategies_together_vary_less_than_either(void **state)
 {
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
     lsamp_material m = lambert(0.5);
@@ -1234,7 +1234,7 @@ static void test_mis_wins(void **state)
 
 /* ---- patterns, frames, bad input ---- */
 
-static void test_patterns(void **state)
+static void patterns_lie_in_the_square_and_differ_by_seed(void **state)
 {
     static const uint32_t lengths[6] = { 1, 7, 16, 64, 100, 256 };
     int l;
@@ -1281,7 +1281,7 @@ static void test_patterns(void **state)
     }
 }
 
-static void test_pattern_noise(void **state)
+static void patterns_have_the_mean_of_a_sequence(void **state)
 {
     static float patterns[256 * 64 * 2];
     const float p[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
@@ -1305,7 +1305,7 @@ static void test_pattern_noise(void **state)
 }
 
 /* 300 frames of 16 samples: the mean converges like a sequence, with patterns too, past their 256. */
-static void test_progressive(void **state)
+static void the_mean_of_frames_converges_like_a_sequence(void **state)
 {
     static float patterns[256 * 16 * 2];
     static float w[4 * 16 * 3], distance[4 * 16], weights[4 * 16 * 3];
@@ -1382,7 +1382,7 @@ static void test_progressive(void **state)
 }
 
 /* The same samples however a batch is cut, and whatever lies beside a point. */
-static void test_batches(void **state)
+static void a_batch_may_be_cut_anywhere(void **state)
 {
     enum { N = 37, S = 5 };
     static float p[N * 3], n[N * 3], wo[N * 3];
@@ -1436,7 +1436,7 @@ static void test_batches(void **state)
     free(box.memory);
 }
 
-static void test_bad_input(void **state)
+static void bad_input_is_refused(void **state)
 {
     static const float shorter[3] = { 0, 0.9f, 0 };
     const float nan3[3] = { NAN, 0, 0 }, zero[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
@@ -1563,7 +1563,7 @@ static void keep_message(void *user, const char *message)
     snprintf(last, 256, "%s", message);
 }
 
-static void test_messages_name_what_was_refused(void **state)
+static void messages_name_what_was_refused(void **state)
 {
     static const float corners[9] = { 0, 0, 0, 1, 0, 0, 0, 0, 1 }, at[6] = { 0, 0, 0, 0, 0, 0 };
     static const float normals[6] = { 0, 1, 0, 0, 0.5f, 0 };
@@ -1609,7 +1609,7 @@ static void test_messages_name_what_was_refused(void **state)
     assert_string_equal(last, "lsamp_sample: points.normals[1] has the length 0.5; it must be 1 (0.97..1.03), or 0");
 }
 
-static void test_a_normal_of_zeros_is_no_receiver(void **state)
+static void a_normal_of_zeros_is_no_receiver(void **state)
 {
     static const float at[6] = { 0, 0, 0, 0, 0, 0 }, normals[6] = { 0, 1, 0, 0, 0, 0 };
     float w[6], distance[2], coords[6], weights[6];
@@ -1635,7 +1635,7 @@ static void test_a_normal_of_zeros_is_no_receiver(void **state)
     free(box.memory);
 }
 
-static void test_short_indices_make_the_same_light(void **state)
+static void short_indices_make_the_same_light(void **state)
 {
     static const float corners[12] = { -1, 1, -1, 1, 1, -1, 1, 1, 1, -1, 1, 1 };
     static const uint32_t triangles[6] = { 0, 1, 2, 0, 2, 3 };
@@ -1663,7 +1663,7 @@ static void test_short_indices_make_the_same_light(void **state)
     }
 }
 
-static void test_results_have_texts(void **state)
+static void results_have_texts(void **state)
 {
     int i;
     (void)state;
@@ -1676,38 +1676,38 @@ static void test_results_have_texts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_brdf_albedo),
-        cmocka_unit_test(test_brdf_known),
-        cmocka_unit_test(test_uniform_sky),
-        cmocka_unit_test(test_solid_angles),
-        cmocka_unit_test(test_environment_hits),
-        cmocka_unit_test(test_environment_chi_square),
-        cmocka_unit_test(test_large_map),
-        cmocka_unit_test(test_delta_texel),
-        cmocka_unit_test(test_bad_texels),
-        cmocka_unit_test(test_wall_and_roof),
-        cmocka_unit_test(test_rectangle),
-        cmocka_unit_test(test_disc),
-        cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_line),
-        cmocka_unit_test(test_thick_line),
-        cmocka_unit_test(test_delta_lights),
-        cmocka_unit_test(test_textured),
-        cmocka_unit_test(test_domains),
-        cmocka_unit_test(test_time),
-        cmocka_unit_test(test_callbacks),
-        cmocka_unit_test(test_meshes),
-        cmocka_unit_test(test_strategies),
-        cmocka_unit_test(test_mis_wins),
-        cmocka_unit_test(test_patterns),
-        cmocka_unit_test(test_pattern_noise),
-        cmocka_unit_test(test_progressive),
-        cmocka_unit_test(test_batches),
-        cmocka_unit_test(test_bad_input),
-        cmocka_unit_test(test_results_have_texts),
-        cmocka_unit_test(test_messages_name_what_was_refused),
-        cmocka_unit_test(test_a_normal_of_zeros_is_no_receiver),
-        cmocka_unit_test(test_short_indices_make_the_same_light),
+        cmocka_unit_test(samples_of_a_brdf_sum_to_its_albedo),
+        cmocka_unit_test(brdfs_equal_their_closed_forms),
+        cmocka_unit_test(t10_a_uniform_sky_lights_every_normal_by_pi),
+        cmocka_unit_test(t11_t12_rows_of_a_sky_count_by_solid_angle),
+        cmocka_unit_test(a_ray_hits_the_texel_that_is_sampled_there),
+        cmocka_unit_test(t15_texels_are_chosen_by_their_light),
+        cmocka_unit_test(t16_one_bright_texel_of_a_large_map_keeps_its_share),
+        cmocka_unit_test(t18_t20_t21_one_texel_lights_at_any_rotation),
+        cmocka_unit_test(t22_bad_texels_are_counted_and_black),
+        cmocka_unit_test(t23_a_wall_hides_half_of_the_sky_and_a_roof_all),
+        cmocka_unit_test(t43_a_rectangle_lights_as_in_closed_form),
+        cmocka_unit_test(a_disc_lights_as_in_closed_form),
+        cmocka_unit_test(t73_a_sphere_lights_as_in_closed_form),
+        cmocka_unit_test(a_thin_line_lights_as_in_closed_form),
+        cmocka_unit_test(a_thick_line_lights_as_its_cross_section),
+        cmocka_unit_test(suns_points_and_spots_light_as_in_closed_form),
+        cmocka_unit_test(parts_of_a_texture_light_as_the_whole),
+        cmocka_unit_test(coordinates_in_a_domain_give_the_sample_back),
+        cmocka_unit_test(radiance_is_linear_between_frames),
+        cmocka_unit_test(shapes_and_emission_by_callback_light_as_in_closed_form),
+        cmocka_unit_test(a_mesh_lights_as_the_rectangle_that_it_is),
+        cmocka_unit_test(every_strategy_has_the_same_mean),
+        cmocka_unit_test(both_strategies_together_vary_less_than_either),
+        cmocka_unit_test(patterns_lie_in_the_square_and_differ_by_seed),
+        cmocka_unit_test(patterns_have_the_mean_of_a_sequence),
+        cmocka_unit_test(the_mean_of_frames_converges_like_a_sequence),
+        cmocka_unit_test(a_batch_may_be_cut_anywhere),
+        cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(results_have_texts),
+        cmocka_unit_test(messages_name_what_was_refused),
+        cmocka_unit_test(a_normal_of_zeros_is_no_receiver),
+        cmocka_unit_test(short_indices_make_the_same_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -141,7 +141,7 @@ static void light_maps_and_shards(void **state)
     assert_int_equal(system(line), 0);
 }
 
-static void what_it_refuses(void **state)
+static void bad_arguments_get_one_line(void **state)
 {
     static const struct { const char *arguments; int status; const char *says; } bad[] = {
         { "light plane.glb -o x.glb --light moon:1,2,3", 1, "moon" },
@@ -167,7 +167,7 @@ int main(void)
         cmocka_unit_test(a_plane_gets_pi_of_an_even_sky_and_the_cosine_of_a_sun),
         cmocka_unit_test(a_furnace_has_the_sum_of_its_bounces),
         cmocka_unit_test(light_maps_and_shards),
-        cmocka_unit_test(what_it_refuses),
+        cmocka_unit_test(bad_arguments_get_one_line),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -107,7 +107,7 @@ static void shadow_map_of_ism_counts(void **state)
 }
 
 /* Half of the board is holes: without them its shadow is twice as large. */
-static void light_through_holes(void **state)
+static void light_comes_through_holes(void **state)
 {
     static const bounds rsm = { 0.04, 0.005, 0.995 }, ism = { 0.04, 0.005, 0.995 };      /* measured 0.017 */
     (void)state;
@@ -174,7 +174,7 @@ int main(void)
         cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
         cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(shadow_map_of_ism_counts),
-        cmocka_unit_test(light_through_holes),
+        cmocka_unit_test(light_comes_through_holes),
         cmocka_unit_test(light_from_the_ground_of_rsm), cmocka_unit_test(light_from_the_ground_of_rsm_on_gl),
         cmocka_unit_test(light_from_the_ground_of_ism), cmocka_unit_test(high_sun_of_ism),
         cmocka_unit_test(direct_light_of_a_sky_of_ism),

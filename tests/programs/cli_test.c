@@ -99,7 +99,7 @@ static void write_picture(const char *name, uint32_t width, uint32_t height, con
     ex_image_free(&image);
 }
 
-static void compare_numbers(void **state)
+static void compare_prints_the_errors_of_two_pictures(void **state)
 {
     /* the third pixel is 0 in both and does not count */
     static const float a[12] = { 1, 1, 1, 2, 2, 2, 0, 0, 0, 0, 0, 0 }, b[12] = { 1, 1, 1, 1, 1, 1, 0, 0, 0, 1, 1, 1 };
@@ -124,7 +124,7 @@ static void compare_numbers(void **state)
 }
 
 /* Two flat pictures: the windows have no variance, ssim is its luminance term alone. */
-static void compare_flat(void **state)
+static void flat_pictures_are_alike_by_their_luminance(void **state)
 {
     static float a[3 * 16 * 16], b[3 * 16 * 16];
     double x = 1.055 * pow(0.45, 1 / 2.4) - 0.055, y = 1.055 * pow(0.9, 1 / 2.4) - 0.055;
@@ -141,7 +141,7 @@ static void compare_flat(void **state)
     assert_near(number("mean_ratio"), 0.5, 1e-6);
 }
 
-static void compare_refuses(void **state)
+static void compare_refuses_what_it_cannot_compare(void **state)
 {
     static float a[3 * 4 * 4];
     (void)state;
@@ -174,7 +174,7 @@ static int has_reference(void)
     return !strstr(output, "needs Embree");
 }
 
-static void render_arguments(void **state)
+static void render_refuses_bad_arguments(void **state)
 {
     static const char *const bad[][2] = {
         { "", "--technique is missing" },
@@ -222,7 +222,7 @@ static void render_arguments(void **state)
         expect_line("render", bad_reference[i][0], 2, bad_reference[i][1]);
 }
 
-static void render_fails(void **state)
+static void render_fails_with_one_line(void **state)
 {
     (void)state;
     need("render");
@@ -241,7 +241,7 @@ static void render_fails(void **state)
         expect_line("render", KNOT_REFERENCE "--set indirect_visibility=0", 1, "bounces=1");
 }
 
-static void render_informs(void **state)
+static void render_lists_what_it_can_do(void **state)
 {
     (void)state;
     need("render");
@@ -286,7 +286,7 @@ static void expect_help(const char *program, const char *arguments, const char *
         fail_msg("%s %s: no \"%s\": %s", program, arguments, text, output);
 }
 
-static void programs_help(void **state)
+static void programs_print_their_help(void **state)
 {
     (void)state;
     expect_help("render", "--help", "usage: render");
@@ -301,7 +301,7 @@ static void programs_help(void **state)
     expect_line("render", KNOT "--set foo=1", 2, "see render --list");
 }
 
-static void bench_arguments(void **state)
+static void bench_prints_its_usage(void **state)
 {
     (void)state;
     expect_version("bench");
@@ -309,7 +309,7 @@ static void bench_arguments(void **state)
     expect_line("bench", "", 2, "bench NAME|all");
 }
 
-static void gallery_arguments(void **state)
+static void gallery_prints_its_usage(void **state)
 {
     (void)state;
     expect_version("gallery");
@@ -319,7 +319,7 @@ static void gallery_arguments(void **state)
 }
 
 /* Without a window: arguments are looked at first. */
-static void viewer_arguments(void **state)
+static void the_viewer_refuses_before_it_opens_a_window(void **state)
 {
     (void)state;
     expect_version("viewer");
@@ -347,7 +347,7 @@ static void same_files(const char *a, const char *b, int expected)
     assert_int_equal(system(command) == 0, expected);
 }
 
-static void render_json(void **state)
+static void render_writes_what_it_measured_as_json(void **state)
 {
     static const char *const names[] = { "technique", "backend", "gl_renderer", "path", "scene", "triangles", "width",
                                          "height", "samples", "ev", "precompute_ms", "frame_ms", "memory_bytes",
@@ -396,7 +396,7 @@ static void render_unlit_scene(void **state)
 }
 
 /* Frames of a static scene are averaged; frame i has seed + i. */
-static void render_frames(void **state)
+static void frames_of_a_static_scene_are_averaged(void **state)
 {
     ex_image both, first, second;
     char path[256], error[EX_ERROR_SIZE];
@@ -435,7 +435,7 @@ static void render_light_defaults(void **state)
 }
 
 /* background=1 fills exactly the pixels that are black without, aa keeps the mean. */
-static void render_background(void **state)
+static void a_background_fills_black_pixels_alone(void **state)
 {
     (void)state;
     need_reference();
@@ -453,7 +453,7 @@ static void render_background(void **state)
 }
 
 /* Nothing given: a ground under a scene without camera and emitters, and only there; builtin:sky as its light. */
-static void render_defaults(void **state)
+static void a_bare_scene_gets_a_ground_and_a_sky(void **state)
 {
     double with, without;
     (void)state;
@@ -496,15 +496,17 @@ static int remove_folder(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(compare_numbers), cmocka_unit_test(compare_flat), cmocka_unit_test(compare_refuses),
-        cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
-        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_help),
-        cmocka_unit_test(bench_arguments),
-        cmocka_unit_test(gallery_arguments),
-        cmocka_unit_test(viewer_arguments),
-        cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
-        cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_unlit_scene),
-        cmocka_unit_test(render_background), cmocka_unit_test(render_defaults)
+        cmocka_unit_test(compare_prints_the_errors_of_two_pictures),
+        cmocka_unit_test(flat_pictures_are_alike_by_their_luminance),
+        cmocka_unit_test(compare_refuses_what_it_cannot_compare), cmocka_unit_test(render_refuses_bad_arguments),
+        cmocka_unit_test(render_fails_with_one_line), cmocka_unit_test(render_lists_what_it_can_do),
+        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_print_their_help),
+        cmocka_unit_test(bench_prints_its_usage), cmocka_unit_test(gallery_prints_its_usage),
+        cmocka_unit_test(the_viewer_refuses_before_it_opens_a_window),
+        cmocka_unit_test(render_writes_what_it_measured_as_json), cmocka_unit_test(render_is_deterministic),
+        cmocka_unit_test(frames_of_a_static_scene_are_averaged), cmocka_unit_test(render_light_defaults),
+        cmocka_unit_test(render_unlit_scene), cmocka_unit_test(a_background_fills_black_pixels_alone),
+        cmocka_unit_test(a_bare_scene_gets_a_ground_and_a_sky)
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

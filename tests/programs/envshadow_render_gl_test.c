@@ -30,7 +30,7 @@ static void an_explosion_under_a_sun_in_channels(void **state)
                       "--set emitters=0 --set light_count=14 --set rgba=1 --set map_side=200 --samples 1");
 }
 
-static void single_leaves(void **state)
+static void leaves_of_one_triangle_layer_by_pcf(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --set light_count=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
@@ -54,10 +54,10 @@ static void a_sky_through_a_window(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(instances_by_the_penumbra_filter),
-                                        cmocka_unit_test(cloth_in_motion_in_clusters),
-                                        cmocka_unit_test(an_explosion_under_a_sun_in_channels),
-                                        cmocka_unit_test(single_leaves), cmocka_unit_test(a_board_with_holes),
-                                        cmocka_unit_test(a_sky_through_a_window) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(instances_by_the_penumbra_filter), cmocka_unit_test(cloth_in_motion_in_clusters),
+        cmocka_unit_test(an_explosion_under_a_sun_in_channels), cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf),
+        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(a_sky_through_a_window)
+    };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

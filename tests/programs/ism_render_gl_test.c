@@ -44,7 +44,7 @@ static void two_bounces_round_a_corner(void **state)
     agree("--scene builtin:uroom --set bounces=2 --set projection=lobe");
 }
 
-static void moving_cloth(void **state)
+static void a_moving_cloth_with_lazy_maps(void **state)
 {
     (void)state;
     agree("--scene builtin:cloth --frames 3 --set lazy_frames=2");
@@ -52,7 +52,7 @@ static void moving_cloth(void **state)
 
 /* The share that a rule takes off light near by is the CPU's. 64 VPLs, 16 of them a pixel. Depths differ by rounding:
    one texel of a map on the other side changes one of 1728 x 16 pairs of pixel and VPL; 1e-3 is room for a dozen. */
-static void lost_energy(void **state)
+static void the_energy_that_rules_take_is_the_cpus(void **state)
 {
     static const char *const rules[] = { "clamp --set clamp=2", "sphere", "mean --set clamp=3" };
     (void)state;
@@ -80,7 +80,7 @@ int main(void)
                                         cmocka_unit_test(a_board_with_holes),
                                         cmocka_unit_test(instances_and_lamps),
                                         cmocka_unit_test(two_bounces_round_a_corner),
-                                        cmocka_unit_test(moving_cloth),
-                                        cmocka_unit_test(lost_energy) };
+                                        cmocka_unit_test(a_moving_cloth_with_lazy_maps),
+                                        cmocka_unit_test(the_energy_that_rules_take_is_the_cpus) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -288,7 +288,7 @@ static void uniform_sky_on_a_plane(void **state)
 }
 
 /* A narrow texel in the middle of the map is +X; a turn by +90 degrees takes it to -Z. */
-static void single_texel(void **state)
+static void one_texel_of_a_sky_lights_from_its_side(void **state)
 {
     world *w = *state;
     double e;
@@ -320,7 +320,7 @@ static void foot_of_a_wall(void **state)
 
 /* ---- lights without size ---- */
 
-static void sun_spot_point(void **state)
+static void suns_spots_and_points_light_as_in_closed_form(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -340,7 +340,7 @@ static void sun_spot_point(void **state)
     assert_near(irradiance(w, rf_make(1.2, 0, 0), up()), 0, 0);             /* the cone ends at 2 tan 30 = 1.1547 */
 }
 
-static void blocked_sun(void **state)
+static void a_sheet_hides_the_sun_below_it(void **state)
 {
     world *w = *state;
     need_embree();
@@ -353,7 +353,7 @@ static void blocked_sun(void **state)
 
 /* ---- lights with size ---- */
 
-static void rectangle_light(void **state)
+static void a_rectangle_lights_as_in_closed_form(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -365,7 +365,7 @@ static void rectangle_light(void **state)
     assert_near(irradiance(w, rf_make(0, 2, 0), rf_make(0, -1, 0)), 0, 0);  /* one-sided */
 }
 
-static void disc_light(void **state)
+static void a_disc_lights_as_in_closed_form(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -376,7 +376,7 @@ static void disc_light(void **state)
     assert_near(irradiance(w, rf_make(0, 4, 0), rf_make(0, -1, 0)), 0, 0);
 }
 
-static void sphere_light(void **state)
+static void a_sphere_lights_as_in_closed_form(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -391,7 +391,7 @@ static void sphere_light(void **state)
     assert_irradiance(w, zero(), up(), PI * 3 * 0.990025);
 }
 
-static void line_light(void **state)
+static void a_line_lights_as_in_closed_form(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -405,7 +405,7 @@ static void line_light(void **state)
 }
 
 /* Two sources at once: the choice between them must not change the sum. */
-static void sum_of_lights(void **state)
+static void two_lights_sum_whichever_is_chosen(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -421,7 +421,7 @@ static void sum_of_lights(void **state)
 
 /* ---- emissive meshes ---- */
 
-static void emissive_square(void **state)
+static void an_emissive_square_lights_as_a_rectangle(void **state)
 {
     world *w = *state;
     uint32_t lamp;
@@ -454,7 +454,7 @@ static double form_factor(world *w)
     return sum / (SIDE * SIDE);
 }
 
-static void form_factors(void **state)
+static void a_form_factor_halves_behind_half_a_sheet(void **state)
 {
     world *w = *state;
     uint32_t lamp, black;
@@ -479,7 +479,7 @@ static void form_factor_of_an_edge(void **state)
 
 /* ---- bounces ---- */
 
-static void furnace(void **state)
+static void bounces_in_a_furnace_halve_what_is_missing(void **state)
 {
     static const char *const bounces[] = { "bounces=0", "bounces=1", "bounces=2", "bounces=60" };
     static const double expected[] = { 0.5, 0.75, 0.875, 1 };      /* plus the emission of 1 itself: 1.5, 1.75, ... 2 */
@@ -497,7 +497,7 @@ static void furnace(void **state)
     assert_radiance(w, pixel_at(rf_make(3.3, 3, 5.2), up(), 0.5f), 0.5);
 }
 
-static void sealed_box(void **state)
+static void no_light_enters_a_sealed_box(void **state)
 {
     world *w = *state;
     ex_light *light;
@@ -513,7 +513,7 @@ static void sealed_box(void **state)
 }
 
 /* T25: a lit disc seen from above reflects E = rho E0 / 2; a black sheet between hides it but for the setting. */
-static void indirect_visibility(void **state)
+static void bounced_light_is_hidden_unless_the_setting_says_no(void **state)
 {
     world *w = *state;
     ex_pixel eye = pixel_at(rf_make(0, 1, 0), rf_make(0, -1, 0), 1);
@@ -566,7 +566,7 @@ static double reflectance(double alpha, double base, double metallic, rf_v3 v)
     return PI * sum / ((double)rings * sectors);       /* even in z^2: weighted by the cosine */
 }
 
-static void metal_rough(void **state)
+static void metal_rough_reflects_its_share_of_a_white_sky(void **state)
 {
     static const struct { float roughness, base, metallic, view; } cases[] = {
         { 1, 1, 1, 0.9f }, { 0.7f, 1, 1, 0.5f }, { 0.5f, 1, 1, 0.15f }, { 0.6f, 0.5f, 0, 0.8f },
@@ -593,7 +593,7 @@ static void metal_rough(void **state)
 }
 
 /* Samples of the BRDF follow its density: the mean of 1 / pdf over a cap is the cap's solid angle. */
-static void brdf_density(void **state)
+static void samples_of_the_brdf_follow_their_density(void **state)
 {
     const int count = 1 << 18;
     (void)state;
@@ -618,7 +618,7 @@ static void brdf_density(void **state)
 
 /* ---- the rest ---- */
 
-static void alpha_mask(void **state)
+static void holes_of_an_alpha_mask_let_light_through(void **state)
 {
     world *w = *state;
     uint32_t masked;
@@ -693,10 +693,15 @@ static void noise_is_the_error(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        TEST(uniform_sky_on_a_plane), TEST(single_texel), TEST(foot_of_a_wall), TEST(sun_spot_point),
-        TEST(blocked_sun), TEST(rectangle_light), TEST(disc_light), TEST(sphere_light), TEST(line_light),
-        TEST(sum_of_lights), TEST(emissive_square), TEST(form_factors), TEST(form_factor_of_an_edge), TEST(furnace),
-        TEST(sealed_box), TEST(indirect_visibility), TEST(metal_rough), TEST(brdf_density), TEST(alpha_mask),
+        TEST(uniform_sky_on_a_plane), TEST(one_texel_of_a_sky_lights_from_its_side), TEST(foot_of_a_wall),
+        TEST(suns_spots_and_points_light_as_in_closed_form), TEST(a_sheet_hides_the_sun_below_it),
+        TEST(a_rectangle_lights_as_in_closed_form), TEST(a_disc_lights_as_in_closed_form),
+        TEST(a_sphere_lights_as_in_closed_form), TEST(a_line_lights_as_in_closed_form),
+        TEST(two_lights_sum_whichever_is_chosen), TEST(an_emissive_square_lights_as_a_rectangle),
+        TEST(a_form_factor_halves_behind_half_a_sheet), TEST(form_factor_of_an_edge),
+        TEST(bounces_in_a_furnace_halve_what_is_missing), TEST(no_light_enters_a_sealed_box),
+        TEST(bounced_light_is_hidden_unless_the_setting_says_no), TEST(metal_rough_reflects_its_share_of_a_white_sky),
+        TEST(samples_of_the_brdf_follow_their_density), TEST(holes_of_an_alpha_mask_let_light_through),
         TEST(same_for_any_threads), TEST(noise_is_the_error)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

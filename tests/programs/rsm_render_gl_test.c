@@ -16,7 +16,7 @@ static void emitter_in_a_room(void **state)
     agree("--scene builtin:cornell --samples 64 --set side=64 --set light_point_count=2");
 }
 
-static void spot_interpolated(void **state)
+static void light_of_a_spot_is_interpolated(void **state)
 {
     (void)state;
     agree("--scene builtin:cornell --set emitters=0 --light spot:0.278,0.54,0.1,0,-0.8,0.6,70,2 --set only=indirect "
@@ -44,7 +44,7 @@ static void a_board_with_holes(void **state)
     agree("--scene " MASKED " --samples 100 --set side=256 --light sun:0.3,0.9,0.2");
 }
 
-static void cloth_moves(void **state)
+static void cloth_and_robots_in_motion(void **state)
 {
     (void)state;
     agree("--scene builtin:cloth --samples 100 --set side=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 "
@@ -54,9 +54,10 @@ static void cloth_moves(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(emitter_in_a_room), cmocka_unit_test(spot_interpolated),
-                                        cmocka_unit_test(lamps_denoised_over_frames),
-                                        cmocka_unit_test(sun_on_instances_and_leaves),
-                                        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(cloth_moves) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(emitter_in_a_room), cmocka_unit_test(light_of_a_spot_is_interpolated),
+        cmocka_unit_test(lamps_denoised_over_frames), cmocka_unit_test(sun_on_instances_and_leaves),
+        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(cloth_and_robots_in_motion)
+    };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -49,31 +49,31 @@ static void same_after_others(const char *technique)
         fail_msg("%s on OpenGL: another picture after warming up", technique);
 }
 
-static void csm(void **state)
+static void csm_is_the_same_after_others(void **state)
 {
     (void)state;
     same_after_others("csm --scene builtin:knot --samples 16 --set side=8 --set filter=roulette");
 }
 
-static void shadow_field(void **state)
+static void shadowfield_is_the_same_after_others(void **state)
 {
     (void)state;
     same_after_others("shadowfield --scene builtin:knot --set position_side=2 --set point_spacing=0.3");
 }
 
-static void envshadow(void **state)
+static void envshadow_is_the_same_after_others(void **state)
 {
     (void)state;
     same_after_others("envshadow --scene builtin:knot --set light_count=16");
 }
 
-static void rsm(void **state)
+static void rsm_is_the_same_after_others(void **state)
 {
     (void)state;
     same_after_others("rsm --scene builtin:cornell --samples 32 --set side=32 --set mode=interpolated");
 }
 
-static void ism(void **state)
+static void ism_is_the_same_after_others(void **state)
 {
     (void)state;
     same_after_others("ism --scene builtin:cornell --set vpl_count=64");
@@ -81,7 +81,10 @@ static void ism(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(csm), cmocka_unit_test(shadow_field),
-                                        cmocka_unit_test(envshadow), cmocka_unit_test(rsm), cmocka_unit_test(ism) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(csm_is_the_same_after_others), cmocka_unit_test(shadowfield_is_the_same_after_others),
+        cmocka_unit_test(envshadow_is_the_same_after_others), cmocka_unit_test(rsm_is_the_same_after_others),
+        cmocka_unit_test(ism_is_the_same_after_others)
+    };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -148,7 +148,7 @@ static void fail_everywhere(action act, const char *name)
         }
 }
 
-static void every_site(void **state)
+static void every_call_survives_failing_memory(void **state)
 {
     (void)state;
     fail_everywhere(act_map, "map");
@@ -163,7 +163,7 @@ static void every_site(void **state)
 
 /* rsm.h: "A map takes 56 bytes a texel ..., interpolation 11 bytes a pixel"; of rsm_cluster: "4 bytes a light, 128 a
    cluster". */
-static void peaks(void **state)
+static void memory_is_what_the_manual_says(void **state)
 {
     ledger l;
     rsm_system system = ledger_system(&l);
@@ -209,7 +209,7 @@ static void peaks(void **state)
 }
 
 /* Memory of the caller's: too small, misaligned, exact. */
-static void callers_memory(void **state)
+static void the_callers_memory_must_be_large_and_aligned(void **state)
 {
     rsm_desc d = sun_desc(1, 1.2, 16);
     size_t size = rsm_map_bytes(&d);
@@ -284,8 +284,8 @@ static void maps_begin_anew(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_site), cmocka_unit_test(peaks), cmocka_unit_test(callers_memory),
-        cmocka_unit_test(maps_begin_anew),
+        cmocka_unit_test(every_call_survives_failing_memory), cmocka_unit_test(memory_is_what_the_manual_says),
+        cmocka_unit_test(the_callers_memory_must_be_large_and_aligned), cmocka_unit_test(maps_begin_anew)
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

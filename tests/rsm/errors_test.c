@@ -108,7 +108,7 @@ static void lights_out_of_range(void **state)
     ACCEPTED(d.side = 5);
 }
 
-static void meshes(void **state)
+static void bad_meshes_are_refused(void **state)
 {
     const float odd[3] = { NOT_A_NUMBER, INF, 1e30f };
     rsm_desc d = sun_desc(1, 1.2, 16);
@@ -149,7 +149,7 @@ static void meshes(void **state)
     rsm_map_free(map);
 }
 
-static void buffers(void **state)
+static void bad_buffers_are_refused_and_bad_texels_counted(void **state)
 {
     rsm_desc d = sun_desc(1, 1, 4);
     float n[48], p[48], a[48];
@@ -306,7 +306,7 @@ static void pictures_out_of_range(void **state)
 }
 
 /* Receivers that are not finite, or lie on a light, or behind the lamp: finite results, counted. */
-static void odd_receivers(void **state)
+static void odd_receivers_get_finite_light(void **state)
 {
     const float odd[6] = { NOT_A_NUMBER, INF, -INF, 1e30f, -1e10f, 1e9f };
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 64);
@@ -634,7 +634,7 @@ static rsm_buffers buffers_of(const rsm_map *map)
     return b;
 }
 
-static void order_of_tasks(void **state)
+static void the_order_of_tasks_changes_nothing(void **state)
 {
     int pattern;
     (void)state;
@@ -672,7 +672,7 @@ static void order_of_tasks(void **state)
     }
 }
 
-static void cancelling(void **state)
+static void a_cancelled_map_is_empty(void **state)
 {
     float limit;
     rsm_map *map;
@@ -693,7 +693,7 @@ static void cancelling(void **state)
 }
 
 /* A face that is cancelled in its middle is empty, and no other face is touched. */
-static void cancelled_filling(void **state)
+static void a_cancelled_face_is_empty_and_no_other(void **state)
 {
     enum { TEXELS = 64 * 64 };
     float limit = 2;
@@ -927,7 +927,7 @@ static void nothing_to_take_light_from(void **state)
 
 /* ---- ways to the same result ---- */
 
-static void sums_agree(void **state)
+static void maps_lists_and_sums_of_both_are_the_same_light(void **state)
 {
     static rsm_texel lights[4096];
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 500);
@@ -984,7 +984,7 @@ static int checker(void *user, const rsm_mesh *m, uint32_t triangle, const float
     return x * x + z * z < 0.25 ? 0 : 1;         /* and a hole */
 }
 
-static void textures(void **state)
+static void textures_are_averaged_over_taps(void **state)
 {
     rsm_desc d = sun_desc(1, 1.2, 32);
     rsm_mesh m = mesh;
@@ -1117,7 +1117,7 @@ static void opposite_normals_do_not_cancel_out(void **state)
     assert_true(fabsf(cluster.normal[1]) >= 1 && fabsf(cluster.normal[1]) <= 1);
 }
 
-static void matrices_of_nothing(void **state)
+static void a_matrix_of_no_face_is_refused(void **state)
 {
     float m[16];
     rsm_desc d = sun_desc(1, 1, 8);
@@ -1167,7 +1167,7 @@ static void black_texels_shine(void **state)
 }
 
 /* Non-diffuse: the lobe carries specular x incident flux, and peaks along the mirrored sun. */
-static void glossy(void **state)
+static void a_lobe_carries_specular_flux_along_the_mirrored_sun(void **state)
 {
     static const rsm_material shiny = { { 0.5f, 0.5f, 0.5f }, 40 };
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
@@ -1207,7 +1207,7 @@ static void glossy(void **state)
 
 /* ---- noise ---- */
 
-static void blue_noise(void **state)
+static void blue_noise_has_each_value_once(void **state)
 {
     enum { N = 32 };
     static float v[N * N];
@@ -1238,21 +1238,21 @@ static void blue_noise(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lights_out_of_range), cmocka_unit_test(meshes),         cmocka_unit_test(buffers),
-        cmocka_unit_test(gathers_out_of_range), cmocka_unit_test(pictures_out_of_range),
-        cmocka_unit_test(limits_are_exact), cmocka_unit_test(limits_of_gathers_are_exact),
-        cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
-        cmocka_unit_test(fractions_of_levels_never_fall),
-        cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
-        cmocka_unit_test(cancelled_filling),
-        cmocka_unit_test(vector_units_agree),
-        cmocka_unit_test(vector_units_agree_on_pictures),
+        cmocka_unit_test(lights_out_of_range), cmocka_unit_test(bad_meshes_are_refused),
+        cmocka_unit_test(bad_buffers_are_refused_and_bad_texels_counted), cmocka_unit_test(gathers_out_of_range),
+        cmocka_unit_test(pictures_out_of_range), cmocka_unit_test(limits_are_exact),
+        cmocka_unit_test(limits_of_gathers_are_exact), cmocka_unit_test(limits_of_pictures_are_exact),
+        cmocka_unit_test(tasks_run_once_between_fractions), cmocka_unit_test(fractions_of_levels_never_fall),
+        cmocka_unit_test(odd_receivers_get_finite_light), cmocka_unit_test(the_order_of_tasks_changes_nothing),
+        cmocka_unit_test(a_cancelled_map_is_empty), cmocka_unit_test(a_cancelled_face_is_empty_and_no_other),
+        cmocka_unit_test(vector_units_agree), cmocka_unit_test(vector_units_agree_on_pictures),
         cmocka_unit_test(nothing_to_take_light_from),
-        cmocka_unit_test(sums_agree), cmocka_unit_test(textures),
-        cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
-        cmocka_unit_test(nothing_is_no_error), cmocka_unit_test(opposite_normals_do_not_cancel_out),
-        cmocka_unit_test(black_texels_shine),  cmocka_unit_test(glossy),
-        cmocka_unit_test(blue_noise),
+        cmocka_unit_test(maps_lists_and_sums_of_both_are_the_same_light),
+        cmocka_unit_test(textures_are_averaged_over_taps), cmocka_unit_test(taps_of_a_texel),
+        cmocka_unit_test(a_matrix_of_no_face_is_refused), cmocka_unit_test(nothing_is_no_error),
+        cmocka_unit_test(opposite_normals_do_not_cancel_out), cmocka_unit_test(black_texels_shine),
+        cmocka_unit_test(a_lobe_carries_specular_flux_along_the_mirrored_sun),
+        cmocka_unit_test(blue_noise_has_each_value_once)
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -225,7 +225,7 @@ static void lit_places(lit *l, uint32_t samples, float *p)
 
 /* ---- maps that GL drew ---- */
 
-static void linear_albedo(void **state)
+static void t33_albedo_is_linear(void **state)
 {
     ROW_TEST(state)
     static const float square[] = { -2, 0, -2, 4, 0, 0, 0, 0, 4 };
@@ -253,7 +253,7 @@ static void linear_albedo(void **state)
 }
 
 /* Of a plane, by three kinds of light; each position seen by rsm.h in the texel that holds it. */
-static void texel_centres(void **state)
+static void t34_texel_centres_map_back_to_their_texel(void **state)
 {
     ROW_TEST(state)
     enum { SIZE = 64 };
@@ -304,8 +304,8 @@ static void texel_centres(void **state)
 /* One context for all, so that programs are compiled once. */
 int main(int count, char **arguments)
 {
-    struct CMUnitTest tests[] = { RSM_ROWS(cmocka_unit_test), cmocka_unit_test(linear_albedo),
-                                  cmocka_unit_test(texel_centres) };
+    struct CMUnitTest tests[] = { RSM_ROWS(cmocka_unit_test), cmocka_unit_test(t33_albedo_is_linear),
+                                  cmocka_unit_test(t34_texel_centres_map_back_to_their_texel) };
     int result;
     (void)count;
     if (gl_run_ways(arguments, GL_CORE33 | GL_CORE45, &result)) return result;

@@ -659,7 +659,7 @@ static void several_maps_and_grids_agree(void **state)
 }
 
 /* Three frames of a moving camera, with and without motion vectors. */
-static void filter_agrees(void **state)
+static void the_filter_is_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     glbk_rsm_renderer r;
@@ -961,7 +961,7 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = { gl_unit_test(drawn_maps_are_rasterized_maps), gl_unit_test(direct_light_agrees),
                                   gl_unit_test(gathered_light_agrees), gl_unit_test(black_texels_shine_alike),
                                   gl_unit_test(own_programs_agree),
-                                  gl_unit_test(several_maps_and_grids_agree), gl_unit_test(filter_agrees),
+                                  gl_unit_test(several_maps_and_grids_agree), gl_unit_test(the_filter_is_as_on_the_cpu),
                                   gl_unit_test(compute_adds_up_as_draws_do), gl_unit_test(compute_has_every_size),
                                   gl_unit_test(compute_filters_as_draws_do) };
     (void)count;

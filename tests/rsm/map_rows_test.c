@@ -11,7 +11,7 @@
 #include "conformance.h"
 #include "util.h"
 
-static void linear_albedo(void **state)
+static void t33_albedo_is_linear(void **state)
 {
     static float normal[3 * 256], albedo[3 * 256], depth[256];
     static uint8_t srgb[4 * 256];
@@ -85,7 +85,7 @@ static double plane_depth(const double inv[16], const double n[3], double offset
 
 /* Positions rebuilt from a renderer's depth, all clip conventions, and back to their texel: row 0 of the buffer is at
    clip y = -1 (OpenGL, Vulkan) or +1 (Direct3D, Metal), whatever the matrix makes of the world. */
-static void texel_centres(void **state)
+static void t34_texel_centres_map_back_to_their_texel(void **state)
 {
     enum { N = 64 };
     static float depth[N * N], normal[3 * N * N];
@@ -175,7 +175,9 @@ static void every_row_is_drawn(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(linear_albedo), cmocka_unit_test(texel_centres),
-                                        cmocka_unit_test(every_row_is_drawn) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(t33_albedo_is_linear), cmocka_unit_test(t34_texel_centres_map_back_to_their_texel),
+        cmocka_unit_test(every_row_is_drawn)
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

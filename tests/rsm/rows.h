@@ -96,7 +96,7 @@ static double flux_in_a_box(rsm_light_kind kind, double angle, uint32_t size)
     return flux;
 }
 
-static void flux_of_lamps(void **state)
+static void t30_the_flux_of_a_lamp_fills_its_cone(void **state)
 {
     ROW_TEST(state)
     /* Gauss points and float texels: 1e-6 each, of one sign at worst */
@@ -134,7 +134,7 @@ static void no_cosine_in_flux(void **state)
     model_free(&m);
 }
 
-static void no_clamp(void **state)
+static void t32_light_is_linear_without_a_clamp(void **state)
 {
     ROW_TEST(state)
     model m = model_disc(64, 1);
@@ -186,7 +186,7 @@ static void turn_vector(int axis, int turns, const double v[3], double out[3])
 }
 
 /* A room with a lamp and a receiver, turned about each axis. */
-static void cubes_turn(void **state)
+static void t37_a_room_in_a_cube_may_be_turned(void **state)
 {
     ROW_TEST(state)
     static const float room[] = { -1, -1, -1, 2, 0, 0, 0, 0, 2, -1, 1,  -1, 2, 0, 0, 0, 0, 2,
@@ -237,7 +237,7 @@ static void cubes_turn(void **state)
 
 /* ---- light ---- */
 
-static void one_over_pi(void **state)
+static void t25_a_disc_lights_by_half_of_what_it_reflects(void **state)
 {
     ROW_TEST(state)
     lit *map = disc_map(1, 512, 0);
@@ -255,7 +255,7 @@ static void one_over_pi(void **state)
     lit_free(map);
 }
 
-static void weights(void **state)
+static void t26_xi_and_its_square_weigh_as_in_the_paper(void **state)
 {
     ROW_TEST(state)
     lit *map = disc_map(1, 512, 0);
@@ -267,7 +267,7 @@ static void weights(void **state)
     lit_free(map);
 }
 
-static void normalised(void **state)
+static void t27_sample_count_and_r_max_cancel(void **state)
 {
     ROW_TEST(state)
     lit *map = disc_map(1, 512, 0);
@@ -284,7 +284,7 @@ static void normalised(void **state)
     lit_free(map);
 }
 
-static void scale_cancels(void **state)
+static void t28_the_size_of_a_scene_cancels(void **state)
 {
     ROW_TEST(state)
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
@@ -294,7 +294,7 @@ static void scale_cancels(void **state)
 }
 
 /* A pixel light alone: inverse square; and what a map's own shadow blocks is dark in direct light. */
-static void falloff(void **state)
+static void t29_a_pixel_light_falls_off_by_the_square(void **state)
 {
     ROW_TEST(state)
     static const float quads[] = { -1, 0, -1, 2, 0, 0, 0, 0, 2,  -0.5f, 1, -0.5f, 1, 0, 0, 0, 0, 1 };
@@ -337,7 +337,7 @@ static void outside_is_dark(void **state)
     lit_free(map);
 }
 
-static void backward_shift(void **state)
+static void t38_a_shift_dims_as_the_distance_it_adds(void **state)
 {
     ROW_TEST(state)
     lit *map = disc_map(1, 256, 0);
@@ -633,7 +633,7 @@ static void interpolation_stops_at_edges(void **state)
 
 /* A light of 0.05 x 0.05 hangs 0.06 over the floor, midway between the samples of the grid (0.2 apart): the four next
    to it agree, so that contrast finds nothing between them. */
-static void reach_refines(void **state)
+static void t39_light_of_small_reach_refines_the_grid(void **state)
 {
     ROW_TEST(state)
     static const float lamp[] = { 0.0875f, 0.06f, 0.0875f, 0.05f, 0, 0, 0, 0, 0.05f };
@@ -669,9 +669,13 @@ static void reach_refines(void **state)
 }
 
 #define RSM_ROWS(test)                                                                                          \
-    test(flux_of_lamps), test(no_cosine_in_flux), test(no_clamp), test(no_floating_texels), test(cubes_turn),   \
-    test(one_over_pi), test(weights), test(normalised), test(scale_cancels), test(falloff),                     \
-    test(outside_is_dark), test(backward_shift), test(no_light_of_its_own), test(clamp_takes_its_share),        \
-    test(interpolation_stops_at_edges), test(reach_refines), test(near_texels_are_surfaces)
+    test(t30_the_flux_of_a_lamp_fills_its_cone), test(no_cosine_in_flux),                                       \
+    test(t32_light_is_linear_without_a_clamp), test(no_floating_texels),                                        \
+    test(t37_a_room_in_a_cube_may_be_turned), test(t25_a_disc_lights_by_half_of_what_it_reflects),              \
+    test(t26_xi_and_its_square_weigh_as_in_the_paper), test(t27_sample_count_and_r_max_cancel),                 \
+    test(t28_the_size_of_a_scene_cancels), test(t29_a_pixel_light_falls_off_by_the_square),                     \
+    test(outside_is_dark), test(t38_a_shift_dims_as_the_distance_it_adds), test(no_light_of_its_own),           \
+    test(clamp_takes_its_share), test(interpolation_stops_at_edges),                                            \
+    test(t39_light_of_small_reach_refines_the_grid), test(near_texels_are_surfaces)
 
 #endif

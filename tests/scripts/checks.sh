@@ -6,7 +6,7 @@ trap 'rm -rf "$dir"' EXIT
 passed=0 failed=0
 
 mkdir "$dir/tree" "$dir/tree/gl_backend"
-tar cf - tools README.md docs/conformance.md src -- *.h gl_backend/*.h | (cd "$dir/tree" && tar xf -)
+tar cf - tools README.md docs/conformance.md src tests/shared -- *.h gl_backend/*.h | (cd "$dir/tree" && tar xf -)
 cd "$dir/tree" || exit 1
 
 fail() { printf '  FAILED: %s\n' "$1"; failed=$((failed + 1)); }
@@ -46,6 +46,8 @@ check-limits | src/shared/rng.h | $a static int many(int a, int b, int c, int d,
 check-limits | src/shared/rng.h | $a #define P_LONG(a) \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a| P_LONG has 11 lines
 check-limits | src/shared/rng.h | $a static int names(void)\n{\n    int a, b[3], c = 1, *d, e;\n}| more than four names
 check-limits | src/gl/passes.h | s/ClearBufferfv(GLBK_GL_DEPTH/ClearBufferfv(0x1801/| 0x1801 without its name
+check-limits | tests/shared/units_test.c | $a static void test_that_bits_count(void **state)\n{\n}| test_that_bits_count is no sentence
+check-limits | tests/shared/units_test.c | $a static void t65_t66_hilbert_curves(void **state)\n{\n}| t65_t66_hilbert_curves is no sentence
 check-limits | src/gl_ism/arguments.h | $a static void set(void)\n{\n    values.limits[3] = 1;\n}| by its place
 END
 

@@ -90,7 +90,7 @@ static void t1_gram_matrix_is_the_identity(void **state)
     CONFORM_MAX("T1", "Gram matrix of 8 bands, off the identity", 1e-12, worst);          /* doubles */
 }
 
-static void t2_a_constant(void **state)
+static void t2_a_constant_has_one_coefficient(void **state)
 {
     float texels[6 * 16 * 16], c[64], dot;
     uint32_t k;
@@ -211,7 +211,7 @@ static void four_bands_have_the_bits_of_the_loops(void **state)
 #endif
 }
 
-static void t6_truncation(void **state)
+static void t6_products_are_integrals_cut_to_the_bands(void **state)
 {
     sfield_algebra *t = algebra_of(4);
     float texels[6 * 64 * 64], v[16], c[16], d[3], many[3 * 16];
@@ -272,7 +272,7 @@ static void t7_order_of_occluders(void **state)
     sfield_algebra_free(t);
 }
 
-static void logs_and_exps(void **state)
+static void an_exponential_undoes_a_logarithm(void **state)
 {
     sfield_algebra *t = algebra_of(4);
     float v[48], l[16], e[16], one[16] = { 3.5449077f };
@@ -308,7 +308,7 @@ static void extremes(uint32_t bands, const float *c, double *low, double *high)
     }
 }
 
-static void t8_ringing(void **state)
+static void t8_a_window_takes_ringing_away(void **state)
 {
     float v[16], factors[8], strength;
     double low, high;
@@ -387,7 +387,7 @@ static void t9_a_quarter_turn(void **state)
     sfield_algebra_free(t);
 }
 
-static void t13_texels(void **state)
+static void t13_texels_of_a_cube_fill_the_sphere(void **state)
 {
     static const uint32_t sides[4] = { 4, 16, 32, 64 };
     float d[3], corner, middle;
@@ -413,7 +413,7 @@ static void t13_texels(void **state)
     assert_true(fabs(pow(3, -1.5) - 0.19245) < 1e-5);
 }
 
-static void t81_haar(void **state)
+static void t81_products_of_wavelets_are_those_of_texels(void **state)
 {
     uint32_t side, i, k;
     uint64_t seed = 12;
@@ -456,19 +456,19 @@ int main(void)
     const struct CMUnitTest tests[] = {
         SFIELD_ROWS(cmocka_unit_test),
         cmocka_unit_test(t1_gram_matrix_is_the_identity),
-        cmocka_unit_test(t2_a_constant),
+        cmocka_unit_test(t2_a_constant_has_one_coefficient),
         cmocka_unit_test(t3_order_and_signs),
         cmocka_unit_test(t4_four_bands_are_16_coefficients),
         cmocka_unit_test(products_of_many_vectors),
         cmocka_unit_test(four_bands_have_the_bits_of_the_loops),
-        cmocka_unit_test(t6_truncation),
+        cmocka_unit_test(t6_products_are_integrals_cut_to_the_bands),
         cmocka_unit_test(t7_order_of_occluders),
-        cmocka_unit_test(logs_and_exps),
-        cmocka_unit_test(t8_ringing),
+        cmocka_unit_test(an_exponential_undoes_a_logarithm),
+        cmocka_unit_test(t8_a_window_takes_ringing_away),
         cmocka_unit_test(rotations_there_and_back),
         cmocka_unit_test(t9_a_quarter_turn),
-        cmocka_unit_test(t13_texels),
-        cmocka_unit_test(t81_haar),
+        cmocka_unit_test(t13_texels_of_a_cube_fill_the_sphere),
+        cmocka_unit_test(t81_products_of_wavelets_are_those_of_texels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 
-static void texts(void **state)
+static void results_have_texts(void **state)
 {
     int i;
     (void)state;
@@ -18,7 +18,7 @@ static void texts(void **state)
     assert_string_equal(sfield_result_text((sfield_result)99), "unknown result");
 }
 
-static void algebra(void **state)
+static void bad_arguments_of_the_algebra_are_refused(void **state)
 {
     sfield_algebra *t;
     sfield_rotation r;
@@ -64,7 +64,7 @@ static void algebra(void **state)
     sfield_algebra_free(NULL);
 }
 
-static void descs(void **state)
+static void bad_descs_are_refused(void **state)
 {
     model m = model_box(1, 1, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -106,7 +106,7 @@ static void descs(void **state)
 }
 
 /* A sphere that the mesh sticks out of is refused: horizons and cones of the scene would trust it. */
-static void spheres_too_small(void **state)
+static void spheres_that_a_mesh_sticks_out_of_are_refused(void **state)
 {
     static const struct { float radius, center; sfield_result result; } cases[5] = {
         { 0.25f, 0, SFIELD_ERR_DESC },    { 1.73f, 0, SFIELD_ERR_DESC }, { 1.7321f, 0.01f, SFIELD_ERR_DESC },
@@ -145,7 +145,7 @@ static void spheres_too_small(void **state)
     model_free(&m);
 }
 
-static void emitters(void **state)
+static void bad_emitters_are_refused(void **state)
 {
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
     sfield_field *f = NULL;
@@ -185,7 +185,7 @@ static void emitters(void **state)
 }
 
 /* Meshes that a loader may bring: refused, or built and then usable. */
-static void degenerate_meshes(void **state)
+static void degenerate_meshes_are_refused_or_usable(void **state)
 {
     int i, b;
     (void)state;
@@ -239,7 +239,7 @@ static int stop_at(void *user, float fraction)
     return fraction > 0.4f;
 }
 
-static void cancelling(void **state)
+static void a_cancelled_build_leaves_nothing(void **state)
 {
     model m = model_box(1, 1, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -262,7 +262,7 @@ static void cancelling(void **state)
     model_free(&m);
 }
 
-static void queries_and_files(void **state)
+static void bad_queries_and_files_are_refused(void **state)
 {
     model m = model_box(1, 1, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -295,7 +295,7 @@ static void queries_and_files(void **state)
     model_free(&m);
 }
 
-static void scenes(void **state)
+static void bad_arguments_of_scenes_are_refused(void **state)
 {
     model m = model_box(1, 1, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -392,15 +392,15 @@ static void scenes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(texts),
-        cmocka_unit_test(algebra),
-        cmocka_unit_test(descs),
-        cmocka_unit_test(spheres_too_small),
-        cmocka_unit_test(emitters),
-        cmocka_unit_test(degenerate_meshes),
-        cmocka_unit_test(cancelling),
-        cmocka_unit_test(queries_and_files),
-        cmocka_unit_test(scenes),
+        cmocka_unit_test(results_have_texts),
+        cmocka_unit_test(bad_arguments_of_the_algebra_are_refused),
+        cmocka_unit_test(bad_descs_are_refused),
+        cmocka_unit_test(spheres_that_a_mesh_sticks_out_of_are_refused),
+        cmocka_unit_test(bad_emitters_are_refused),
+        cmocka_unit_test(degenerate_meshes_are_refused_or_usable),
+        cmocka_unit_test(a_cancelled_build_leaves_nothing),
+        cmocka_unit_test(bad_queries_and_files_are_refused),
+        cmocka_unit_test(bad_arguments_of_scenes_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,7 +19,7 @@ static double share_hidden(const sfield_field *f, double d, const double *dir)
     return 1 - (double)out[0] / sqrt(4 * PI);
 }
 
-static void t72_sphere_occluder(void **state)
+static void t72_a_sphere_hides_its_solid_angle(void **state)
 {
     static const double at[4] = { 1.25, 2, 8, 20 }, exact[4] = { 0.20000, 0.06699, 0.00392, 0.000625 };
     static const char *const names[4] = { "percent blocked 1.25 r away, shadow field", "2 r away, shadow field",
@@ -65,7 +65,7 @@ static double facing(const sfield_field *f, double d)
     return sum;
 }
 
-static void t73_sphere_light(void **state)
+static void t73_a_sphere_lights_as_in_closed_form(void **state)
 {
     static const double at[3] = { 2, 8, 20 }, exact[3] = { 0.785398, 0.049087, 0.007854 };
     static const char *const names[3] = { "irradiance facing a sphere's source field 2 r away", "8 r away",
@@ -150,7 +150,7 @@ static void view_stripes(void *user, float time, const float *p, const float *d,
     rgb[0] = d[0] > 0.1f ? 0.9f : d[1] > 0.3f ? 0.5f : 0;
 }
 
-static void t77_ranges(void **state)
+static void t77_coefficients_err_by_half_a_step_of_their_range(void **state)
 {
     static float exact[6144][16], direct[4096];
     model m = model_soup(12, 0.5, 4);
@@ -226,7 +226,7 @@ static void callbacks_and_uniform_cubes(void **state)
 }
 
 /* What is kept of wavelets at several budgets; everything kept gives the texels back. */
-static void t81_budgets(void **state)
+static void t81_more_wavelets_lose_less(void **state)
 {
     static const float keeps[4] = { 0.005f, 0.01f, 0.04f, 1 };
     model m = model_soup(40, 0.3, 5);
@@ -278,7 +278,7 @@ static double brute(const model *m, const double *eye, const double *d)
     return 0;
 }
 
-static void views_against_rays(void **state)
+static void views_see_what_rays_see(void **state)
 {
     model m = model_soup(30, 0.4, 6);
     sfield_mesh mesh = mesh_of(&m);
@@ -424,7 +424,7 @@ static double square_hides(double x, double z, double h)
 }
 
 /* Over a slab, nearer to it than positions are apart: nothing hides light from above, and the slab what it hides. */
-static void beside_a_slab(void **state)
+static void a_slab_close_by_hides_only_its_own_side(void **state)
 {
     static const float height[4] = { 0.002f, 0.01f, 0.05f, 0.2f };
     model m = model_box(1, 0.1, 1);
@@ -463,7 +463,7 @@ static void beside_a_slab(void **state)
     model_free(&m);
 }
 
-static void emissive_meshes(void **state)
+static void emissive_meshes_shine_outwards_and_by_their_frames(void **state)
 {
     model m = model_sphere(24, 12, 1), inside = model_sphere(24, 12, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -609,7 +609,7 @@ static void lights_of_any_size(void **state)
 
 /* Of wavelets: what a sphere hides is a cap, wherever on the cube it lies; texels of a corner are 5.2 times smaller
    than those of a middle. And it is the sum over the texels that a query gives. */
-static void ambient_of_wavelets(void **state)
+static void ambient_of_wavelets_is_the_sum_over_texels(void **state)
 {
     enum { SIDE = 32, CELLS = 6 * SIDE * SIDE };
     static float texels[CELLS];
@@ -645,7 +645,7 @@ static void ambient_of_wavelets(void **state)
     assert_true(most < 0.03 && apart < 2e-6);                         /* shells 30 % apart, a mesh of 64 x 32 */
 }
 
-static void flat_lights(void **state)
+static void flat_lights_have_their_solid_angle(void **state)
 {
     sfield_emitter e;
     sfield_desc desc = small_desc(SFIELD_BASIS_SH);
@@ -698,21 +698,21 @@ static void flat_lights(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(views_against_rays),
-        cmocka_unit_test(t72_sphere_occluder),
-        cmocka_unit_test(t73_sphere_light),
+        cmocka_unit_test(views_see_what_rays_see),
+        cmocka_unit_test(t72_a_sphere_hides_its_solid_angle),
+        cmocka_unit_test(t73_a_sphere_lights_as_in_closed_form),
         cmocka_unit_test(t74_outside_and_inside),
-        cmocka_unit_test(t77_ranges),
-        cmocka_unit_test(t81_budgets),
+        cmocka_unit_test(t77_coefficients_err_by_half_a_step_of_their_range),
+        cmocka_unit_test(t81_more_wavelets_lose_less),
         cmocka_unit_test(callbacks_and_uniform_cubes),
         cmocka_unit_test(only_inside_closed_meshes_positions_move),
         cmocka_unit_test(points_in_another_part),
-        cmocka_unit_test(beside_a_slab),
-        cmocka_unit_test(emissive_meshes),
+        cmocka_unit_test(a_slab_close_by_hides_only_its_own_side),
+        cmocka_unit_test(emissive_meshes_shine_outwards_and_by_their_frames),
         cmocka_unit_test(sheets_that_shine_on_both_sides),
-        cmocka_unit_test(flat_lights),
+        cmocka_unit_test(flat_lights_have_their_solid_angle),
         cmocka_unit_test(ambient_from_the_first_coefficient),
-        cmocka_unit_test(ambient_of_wavelets),
+        cmocka_unit_test(ambient_of_wavelets_is_the_sum_over_texels),
         cmocka_unit_test(lights_of_any_size),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -196,7 +196,7 @@ static void every_truncation_is_refused(void **state)
     print_message("files: %lu truncations refused\n", (unsigned long)tried);
 }
 
-static void every_header_bit(void **state)
+static void a_flipped_bit_of_the_header_is_refused_or_safe(void **state)
 {
     size_t refused = 0, accepted = 0, bit;
     int k, mended;
@@ -266,7 +266,7 @@ static void mutate(uint8_t *data, size_t size, uint64_t *seed)
     }
 }
 
-static void mutations(void **state)
+static void mutated_files_are_refused_or_usable(void **state)
 {
     const char *more = getenv("SFIELD_MUTATIONS");
     long count = more ? atol(more) : 100000, i;
@@ -295,9 +295,9 @@ int main(void)
         cmocka_unit_test(files_round_trip),
         cmocka_unit_test(shards_merge_to_the_same_bytes),
         cmocka_unit_test(every_truncation_is_refused),
-        cmocka_unit_test(every_header_bit),
+        cmocka_unit_test(a_flipped_bit_of_the_header_is_refused_or_safe),
         cmocka_unit_test(numbers_that_no_build_makes),
-        cmocka_unit_test(mutations),
+        cmocka_unit_test(mutated_files_are_refused_or_usable),
     };
     return cmocka_run_group_tests(tests, make_files, free_files);
 }

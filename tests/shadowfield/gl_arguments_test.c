@@ -75,7 +75,7 @@ static void free_stage(void)
         assert_string_equal((t)->log, text);            \
     } while (0)
 
-static void scenes(void **state)
+static void scenes_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -112,7 +112,7 @@ static void scenes(void **state)
 }
 
 /* Each kind of field that OpenGL does not have, in the second place. */
-static void fields_of_other_kinds(void **state)
+static void fields_of_other_kinds_are_refused(void **state)
 {
     GL_TEST(t, state)
     static const char *const why[] = {
@@ -153,7 +153,7 @@ static void fields_of_other_kinds(void **state)
 #define INPUT_BAD(field, value, call) BAD_IS(GLBK_ERR_INPUT, field, value, call)
 #define PLACES(gl, w, e) glbk_sfield_scene_entities(gl, w, e, 1)
 
-static void entities(void **state)
+static void entities_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
@@ -240,7 +240,7 @@ static glbk_gbuffer gbuffer_of(gl_test *t, uint32_t width, uint32_t height)
     return g;
 }
 
-static void renderers(void **state)
+static void renderers_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static float light[4 * SIDE * SIDE];
@@ -318,7 +318,7 @@ static void renderers(void **state)
     free_stage();
 }
 
-static void own_visibility(void **state)
+static void self_visibility_refuses_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     static const float steep[BANDS * BANDS] = { 2, -2, 0.5f, -0.5f }, hidden[BANDS * BANDS] = { 0, 0, 0, 0 };
@@ -399,8 +399,11 @@ static void own_visibility(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(scenes), gl_unit_test(fields_of_other_kinds), gl_unit_test(entities),
-                                  gl_unit_test(renderers), gl_unit_test(own_visibility) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(scenes_refuse_bad_arguments), gl_unit_test(fields_of_other_kinds_are_refused),
+        gl_unit_test(entities_refuse_bad_arguments), gl_unit_test(renderers_refuse_bad_arguments),
+        gl_unit_test(self_visibility_refuses_bad_arguments)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_ES30_BARE);
 }

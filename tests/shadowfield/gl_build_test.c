@@ -238,7 +238,7 @@ static void radiance_as_on_the_cpu(void **state)
 /* ---- closed forms ---- */
 
 /* A sphere 2 r and 8 r away: the share that it hides, from the first coefficient, and the light of one that shines. */
-static void a_sphere(void **state)
+static void a_sphere_hides_and_shines_as_in_closed_form(void **state)
 {
     GL_TEST(t, state)
     enum { SIDE = 64, CELLS = 6 * SIDE * SIDE };
@@ -378,7 +378,7 @@ static void one_field(gl_test *t, sfield_desc d, const model *m, const float *ra
     free(b);
 }
 
-static void whole_fields(void **state)
+static void whole_fields_are_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model soup = model_soup(40, 0.5, 4);
@@ -711,7 +711,7 @@ static void failures_leave_nothing(void **state)
     model_free(&m);
 }
 
-static void a_lost_context(void **state)
+static void a_lost_context_is_called_no_more(void **state)
 {
     GL_TEST(t, state)
     static glbk_functions none;
@@ -760,14 +760,15 @@ static void a_hostile_state_changes_nothing(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(occlusion_as_on_the_cpu), gl_unit_test(radiance_as_on_the_cpu),
-                                  gl_unit_test(a_sphere), gl_unit_test(whole_fields), gl_unit_test(by_a_callback),
-                                  gl_unit_test(bad_descs_are_named), gl_unit_test(bad_views_are_named),
-                                  gl_unit_test(indices_of_16_bits_show_the_same),
-        gl_unit_test(a_mesh_without_indices_shows_the_same),
+    struct CMUnitTest tests[] = {
+        gl_unit_test(occlusion_as_on_the_cpu), gl_unit_test(radiance_as_on_the_cpu),
+        gl_unit_test(a_sphere_hides_and_shines_as_in_closed_form), gl_unit_test(whole_fields_are_as_on_the_cpu),
+        gl_unit_test(by_a_callback), gl_unit_test(bad_descs_are_named), gl_unit_test(bad_views_are_named),
+        gl_unit_test(indices_of_16_bits_show_the_same), gl_unit_test(a_mesh_without_indices_shows_the_same),
         gl_unit_test(a_triangle_that_cannot_be_used_is_left_out), gl_unit_test(defaults_are_those_of_fields),
-                                  gl_unit_test(failures_leave_nothing),
-                                  gl_unit_test(a_lost_context), gl_unit_test(a_hostile_state_changes_nothing) };
+        gl_unit_test(failures_leave_nothing), gl_unit_test(a_lost_context_is_called_no_more),
+        gl_unit_test(a_hostile_state_changes_nothing)
+    };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit != GL_CORE33) unsetenv("CONFORMANCE");      /* one line a row */
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);

@@ -304,7 +304,7 @@ static void row_query(const sfield_field *f, const float *positions, size_t coun
 /* ---- scenes ---- */
 
 /* A kernel that is the same in all directions under a white sky: light is lost as directions are hidden. */
-static void sphere_occluder(void **state)
+static void t72_a_sphere_hides_its_solid_angle(void **state)
 {
     GL_TEST(t, state)
     static const double d[4] = { 1.25, 2, 8, 20 };
@@ -422,7 +422,7 @@ static void turn_by(const float *m, const float *a, float *out)
     memcpy(out, b, sizeof b);
 }
 
-static void all_turned(void **state)
+static void t76_turning_everything_changes_nothing(void **state)
 {
     GL_TEST(t, state)
     const float m[16] = { 0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0, 0, 0, 0, 1 };
@@ -579,10 +579,11 @@ static void drawn_into_the_gbuffer(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { SFIELD_ROWS(gl_unit_test),
-                                  gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light),
-                                  gl_unit_test(a_glowing_ball_lights_not_itself),
-                                  gl_unit_test(all_turned), gl_unit_test(drawn_into_the_gbuffer) };
+    struct CMUnitTest tests[] = {
+        SFIELD_ROWS(gl_unit_test), gl_unit_test(t72_a_sphere_hides_its_solid_angle),
+        gl_unit_test(order_round_a_light), gl_unit_test(a_glowing_ball_lights_not_itself),
+        gl_unit_test(t76_turning_everything_changes_nothing), gl_unit_test(drawn_into_the_gbuffer)
+    };
     int result;
     (void)count;
     if (gl_run_ways(values, GL_CORE33, &result)) return result;

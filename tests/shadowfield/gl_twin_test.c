@@ -266,7 +266,7 @@ static void ask(const both *b, int which, uint64_t *seed)
     }
 }
 
-static void functions_agree(void **state)
+static void functions_in_glsl_equal_their_twins(void **state)
 {
     GL_TEST(t, state)
     static const uint32_t bands[] = { 4, 1, 6 };
@@ -550,7 +550,7 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     glbk_gbuffer_free(&t->gl, &g);
 }
 
-static void scenes_agree(void **state)
+static void scenes_are_shaded_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     static both b;
@@ -762,7 +762,7 @@ static void a_hostile_state_changes_nothing(void **state)
     free_both(t, &b);
 }
 
-static void a_lost_context(void **state)
+static void a_lost_context_is_called_no_more(void **state)
 {
     GL_TEST(t, state)
     static both b;
@@ -813,10 +813,11 @@ static void a_lost_context(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(functions_agree),        gl_unit_test(written_products_agree),
-                                  gl_unit_test(scenes_agree),           gl_unit_test(failures_leave_nothing),
-                                  gl_unit_test(a_lost_context),
-                                  gl_unit_test(a_hostile_state_changes_nothing) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(functions_in_glsl_equal_their_twins), gl_unit_test(written_products_agree),
+        gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(failures_leave_nothing),
+        gl_unit_test(a_lost_context_is_called_no_more), gl_unit_test(a_hostile_state_changes_nothing)
+    };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

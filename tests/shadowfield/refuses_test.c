@@ -24,7 +24,7 @@ static sfield_system half_allocator(void)
     return half;
 }
 
-static void algebra(void **state)
+static void the_algebra_refuses_bad_arguments(void **state)
 {
     static float v[3 * 6 * 64], out[3 * 6 * 64];
     sfield_system half = half_allocator();
@@ -187,7 +187,7 @@ static int see_nothing(void *user, const sfield_views *v)
     return 0;
 }
 
-static void building(void **state)
+static void building_refuses_bad_arguments(void **state)
 {
     sfield_desc d = small_desc(SFIELD_BASIS_SH), bad = small_desc(SFIELD_BASIS_SH), halved = bad;
     model m = model_box(1, 1, 1);
@@ -278,7 +278,7 @@ static void building(void **state)
 }
 
 /* More positions than one tile: the same as each alone. */
-static void many_positions(void **state)
+static void many_positions_equal_each_alone(void **state)
 {
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
     float p[3 * 37], open[37], one;
@@ -295,7 +295,7 @@ static void many_positions(void **state)
     sfield_free(f);
 }
 
-static void scenes(void **state)
+static void scenes_refuse_bad_arguments(void **state)
 {
     static float coefs[3 * 16];
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
@@ -455,7 +455,7 @@ static void sparse_points_far_apart(void **state)
     assert_true(w[0][0] > 0.5f && w[0][0] < 1);
 }
 
-static void sparse_points(void **state)
+static void sparse_points_refuse_bad_arguments(void **state)
 {
     float p[6] = { 0, 0, 0, 1, 0, 0 }, n[6] = { 0, 1, 0, 0, 1, 0 }, w[6], rgb[6] = { 0 }, out[6];
     uint32_t chosen[2], from[6];
@@ -488,13 +488,13 @@ static void sparse_points(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(algebra),
+        cmocka_unit_test(the_algebra_refuses_bad_arguments),
         cmocka_unit_test(terms_make_the_product),
         cmocka_unit_test(dots_and_turns),
-        cmocka_unit_test(building),
-        cmocka_unit_test(many_positions),
-        cmocka_unit_test(scenes),
-        cmocka_unit_test(sparse_points),
+        cmocka_unit_test(building_refuses_bad_arguments),
+        cmocka_unit_test(many_positions_equal_each_alone),
+        cmocka_unit_test(scenes_refuse_bad_arguments),
+        cmocka_unit_test(sparse_points_refuse_bad_arguments),
         cmocka_unit_test(sparse_points_far_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

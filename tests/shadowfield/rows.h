@@ -20,7 +20,7 @@ static void random_vector(uint64_t *seed, uint32_t n, float *v)
 
 /* ---- algebra ---- */
 
-static void t3_first_band(void **state)
+static void t3_the_first_band_is_y_z_x(void **state)
 {
     ROW_TEST(state)
     static const float axes[18] = { 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1 };
@@ -37,7 +37,7 @@ static void t3_first_band(void **state)
     CONFORM_MAX("T3", "first band along the axes, off y, z, x", 1e-7, worst);              /* of 7 digits */
 }
 
-static void t5_products(void **state)
+static void t5_products_have_as_many_coefficients_as_they_should(void **state)
 {
     ROW_TEST(state)
     static const unsigned unordered[5] = { 4, 25, 77, 238, 549 }, ordered[5] = { 10, 83, 353, 1158, 2907 };
@@ -134,7 +134,7 @@ static void t7_triple_products_in_any_order(void **state)
     assert_true(triple > 1e-4);
 }
 
-static void t9_rotation(void **state)
+static void t9_a_turned_function_has_the_values_of_the_old(void **state)
 {
     ROW_TEST(state)
     enum { COUNT = 19 };
@@ -160,7 +160,7 @@ static void t9_rotation(void **state)
                 worst); /* values to 20 */
 }
 
-static void t10_cosine(void **state)
+static void t10_a_cosine_has_its_closed_form(void **state)
 {
     ROW_TEST(state)
     static const double expected[8] = { 3.141593, 2.094395, 0.785398, 0, -0.130900, 0, 0.049087, 0 };
@@ -281,7 +281,9 @@ static void t14_t75_walk_across_edges(void **state)
 }
 
 #define SFIELD_ROWS(test)                                                                                       \
-    test(t3_first_band), test(t5_products), test(t6_squares_lose_light), test(t7_triple_products_in_any_order), \
-    test(t9_rotation), test(t10_cosine), test(t72_t74_between_and_beyond_shells), test(t14_t75_walk_across_edges)
+    test(t3_the_first_band_is_y_z_x), test(t5_products_have_as_many_coefficients_as_they_should),               \
+    test(t6_squares_lose_light), test(t7_triple_products_in_any_order),                                         \
+    test(t9_a_turned_function_has_the_values_of_the_old), test(t10_a_cosine_has_its_closed_form),               \
+    test(t72_t74_between_and_beyond_shells), test(t14_t75_walk_across_edges)
 
 #endif

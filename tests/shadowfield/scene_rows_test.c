@@ -137,7 +137,7 @@ static void a_sphere_under_a_uniform_sky(void **state)
 }
 
 /* Lamp in the middle of two balls above the point: only the nearer one hides it. */
-static void t78_order(void **state)
+static void t78_only_a_nearer_ball_hides_the_lamp(void **state)
 {
     int b;
     (void)state;
@@ -211,7 +211,7 @@ static void t78_inside_a_tile(void **state)
     sfield_scene_free(s);
 }
 
-static void t76_rotate_everything(void **state)
+static void t76_turning_everything_changes_nothing(void **state)
 {
     int b;
     uint64_t seed = 3;
@@ -271,7 +271,7 @@ static void t76_rotate_everything(void **state)
     }
 }
 
-static void t79_lazy_cache(void **state)
+static void t79_a_cache_follows_what_moves(void **state)
 {
     int b, round;
     (void)state;
@@ -592,7 +592,7 @@ static void t79_bodies_that_change(void **state)
     sfield_scene_free(other);
 }
 
-static void t80_overlaps(void **state)
+static void t80_overlaps_are_counted_or_refused(void **state)
 {
     sfield_scene_desc d;
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_DEFAULT), *strict;
@@ -618,7 +618,7 @@ static void t80_overlaps(void **state)
 }
 
 /* All ways of the product on one scene. */
-static void product_modes(void **state)
+static void all_ways_of_the_product_agree(void **state)
 {
     sfield_scene *s;
     sfield_entity e[3];
@@ -787,7 +787,7 @@ static void self_on_what_only_receives(void **state)
 }
 
 /* Products are symmetric: incident radiance far to near against T near to far gives the same sum. */
-static void incident_radiance(void **state)
+static void incident_radiance_sums_to_what_is_shaded(void **state)
 {
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
     sfield_entity e[4];
@@ -881,7 +881,7 @@ static void skies_suns_and_turns(void **state)
     }
 }
 
-static void phong_lobe(void **state)
+static void a_phong_lobe_reflects_all_of_a_white_sky(void **state)
 {
     static const float exponents[3] = { 1, 8, 30 };
     float p[9] = { 0 }, n[9] = { 0, 1, 0, 0, 1, 0, 0, 1, 0 }, rgb[9], gloss[9];
@@ -1035,7 +1035,7 @@ static void reach_is_in_radii(void **state)
     assert_true(fabsf((1 - rgb[3][0]) / (1 - rgb[0][0]) - fade) < 0.02f);
 }
 
-static void culling(void **state)
+static void pairs_that_cannot_matter_are_culled(void **state)
 {
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
     sfield_entity e[4];
@@ -1110,7 +1110,7 @@ static void the_same_in_any_order(void **state)
 }
 
 /* Points of a box in a corner: half of what a face sees of the sky is hidden by nothing, an inner face's all. */
-static void self_visibility(void **state)
+static void self_visibility_darkens_points_inside(void **state)
 {
     int b;
     (void)state;
@@ -1281,7 +1281,7 @@ static void a_glow_changes_nothing_of_its_own(void **state)
     }
 }
 
-static void sparse_points(void **state)
+static void light_of_sparse_points_is_spread_to_all(void **state)
 {
     enum { N = 400 };
     float p[3 * N], n[3 * N], w[3 * N], rgb[3 * N], out[3 * N];
@@ -1314,32 +1314,32 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sphere_under_a_uniform_sky),
-        cmocka_unit_test(t76_rotate_everything),
-        cmocka_unit_test(t78_order),
+        cmocka_unit_test(t76_turning_everything_changes_nothing),
+        cmocka_unit_test(t78_only_a_nearer_ball_hides_the_lamp),
         cmocka_unit_test(t78_inside_a_tile),
-        cmocka_unit_test(t79_lazy_cache),
+        cmocka_unit_test(t79_a_cache_follows_what_moves),
         cmocka_unit_test(t79_a_body_drops_what_lies_behind_it),
         cmocka_unit_test(t79_what_nothing_touched_is_as_before),
         cmocka_unit_test(t79_points_on_a_lamp),
         cmocka_unit_test(t79_bodies_that_change),
-        cmocka_unit_test(t80_overlaps),
-        cmocka_unit_test(product_modes),
+        cmocka_unit_test(t80_overlaps_are_counted_or_refused),
+        cmocka_unit_test(all_ways_of_the_product_agree),
         cmocka_unit_test(scaled_is_not_rotated),
         cmocka_unit_test(self_on_what_only_receives),
-        cmocka_unit_test(incident_radiance),
+        cmocka_unit_test(incident_radiance_sums_to_what_is_shaded),
         cmocka_unit_test(incident_radiance_from_below),
         cmocka_unit_test(skies_suns_and_turns),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
         cmocka_unit_test(t12_a_sun_of_one_texel),
-        cmocka_unit_test(phong_lobe),
+        cmocka_unit_test(a_phong_lobe_reflects_all_of_a_white_sky),
         cmocka_unit_test(phong_lobe_is_mirrored),
         cmocka_unit_test(reach_is_in_radii),
-        cmocka_unit_test(culling),
+        cmocka_unit_test(pairs_that_cannot_matter_are_culled),
         cmocka_unit_test(the_same_in_any_order),
-        cmocka_unit_test(self_visibility),
+        cmocka_unit_test(self_visibility_darkens_points_inside),
         cmocka_unit_test(a_glowing_ball_lights_not_itself),
         cmocka_unit_test(a_glow_changes_nothing_of_its_own),
-        cmocka_unit_test(sparse_points),
+        cmocka_unit_test(light_of_sparse_points_is_spread_to_all),
     };
     return cmocka_run_group_tests(tests, make_fields, free_fields);
 }

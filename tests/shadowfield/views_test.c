@@ -319,7 +319,7 @@ static void positions_inside_are_asked_again(void **state)
     model_free(&m);
 }
 
-static void refused(void **state)
+static void bad_arguments_of_views_are_refused(void **state)
 {
     sfield_desc d = desc_within(SFIELD_BASIS_HAAR);
     sfield_mesh none;
@@ -384,7 +384,7 @@ int main(void)
         cmocka_unit_test(a_callback_may_shine_as_it_likes),
         cmocka_unit_test(spheres_of_a_mesh),
         cmocka_unit_test(positions_inside_are_asked_again),
-        cmocka_unit_test(refused)
+        cmocka_unit_test(bad_arguments_of_views_are_refused)
     };
     return cmocka_run_group_tests(tests, fill_basis, NULL);
 }

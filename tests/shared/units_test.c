@@ -74,7 +74,7 @@ static void counting_free(void *memory, void *user)
     free(memory);
 }
 
-static void test_mem(void **state)
+static void sizes_that_overflow_are_refused(void **state)
 {
     size_t out = 7;
     P_allocator a = P_allocator_make(counting_alloc, counting_free, NULL);
@@ -112,7 +112,7 @@ static void test_mem(void **state)
 
 /* ---- v3, m4 ---- */
 
-static void test_v3_normalize(void **state)
+static void tiny_and_huge_vectors_normalise(void **state)
 {
     static const float sizes[] = { 1e-44f, 1e-38f, 1e-20f, 1.0f, 1e20f, 3e38f };
     size_t i;
@@ -126,7 +126,7 @@ static void test_v3_normalize(void **state)
     assert_true(P_v3_length(P_v3_normalize(P_v3_make(0, 0, 0))) == 0.0f);
 }
 
-static void test_finite(void **state)
+static void infinities_and_nans_are_not_finite(void **state)
 {
     (void)state;
     assert_true(P_finite(0.0f) && P_finite(-3e38f) && P_finite(1e-45f));
@@ -145,7 +145,7 @@ static void lengths_of_0_97_to_1_03_count_as_unit(void **state)
     assert_false(P_is_unit2(0) || P_is_unit2(nan) || P_is_unit2(infinite));
 }
 
-static void test_v3_basis(void **state)
+static void a_basis_is_orthonormal_and_right_handed(void **state)
 {
     uint32_t i;
     (void)state;
@@ -162,7 +162,7 @@ static void test_v3_basis(void **state)
     }
 }
 
-static void test_v3_small(void **state)
+static void vectors_add_scale_and_multiply(void **state)
 {
     P_v3 a = P_v3_make(1, 2, 3), b = P_v3_make(-4, 5, 0.5f), c;
     float f[3];
@@ -193,7 +193,7 @@ static void rotation(float *m, uint32_t seed, float s)
     m[15] = 1.0f;
 }
 
-static void test_m4_inverse(void **state)
+static void an_inverse_undoes_its_matrix_or_fails(void **state)
 {
     uint32_t i;
     float m[16], inverse[16];
@@ -219,7 +219,7 @@ static void test_m4_inverse(void **state)
     assert_false(P_m4_affine_inverse(inverse, m));
 }
 
-static void test_m4_rigid(void **state)
+static void rotations_times_a_scale_are_told_apart(void **state)
 {
     uint32_t i;
     float m[16], scale = 0.0f;
@@ -245,7 +245,7 @@ static void test_m4_rigid(void **state)
 
 /* ---- trig: the bounds that its head comment states ---- */
 
-static void test_sin_cos(void **state)
+static void sin_and_cos_keep_their_bounds(void **state)
 {
     uint32_t i;
     double error = 0, ulp = 0;
@@ -263,7 +263,7 @@ static void test_sin_cos(void **state)
     assert_true(P_finite(P_sin(P_from_bits(0x7fc00000u))) && P_finite(P_cos(3e38f)));
 }
 
-static void test_inverse_trig(void **state)
+static void asin_acos_and_atan2_keep_their_bounds(void **state)
 {
     uint32_t i;
     double acos_error = 0, acos_ulp = 0, asin_error = 0, atan_error = 0, atan_ulp = 0;
@@ -286,7 +286,7 @@ static void test_inverse_trig(void **state)
 }
 
 /* Zeros and infinities of both signs, as C defines them. */
-static void test_atan2_special(void **state)
+static void atan2_takes_zeros_and_infinities_as_c_does(void **state)
 {
     const float values[] = { 0.0f, -0.0f, 1.0f, -1.0f, 1e-45f, 3e38f, P_from_bits(0x7f800000u),
                              P_from_bits(0xff800000u) };
@@ -302,7 +302,7 @@ static void test_atan2_special(void **state)
     }
 }
 
-static void test_exp_log_pow(void **state)
+static void exp_log_and_pow_keep_their_bounds(void **state)
 {
     uint32_t i;
     double e = 0, l = 0, p = 0;
@@ -328,7 +328,7 @@ static void test_exp_log_pow(void **state)
 
 /* ---- bytes, crc, rng, lds ---- */
 
-static void test_bytes(void **state)
+static void numbers_are_stored_little_endian(void **state)
 {
     static const uint8_t expected[18] = { 0x34, 0x12, 0x78, 0x56, 0x34, 0x12, 8, 7, 6, 5, 4, 3, 2, 1,
                                           0, 0, 0xc0, 0x3f };
@@ -348,7 +348,7 @@ static void test_bytes(void **state)
     assert_int_equal(P_host_is_little_endian(), native == 0x1234u);
 }
 
-static void test_crc(void **state)
+static void crc32_has_its_check_value(void **state)
 {
     (void)state;
     assert_true(P_crc32(0, "123456789", 9) == 0xcbf43926u);
@@ -371,7 +371,7 @@ static double chi_square_deviate(const uint32_t *counts, const double *shares, u
     return (cbrt(sum / freedom) - (1.0 - third)) / sqrt(third);
 }
 
-static void test_rng(void **state)
+static void random_numbers_are_uniform(void **state)
 {
     static uint32_t counts[3][1024];
     P_rng r = P_rng_make(1), s = P_rng_make(1);
@@ -391,7 +391,7 @@ static void test_rng(void **state)
     assert_true(P_hash_combine(1, 2) != P_hash_combine(2, 1));
 }
 
-static void test_radical_inverse(void **state)
+static void radical_inverses_mirror_the_digits(void **state)
 {
     (void)state;
     assert_true(P_radical2(0) == 0.0f && P_radical2(1) == 0.5f && P_radical2(6) == 0.375f);
@@ -402,7 +402,7 @@ static void test_radical_inverse(void **state)
 }
 
 /* A (0, 2)-sequence puts one of its first 2^n points into every box of area 2^-n; scrambling keeps that. */
-static void test_sobol_nets(void **state)
+static void sobol_points_fill_every_box_of_their_area(void **state)
 {
     static uint8_t hit[1024];
     uint32_t seed, n, a, i;
@@ -426,7 +426,7 @@ static void test_sobol_nets(void **state)
 }
 
 /* Points fill the square evenly: no cell of a 16 x 16 grid is far from its share of 4096. */
-static void test_r2(void **state)
+static void r2_points_fill_the_square_evenly(void **state)
 {
     uint32_t counts[256], i;
     (void)state;
@@ -442,7 +442,7 @@ static void test_r2(void **state)
 
 /* ---- hilbert (T65): a bijection with distance 1 between neighbours ---- */
 
-static void test_hilbert(void **state)
+static void t65_neighbours_on_a_hilbert_curve_are_one_apart(void **state)
 {
     uint32_t dims, bits;
     (void)state;
@@ -466,7 +466,7 @@ static void test_hilbert(void **state)
 
 /* ---- octa ---- */
 
-static void test_octa_round_trip(void **state)
+static void points_of_the_octahedral_map_come_back(void **state)
 {
     uint32_t i;
     double worst = 0, worst_length = 0;
@@ -483,7 +483,7 @@ static void test_octa_round_trip(void **state)
 }
 
 /* Centre, middles of the sides and corners, and -0 in every place. */
-static void test_octa_axes(void **state)
+static void axes_lie_at_the_middles_and_corners_of_the_octahedral_map(void **state)
 {
     static const float axes[6][3] = { { 0, 1, 0 }, { 1, 0, 0 }, { 0, 0, 1 }, { -1, 0, 0 }, { 0, 0, -1 }, { 0, -1, 0 } };
     P_v3 up = P_octa_direction(0.5f, 0.5f), side = P_octa_direction(1.0f, 0.5f), down = P_octa_direction(0.0f, 1.0f);
@@ -508,7 +508,7 @@ static void test_octa_axes(void **state)
 }
 
 /* Solid angle of each cell of a 16 x 16 grid by the cross product of the derivatives, summed over 8 x 8 points. */
-static void test_octa_equal_area(void **state)
+static void cells_of_the_octahedral_map_have_equal_areas(void **state)
 {
     int x, y, i, k;
     (void)state;
@@ -532,7 +532,7 @@ static void test_octa_equal_area(void **state)
 
 /* ---- cdf (T15, T16, T22) ---- */
 
-static void test_cdf_two_cells(void **state)
+static void of_two_cells_the_empty_one_is_never_chosen(void **state)
 {
     const float weights[2] = { 0.0f, 1.0f };
     double sums[3];
@@ -551,7 +551,7 @@ static void test_cdf_two_cells(void **state)
 }
 
 /* Leading, inner and trailing empty cells at every u, also with a total so small that products round. */
-static void test_cdf_empty_cells(void **state)
+static void empty_cells_are_never_chosen_at_any_scale(void **state)
 {
     static const float scales[3] = { 1.0f, 1e-44f, 3e38f };
     uint32_t i, k;
@@ -570,7 +570,7 @@ static void test_cdf_empty_cells(void **state)
     }
 }
 
-static void test_cdf_bad_weights(void **state)
+static void bad_weights_are_counted_and_never_chosen(void **state)
 {
     const float weights[7] = { 1.0f, -2.0f, P_from_bits(0x7fc00000u), P_from_bits(0x7f800000u),
                                P_from_bits(0xff800000u), 3.0f, -0.0f };
@@ -590,7 +590,7 @@ static void test_cdf_bad_weights(void **state)
 }
 
 /* Float running sums give 1.009 for the first and 1000.0 for the second. */
-static void test_cdf_running_sums(void **state)
+static void a_million_small_weights_add_up(void **state)
 {
     const uint32_t n = 1000000;
     float *weights = (float *)malloc((n + 1) * sizeof *weights);
@@ -610,7 +610,7 @@ static void test_cdf_running_sums(void **state)
     free(weights);
 }
 
-static void test_cdf2_chi_square(void **state)
+static void a_table_is_sampled_by_its_weights(void **state)
 {
     enum { W = 64, H = 32, N = 1 << 20 };
     static float weights[W * H], scale[H];
@@ -646,7 +646,7 @@ static void test_cdf2_chi_square(void **state)
     assert_true(chi_square_deviate(counts, shares, W * H, N) < 3.09);       /* p > 0.001 */
 }
 
-static void test_cdf2_sizes(void **state)
+static void tables_that_are_too_large_have_no_size(void **state)
 {
     (void)state;
     assert_int_equal(P_cdf2_doubles(1, 1), 4);
@@ -654,7 +654,7 @@ static void test_cdf2_sizes(void **state)
     assert_true(P_cdf2_doubles(0xffffffffu, 0xffffffffu) == 0);
 }
 
-static void test_cpu(void **state)
+static void avx512_comes_with_avx2(void **state)
 {
     (void)state;
     assert_true(!P_cpu_has_avx512() || P_cpu_has_avx2());
@@ -663,7 +663,7 @@ static void test_cpu(void **state)
 
 /* ---- arguments, bits, part, batch ---- */
 
-static void test_ranges(void **state)
+static void strides_and_ranges_are_checked(void **state)
 {
     (void)state;
     assert_true(P_stride_valid(0, 12) && P_stride_valid(12, 12) && P_stride_valid(16, 12) && P_stride_valid(4, 4));
@@ -672,7 +672,7 @@ static void test_ranges(void **state)
     assert_false(P_in(-1e-30f, 0, 1) || P_in(1.5f, 0, 1) || P_in(NAN, 0, 1) || P_in(INFINITY, 0, INFINITY));
 }
 
-static void test_popcount(void **state)
+static void every_bit_is_counted(void **state)
 {
     int bit, i;
     (void)state;
@@ -696,7 +696,7 @@ static int tell(void *user, float fraction)
     return user != NULL;
 }
 
-static void test_part(void **state)
+static void a_part_reports_its_share_of_progress(void **state)
 {
     P_part whole = { tell, NULL, 0, 1 }, half, quarter, silent = { NULL, NULL, 0, 1 };
     size_t i;
@@ -714,7 +714,7 @@ static void test_part(void **state)
 
 static void take_index(void *context, size_t index) { *(size_t *)context = index; }
 
-static void test_batch(void **state)
+static void a_task_of_a_batch_begins_at_its_start(void **state)
 {
     size_t index = 0;
     P_batch batch = { take_index, NULL, 100 };
@@ -738,20 +738,29 @@ static void one_of_two_triangles_owns_an_edge(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mem), cmocka_unit_test(test_v3_normalize), cmocka_unit_test(test_finite),
-        cmocka_unit_test(lengths_of_0_97_to_1_03_count_as_unit), cmocka_unit_test(test_v3_basis),
-        cmocka_unit_test(test_v3_small), cmocka_unit_test(test_m4_inverse),
-        cmocka_unit_test(test_m4_rigid), cmocka_unit_test(test_sin_cos), cmocka_unit_test(test_inverse_trig),
-        cmocka_unit_test(test_atan2_special), cmocka_unit_test(test_exp_log_pow), cmocka_unit_test(test_bytes),
-        cmocka_unit_test(test_crc), cmocka_unit_test(test_rng), cmocka_unit_test(test_radical_inverse),
-        cmocka_unit_test(test_sobol_nets), cmocka_unit_test(test_r2), cmocka_unit_test(test_hilbert),
-        cmocka_unit_test(test_octa_round_trip), cmocka_unit_test(test_octa_axes),
-        cmocka_unit_test(test_octa_equal_area), cmocka_unit_test(test_cdf_two_cells),
-        cmocka_unit_test(test_cdf_empty_cells), cmocka_unit_test(test_cdf_bad_weights),
-        cmocka_unit_test(test_cdf_running_sums), cmocka_unit_test(test_cdf2_chi_square),
-        cmocka_unit_test(test_cdf2_sizes), cmocka_unit_test(test_cpu), cmocka_unit_test(test_ranges),
-        cmocka_unit_test(test_popcount), cmocka_unit_test(test_part), cmocka_unit_test(test_batch),
-        cmocka_unit_test(one_of_two_triangles_owns_an_edge)
+        cmocka_unit_test(sizes_that_overflow_are_refused), cmocka_unit_test(tiny_and_huge_vectors_normalise),
+        cmocka_unit_test(infinities_and_nans_are_not_finite), cmocka_unit_test(lengths_of_0_97_to_1_03_count_as_unit),
+        cmocka_unit_test(a_basis_is_orthonormal_and_right_handed), cmocka_unit_test(vectors_add_scale_and_multiply),
+        cmocka_unit_test(an_inverse_undoes_its_matrix_or_fails),
+        cmocka_unit_test(rotations_times_a_scale_are_told_apart), cmocka_unit_test(sin_and_cos_keep_their_bounds),
+        cmocka_unit_test(asin_acos_and_atan2_keep_their_bounds),
+        cmocka_unit_test(atan2_takes_zeros_and_infinities_as_c_does),
+        cmocka_unit_test(exp_log_and_pow_keep_their_bounds), cmocka_unit_test(numbers_are_stored_little_endian),
+        cmocka_unit_test(crc32_has_its_check_value), cmocka_unit_test(random_numbers_are_uniform),
+        cmocka_unit_test(radical_inverses_mirror_the_digits),
+        cmocka_unit_test(sobol_points_fill_every_box_of_their_area),
+        cmocka_unit_test(r2_points_fill_the_square_evenly),
+        cmocka_unit_test(t65_neighbours_on_a_hilbert_curve_are_one_apart),
+        cmocka_unit_test(points_of_the_octahedral_map_come_back),
+        cmocka_unit_test(axes_lie_at_the_middles_and_corners_of_the_octahedral_map),
+        cmocka_unit_test(cells_of_the_octahedral_map_have_equal_areas),
+        cmocka_unit_test(of_two_cells_the_empty_one_is_never_chosen),
+        cmocka_unit_test(empty_cells_are_never_chosen_at_any_scale),
+        cmocka_unit_test(bad_weights_are_counted_and_never_chosen), cmocka_unit_test(a_million_small_weights_add_up),
+        cmocka_unit_test(a_table_is_sampled_by_its_weights), cmocka_unit_test(tables_that_are_too_large_have_no_size),
+        cmocka_unit_test(avx512_comes_with_avx2), cmocka_unit_test(strides_and_ranges_are_checked),
+        cmocka_unit_test(every_bit_is_counted), cmocka_unit_test(a_part_reports_its_share_of_progress),
+        cmocka_unit_test(a_task_of_a_batch_begins_at_its_start), cmocka_unit_test(one_of_two_triangles_owns_an_edge)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -105,7 +105,7 @@ static void expect_light(const float *one, const float *many, size_t count)
 
 /* ---- each header: run 0 on this thread, run 1 by a crew ---- */
 
-static void csm_threads(void **state)
+static void csm_is_the_same_on_many_threads(void **state)
 {
     cohsm_mesh mesh;
     cohsm_maps *maps[2];
@@ -134,7 +134,7 @@ static void csm_threads(void **state)
     assert_true(runs > 3);
 }
 
-static void shadowfield_threads(void **state)
+static void shadowfield_is_the_same_on_many_threads(void **state)
 {
     static float rgb[2][3 * POINTS];
     static uint8_t bytes[2][1 << 20];
@@ -187,7 +187,7 @@ static void shadowfield_threads(void **state)
     assert_true(runs >= 4);
 }
 
-static void envshadow_threads(void **state)
+static void envshadow_is_the_same_on_many_threads(void **state)
 {
     static float sky[3 * 32 * 16], out[2][3 * POINTS];
     envlt_map map = { ENVLT_PROJECTION_LATLONG, 32, 16, sky, 0 };
@@ -222,7 +222,7 @@ static void envshadow_threads(void **state)
     assert_true(runs >= 3);
 }
 
-static void rsm_threads(void **state)
+static void rsm_is_the_same_on_many_threads(void **state)
 {
     static float out[2][3 * POINTS];
     static rsm_texel texels[64 * 64];
@@ -268,7 +268,7 @@ static void rsm_threads(void **state)
     assert_true(runs >= 2 * RSM_PATTERN_COUNT);
 }
 
-static void ism_threads(void **state)
+static void ism_is_the_same_on_many_threads(void **state)
 {
     enum { LIT = 12 };
     static float at[3 * LIT * LIT], up[3 * LIT * LIT], flux[3 * LIT * LIT], area[LIT * LIT], out[2][3 * POINTS];
@@ -307,11 +307,11 @@ static void ism_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(csm_threads),
-        cmocka_unit_test(shadowfield_threads),
-        cmocka_unit_test(envshadow_threads),
-        cmocka_unit_test(rsm_threads),
-        cmocka_unit_test(ism_threads),
+        cmocka_unit_test(csm_is_the_same_on_many_threads),
+        cmocka_unit_test(shadowfield_is_the_same_on_many_threads),
+        cmocka_unit_test(envshadow_is_the_same_on_many_threads),
+        cmocka_unit_test(rsm_is_the_same_on_many_threads),
+        cmocka_unit_test(ism_is_the_same_on_many_threads),
     };
     return cmocka_run_group_tests(tests, make_scene, NULL);
 }
