@@ -325,8 +325,8 @@ check-join: $(TOOLS)/join
 	@$(TOOLS)/join --check
 	@sh tests/scripts/join.sh $(TOOLS)/join $(HEADERS)
 # What is left of each header without any optional part: src/README.md.
-check-core: $(TOOLS)/join
-	@JOIN=$(TOOLS)/join sh tests/scripts/core.sh $(HEADERS)
+check-core: $(TOOLS)/join $(TOOLS)/glsl
+	@JOIN=$(TOOLS)/join GLSL=$(TOOLS)/glsl sh tests/scripts/core.sh $(HEADERS)
 back: $(TOOLS)/join
 	@$(TOOLS)/join --back '$(FILE)'; status=$$?; git --no-pager diff --stat -- src; exit $$status
 # It compiles the GLSL that the header holds.

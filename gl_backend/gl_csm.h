@@ -472,6 +472,8 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
 GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
 /* Deletes the asker's objects of GL and zeroes the struct. NULL is allowed. */
 
+/* ==== src/gl_csm/api_building.h ==== */
+
 /* ---- building on the GPU ----
 
    A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
@@ -636,6 +638,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(vec4, eye, 1)                 /* world; w is not used */                                  \
     X(vec4, planes, 8)              /* unit normal, distance from the origin */
 
+#ifndef GLBK_CSM_WITHOUT_BUILD
 /* A batch of views that are drawn and compressed. */
 #define GLBK_CSM_PEEL_MEMBERS(X)                                                                \
     X(mat4, view, 1)                /* object space to pixels of a tile, and depth or w */      \
@@ -652,10 +655,15 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
     X(uint, pad0, 1) X(uint, pad1, 1)
 
+#define GLBK_CSM_BUILD_BLOCKS(X) X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
+#else
+#define GLBK_CSM_BUILD_BLOCKS(X)
+#endif
+
 #define GLBK_CSM_BLOCKS(X)                              \
     X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
     X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
-    X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
+    GLBK_CSM_BUILD_BLOCKS(X)
 
 /* Questions, two uvec4 each, and their answers; open segments and records of a builder, four uvec4 a
    pixel. */

@@ -308,56 +308,6 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, renderer was not created, or rows reach beyond height.
             GLBK_ERR_MISMATCH: the renderer has no desc.self. GLBK_ERR_ALLOC */
 
-/* ---- building on the GPU ----
-
-   A builder draws the object as seen from the sample points of a field, up to 256 faces of cubes at a time in
-   one atlas, counts samples into texels and projects these on harmonics. shadowfield.h asks for the samples
-   and makes the field:
-
-       int see(void *user, const sfield_views *views)
-       {
-           return glbk_sfield_builder_see(gl, &builder, views) != GLBK_OK;
-       }
-       ... sfield_build_views(&desc, 0, &mesh, see, NULL, &field, NULL); */
-
-typedef void (*glbk_sfield_draw_fn)(void *user, glbk_context *ctx, int32_t instances);
-/* Draws so many instances of your object, which lies within the field's sphere. The function binds a vertex
-   array with the position in the field's space as attribute 0 and, for sources, the radiance of the triangle
-   as attribute 1. It must change neither program nor state. */
-
-typedef struct glbk_sfield_builder glbk_sfield_builder; /* see "objects" below */
-
-typedef struct glbk_sfield_builder_desc {
-    const sfield_desc  *field;      /* the desc that sfield_build_views gets: its basis, bands and cube_side
-                                       tell the projection. NULL = all defaults */
-    const sfield_mesh  *mesh;       /* the object in the field's space; NULL = draw_fn draws it */
-    int                 source;     /* not 0: radiance is built, else alpha */
-    const float        *radiance;   /* sources: r, g, b of each triangle of mesh, 0..1e18, which is one frame;
-                                       draw_fn draws others */
-    glbk_sfield_draw_fn draw_fn;    /* used without a mesh */
-    void               *user;       /* given to draw_fn */
-} glbk_sfield_builder_desc;         /* keep all of it until glbk_sfield_builder_create returns */
-
-GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
-                                                glbk_sfield_builder *out);
-/* Makes a builder for one object.
-   Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here the
-            numbers that are read back of a batch, and while the call runs the mesh or the basis
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_INPUT: a
-            mesh that sfield_build refuses, or radiance that is out of range. GLBK_ERR_ALLOC. Those of
-            textures and glbk_program_compile */
-
-GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder,
-                                             const sfield_views *views);
-/* Draws the faces of cubes round all eyes of views, writes views->values and waits for the GPU. Samples are
-   those of sfield_build: 64 to 512 a side of a face (sources 256), by distance. No float targets are needed.
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or views->count is 0.
-            GLBK_ERR_INPUT: views are not finite. Those of glbk_begin and of reading, after which values may
-            be half written */
-
-GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *builder);
-/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */
-
 /* ---- objects: read only ---- */
 
 typedef struct glbk_sfield_field {      /* a field in the table; read only */
@@ -408,6 +358,58 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     int32_t      position_attribute;    /* the attribute that record was compiled for */
     float        world_to_clip[16];     /* the matrix of glbk_sfield_self_begin */
 };
+
+/* ==== src/gl_shadowfield/api_building.h ==== */
+
+/* ---- building on the GPU ----
+
+   A builder draws the object as seen from the sample points of a field, up to 256 faces of cubes at a time in
+   one atlas, counts samples into texels and projects these on harmonics. shadowfield.h asks for the samples
+   and makes the field:
+
+       int see(void *user, const sfield_views *views)
+       {
+           return glbk_sfield_builder_see(gl, &builder, views) != GLBK_OK;
+       }
+       ... sfield_build_views(&desc, 0, &mesh, see, NULL, &field, NULL); */
+
+typedef void (*glbk_sfield_draw_fn)(void *user, glbk_context *ctx, int32_t instances);
+/* Draws so many instances of your object, which lies within the field's sphere. The function binds a vertex
+   array with the position in the field's space as attribute 0 and, for sources, the radiance of the triangle
+   as attribute 1. It must change neither program nor state. */
+
+typedef struct glbk_sfield_builder glbk_sfield_builder; /* see below */
+
+typedef struct glbk_sfield_builder_desc {
+    const sfield_desc  *field;      /* the desc that sfield_build_views gets: its basis, bands and cube_side
+                                       tell the projection. NULL = all defaults */
+    const sfield_mesh  *mesh;       /* the object in the field's space; NULL = draw_fn draws it */
+    int                 source;     /* not 0: radiance is built, else alpha */
+    const float        *radiance;   /* sources: r, g, b of each triangle of mesh, 0..1e18, which is one frame;
+                                       draw_fn draws others */
+    glbk_sfield_draw_fn draw_fn;    /* used without a mesh */
+    void               *user;       /* given to draw_fn */
+} glbk_sfield_builder_desc;         /* keep all of it until glbk_sfield_builder_create returns */
+
+GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
+                                                glbk_sfield_builder *out);
+/* Makes a builder for one object.
+   Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here the
+            numbers that are read back of a batch, and while the call runs the mesh or the basis
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_INPUT: a
+            mesh that sfield_build refuses, or radiance that is out of range. GLBK_ERR_ALLOC. Those of
+            textures and glbk_program_compile */
+
+GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder,
+                                             const sfield_views *views);
+/* Draws the faces of cubes round all eyes of views, writes views->values and waits for the GPU. Samples are
+   those of sfield_build: 64 to 512 a side of a face (sources 256), by distance. No float targets are needed.
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or views->count is 0.
+            GLBK_ERR_INPUT: views are not finite. Those of glbk_begin and of reading, after which values may
+            be half written */
+
+GLBK_DEF void glbk_sfield_builder_free(glbk_context *ctx, glbk_sfield_builder *builder);
+/* Deletes the builder's objects of GL, frees its memory and zeroes the struct. Accepts NULL. */
 
 struct glbk_sfield_builder {            /* draws one object from all sides; read only; zeroed = none */
     uint32_t      batch;                /* the most eyes of which cubes are kept at once */
@@ -479,6 +481,7 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
     X(mat4, world, 1)               /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */
 
+#ifndef GLBK_SFIELD_WITHOUT_BUILD
 /* This block has the tiles of an atlas, each of which is a face of an eye's cube. */
 #define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                        \
     X(vec4, sphere, 1)              /* of the field: centre, radius */                      \
@@ -496,11 +499,16 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
     X(vec4, eyes, 256)              /* places in radii about the centre; 1 / greatest depth */ \
     X(uvec4, places, 256)           /* face, number of the eye; column, row of the atlas */
 
+#define GLBK_SFIELD_BUILD_BLOCKS(X) X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
+#else
+#define GLBK_SFIELD_BUILD_BLOCKS(X)
+#endif
+
 #define GLBK_SFIELD_BLOCKS(X)                                                               \
     X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                \
     X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                      \
     X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                    \
-    X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
+    GLBK_SFIELD_BUILD_BLOCKS(X)
 
 #define GLBK_SFIELD_STORAGE(X)
 

@@ -56,6 +56,7 @@
     X(vec4, eye, 1)                 /* world; w is not used */                                  \
     X(vec4, planes, 8)              /* unit normal, distance from the origin */
 
+#ifndef GLBK_CSM_WITHOUT_BUILD
 /* A batch of views that are drawn and compressed. */
 #define GLBK_CSM_PEEL_MEMBERS(X)                                                                \
     X(mat4, view, 1)                /* object space to pixels of a tile, and depth or w */      \
@@ -72,10 +73,15 @@
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
     X(uint, pad0, 1) X(uint, pad1, 1)
 
+#define GLBK_CSM_BUILD_BLOCKS(X) X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
+#else
+#define GLBK_CSM_BUILD_BLOCKS(X)
+#endif
+
 #define GLBK_CSM_BLOCKS(X)                              \
     X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
     X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
-    X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
+    GLBK_CSM_BUILD_BLOCKS(X)
 
 /* Questions, two uvec4 each, and their answers; open segments and records of a builder, four uvec4 a
    pixel. */

@@ -34,6 +34,7 @@
     X(mat4, world, 1)               /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */
 
+#ifndef GLBK_SFIELD_WITHOUT_BUILD
 /* This block has the tiles of an atlas, each of which is a face of an eye's cube. */
 #define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                        \
     X(vec4, sphere, 1)              /* of the field: centre, radius */                      \
@@ -51,11 +52,16 @@
     X(vec4, eyes, 256)              /* places in radii about the centre; 1 / greatest depth */ \
     X(uvec4, places, 256)           /* face, number of the eye; column, row of the atlas */
 
+#define GLBK_SFIELD_BUILD_BLOCKS(X) X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
+#else
+#define GLBK_SFIELD_BUILD_BLOCKS(X)
+#endif
+
 #define GLBK_SFIELD_BLOCKS(X)                                                               \
     X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                \
     X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                      \
     X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                    \
-    X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
+    GLBK_SFIELD_BUILD_BLOCKS(X)
 
 #define GLBK_SFIELD_STORAGE(X)
 

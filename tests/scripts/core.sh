@@ -4,6 +4,8 @@
 # gcc compiles the header without each single optional part as well.
 # A program made with the whole header and with its core prints the same: tests/LIBRARY/core.c, which writes a file and
 # opens it with the core where that cannot build, or bytes.c.
+# A header of gl_backend/ with optional parts is compiled so together with its technique's header without parts of the same
+# names, and linked; the GLSL that is left is that of the whole header, text by text.
 # As many headers are tried side by side as there are processors.
 warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla -Werror'
 
@@ -16,6 +18,30 @@ compile_core() {
     # shellcheck disable=SC2086
     "$compiler" -std="$standard" $warn -Wunused-function -x $language -I"$include" "$file" "$@" > "$here/log" 2>&1
 }
+# with_technique HEADER PARTS: the lean header of gl_backend/ beside its technique's, without the same parts
+with_technique() {
+    technique=${name#gl_}.h
+    tree=$here/tree
+    mkdir -p "$tree/gl_backend" "$tree/tools"
+    cp ./*.h "$tree" && cp gl_backend/*.h "$tree/gl_backend" && cp tools/glsl.c "$tree/tools" &&
+        ${JOIN:-build/tools/join} --to "$tree" --without "$2" "$1" "$technique" > "$here/log" 2>&1 || { fail "$1 without $2"; return; }
+    # The manual's program has all the implementations; without GL it says so and exits with 0.
+    awk '/^   Quick start/ { on = 1; next } on && /^   [^ ]/ { exit } on { sub(/^       /, ""); sub(/ \/\/ .*/, ""); print }' "$1" > "$here/start.c"
+    for compiler in gcc clang; do
+        for standard in c99 c++11; do
+            compile_core "$here/start.c" "$tree" $standard $compiler -fsyntax-only || fail "$compiler $standard $1 with $technique, without $2"
+        done
+    done
+    compile_core "$here/start.c" "$tree" c99 gcc -lm -o "$here/program" && "$here/program" > "$here/log" || fail "$1 with $technique, without $2"
+    mkdir -p "$here/texts" "$here/lean"
+    compile_core "$tree/tools/glsl.c" "$tree" c99 gcc -lm -o "$here/glsl" && "$here/glsl" "$here/lean" 2> "$here/log" &&
+        ${GLSL:-build/tools/glsl} "$here/texts" || { fail "the GLSL of $1 without $2"; return; }
+    rm "$here/lean/layout"
+    for text in "$here/lean"/*; do
+        cmp "$text" "$here/texts/$(basename "$text")" > "$here/log" 2>&1 || fail "GLSL of $1 without $2: $(basename "$text") is another"
+    done
+    also=", and with $technique without $2: $(ls "$here/lean" | wc -l) of $(ls "$here/texts" | wc -l) texts of GLSL, the same"
+}
 # one HEADER: its core, in a folder of its own
 one() {
     header=$1 failed=0 name=$(basename "$1" .h)
@@ -26,21 +52,29 @@ one() {
     : > "$here/log"
     case $header in gl_backend/gl_backend.h) most=2499 ;; *) most=5000 ;; esac
     [ "$lines" -le $most ] || fail "$header: its core has $lines lines, more than $most"
-    case $header in gl_backend/*) echo "core: $lines lines of $header"; return $failed ;; esac
+    parts=$(sed -n 's/.*optional \([a-z0-9_]*\).*/\1/p' "src/$name/parts.txt" 2> /dev/null | sort -u)
+    also=
+    case $header in
+    gl_backend/*)
+        # shellcheck disable=SC2086
+        [ -n "$parts" ] && with_technique "$header" "$(echo $parts)"
+        echo "core: $lines lines of $header$also"
+        return $failed
+        ;;
+    esac
     printf '#define %s_IMPLEMENTATION\n#include "%s"\n' "$(echo "$name" | tr a-z A-Z)" "$header" > "$here/one.c"
     for compiler in gcc clang; do
         for standard in c99 c++11; do
             compile_core "$here/one.c" "$here/core" $standard $compiler -fsyntax-only || fail "$compiler $standard $header"
         done
     done
-    for part in $(sed -n 's/.*optional \([a-z0-9_]*\).*/\1/p' "src/$name/parts.txt" | sort -u); do
+    for part in $parts; do
         mkdir -p "$here/without_$part"
         ${JOIN:-build/tools/join} --to "$here/without_$part" --without "$part" "$header" > "$here/log" 2>&1 &&
             compile_core "$here/one.c" "$here/without_$part" c99 gcc -fsyntax-only || fail "gcc c99 $header without $part"
     done
     test=tests/$name/bytes.c
     [ -f "tests/$name/core.c" ] && test=tests/$name/core.c
-    also=
     if ! cmp -s "$header" "$here/core/$header"; then
         also=", prints what the whole header does: $test"
         for where in . "$here/core"; do

@@ -49,6 +49,12 @@ a_lean_header_loses_what_nothing_uses() {
     "$join" csm.h && "$join" --to lean --without pack csm.h && grep -q cohsm__of_this csm.h && ! grep -q cohsm__of_this lean/csm.h &&
         grep -q COHSM__LEAN lean/csm.h && ! grep -q COHSM__WHOLE lean/csm.h && ! grep -q 'ifdef COHSM_WITHOUT' lean/csm.h
 }
+a_lean_header_loses_its_glsl() {
+    mkdir lean/gl_backend && "$join" gl_backend/gl_csm.h && "$join" --to lean --without build gl_backend/gl_csm.h &&
+        grep -q 'prog/csm_peel.vert' gl_backend/gl_csm.h && ! grep -q 'csm_peel' lean/gl_backend/gl_csm.h &&
+        grep -q 'prog/csm_shade.frag' lean/gl_backend/gl_csm.h && grep -q '^#define GLBK_CSM_WITHOUT_BUILD' lean/gl_backend/gl_csm.h
+}
+glsl_that_is_not_there_is_refused() { echo 'csm_none.vert optional build' >> src/gl_csm/parts.txt; ! "$join" gl_backend/gl_csm.h; }
 a_lean_header_does_not_go_back() { "$join" --to lean --without pack csm.h && cp -r src before && ! "$join" --back lean/csm.h && diff -r src before; }
 an_unknown_optional_part_is_refused() { ! "$join" --to lean --without 'pack x86' csm.h; }
 lines_name_parts() { mkdir lined && "$join" --lines --to lined csm.h && grep -q '^#line 1 "src/csm/order.h"' lined/csm.h; }
@@ -57,7 +63,7 @@ fresh "$@" && check 'every header is what its parts make' same_everywhere "$@"
 check 'a part that differs is found and joined' a_difference_is_found
 for test in an_edit_goes_back an_edit_of_a_unit_is_refused an_unknown_mark_is_refused an_unknown_header_is_refused \
     a_missing_part_is_refused a_part_without_a_last_line_end_is_refused lines_name_parts \
-    a_lean_header_loses_what_nothing_uses a_lean_header_does_not_go_back an_unknown_optional_part_is_refused; do
+    a_lean_header_loses_what_nothing_uses a_lean_header_loses_its_glsl glsl_that_is_not_there_is_refused a_lean_header_does_not_go_back an_unknown_optional_part_is_refused; do
     fresh "$@" && mkdir mended lean && check "$(echo $test | tr _ ' ')" $test
 done
 

@@ -185,13 +185,14 @@ static file *add_source(files *all, const char *folder, const char *name)
     return f;
 }
 
-static void add_folder(files *all, const char *folder)
+static void add_folder(files *all, const char *folder, const char *without)
 {
     DIR *dir = opendir(folder);
     struct dirent *entry;
 
     if (!dir) fail(folder, "is no folder");
-    while ((entry = readdir(dir)) != NULL) (void)add_source(all, folder, entry->d_name);
+    while ((entry = readdir(dir)) != NULL)
+        if (!without || !find_word(without, entry->d_name)) (void)add_source(all, folder, entry->d_name);
     closedir(dir);
 }
 
@@ -379,8 +380,8 @@ static void put_table(text *out, const files *all, const char *table)
     }
 }
 
-void put_glsl(text *out, const char *folder, const char *shared, const char *names, const text *own,
-              const char *table)
+void put_glsl(text *out, const char *folder, const char *shared, const char *names, const char *without,
+              const text *own, const char *table)
 {
     static files all;
     char name[MAX_NAME], path[2 * MAX_NAME];
@@ -388,7 +389,7 @@ void put_glsl(text *out, const char *folder, const char *shared, const char *nam
 
     all.count = 0;
     add_parts(&all, own);
-    add_folder(&all, folder);
+    add_folder(&all, folder, without);
     while (next_word(&names, name)) {
         print_to(path, sizeof path, "%s.glsl", name);
         add_source(&all, shared, path)->owner = table;

@@ -18,8 +18,10 @@
    prefix cohsm               the prefix of its names: a shared unit's P_v3 becomes cohsm__v3, its P_X86 COHSM__X86
    query.h                    a part
    pack.h optional pack       a part that --without "pack" leaves out
+   peel.vert optional build   GLSL that is left out so; without such a line a file of the folder is in every header
    optional simd X86=0        without "simd", COHSM__X86 is 0 in every #if, which is decided by it
-   units glbk_csm             another prefix for shared units alone: headers of one prefix that lie in one file
+   units glbk_csm             another prefix for shared units and WITHOUT macros alone: headers of one prefix that lie
+                              in one file
    shared v3 m4               units of src/shared, without functions, structs and macros that this header does not use
    glsl glbk__csm_files       the folder's GLSL and a table of this name (glsl.h); behind it the names of files of
                               src/shared that several headers have: glsl glbk__csm_files cohsm_math
@@ -62,6 +64,7 @@ typedef struct header {
     units shared;
     text optional;              /* the names of its optional parts */
     text left_out;              /* defines for those that are left out */
+    text left_out_files;        /* GLSL of these */
     text values;                /* what #if are decided by in a lean header: see fold.h */
 } header;
 
@@ -96,11 +99,11 @@ static void add_units(header *h, const char *list)
     }
 }
 
-/* A name in capitals behind the prefix: "COHSM_WITHOUT_PACK" of "_WITHOUT_" and "pack". */
+/* A name in capitals behind the prefix of the header's units: "COHSM_WITHOUT_PACK" of "_WITHOUT_" and "pack". */
 static void make_macro(char macro[4 * MAX_NAME], const header *h, const char *between, const char *name)
 {
     size_t i;
-    print_to(macro, 4 * MAX_NAME, "%.*s%s%s", (int)strlen(h->prefix) - 2, h->prefix, between, name);
+    print_to(macro, 4 * MAX_NAME, "%.*s%s%s", (int)strlen(unit_prefix(h)) - 2, unit_prefix(h), between, name);
     for (i = 0; macro[i]; i++) macro[i] = (char)toupper((unsigned char)macro[i]);
 }
 
@@ -130,19 +133,31 @@ static void add_values(header *h, const char *s, const options *o)
     }
 }
 
+/* A part, or GLSL that may be left out. */
 static void add_file_part(header *h, const char *name, const char *rest, const options *o)
 {
+    const int is_glsl = !strstr(name, ".h");
     char word[MAX_NAME];
+    int left_out = 0;
+    char path[2 * MAX_NAME];
+    text body = { NULL, 0, 0 };
     part *p;
 
+    print_to(path, sizeof path, "%s/%s", h->folder, name);
+    if (!read_file(path, &body)) fail(path, "cannot be read");
+    if (!body.size || body.data[body.size - 1] != '\n') fail(path, "does not end with a new line");
     if (next_word(&rest, word)) {
         if (strcmp(word, "optional") != 0 || !next_word(&rest, word)) fail(name, "may be followed by: optional NAME");
-        if (is_left_out(h, word, o)) return;
+        left_out = is_left_out(h, word, o);
+    }
+    if (is_glsl && left_out) put_format(&h->left_out_files, "%s ", name);
+    if (is_glsl || left_out) {
+        free_text(&body);
+        return;
     }
     p = add_part(h, PART);
-    print_to(p->name, sizeof p->name, "%s/%s", h->folder, name);
-    if (!read_file(p->name, &p->body)) fail(p->name, "cannot be read");
-    if (!p->body.size || p->body.data[p->body.size - 1] != '\n') fail(p->name, "does not end with a new line");
+    strcpy(p->name, path);
+    p->body = body;
 }
 
 static void read_line(header *h, const char *s, const options *o)
@@ -195,22 +210,20 @@ static void free_header(header *h)
     for (i = 0; i < h->shared.count; i++) free_text(&h->shared.texts[i]);
     free_text(&h->optional);
     free_text(&h->left_out);
+    free_text(&h->left_out_files);
     free_text(&h->values);
     free(h);
 }
 
 /* ---- joining ---- */
 
-/* Decides the #if of a lean header's parts and makes them items of which only the used ones are put. The first part is
-   for people. */
+/* Makes a lean header's parts items of which only the used ones are put. The first part is for people. */
 static void make_lean(header *h)
 {
     int i;
-    for (i = 0; i < h->count; i++) {
+    for (i = 1; i < h->count; i++) {
         part *p = &h->parts[i];
         if (p->what != PART) continue;
-        fold(&p->body, h->values.data);
-        if (!i) continue;
         p->unit = add_part_as_unit(&h->shared, p->name, &p->body);
         p->what = UNIT;
     }
@@ -223,8 +236,12 @@ static void make_bodies(header *h, int lines)
     int i;
 
     append(&own, "", 0);
-    for (i = 0; i < h->count; i++)
-        if (h->parts[i].what == PART) append(&own, h->parts[i].body.data, h->parts[i].body.size);
+    for (i = 0; i < h->count; i++) {
+        part *p = &h->parts[i];
+        if (p->what != PART) continue;
+        if (h->left_out.size) fold(&p->body, h->values.data);
+        append(&own, p->body.data, p->body.size);
+    }
     if (h->left_out.size) make_lean(h);
     mark_used(&h->shared, h->left_out.size ? &h->parts[0].body : &own);
     for (i = 0; i < h->count; i++) {
@@ -233,7 +250,7 @@ static void make_bodies(header *h, int lines)
             free_text(&p->body);
             put_unit(&p->body, &h->shared, p->unit, SHARED, lines);
         }
-        if (p->what == GLSL) put_glsl(&p->body, h->folder, SHARED, p->shared, &own, p->table);
+        if (p->what == GLSL) put_glsl(&p->body, h->folder, SHARED, p->shared, h->left_out_files.data, &own, p->table);
     }
     free_text(&own);
 }
