@@ -1022,7 +1022,7 @@ static envlt_result envlt__refuse_text(const envlt__logger *logger, const char *
     return result;
 }
 
-/* ==== src/envlights/angles.h ==== */
+/* ==== src/envlights/texels.h ==== */
 
 /* ---- math: sine, cosine and arc tangent in double, the same bits everywhere ---- */
 
@@ -1055,8 +1055,6 @@ static double envlt__atan64(double x)
     for (j = 21; j >= 0; j--) sum = 1.0 / (double)(2 * j + 1) - z * sum;
     return 4.0 * y * sum;
 }
-
-/* ==== src/envlights/texels.h ==== */
 
 /* ---- texels: directions and solid angles ---- */
 
@@ -2327,7 +2325,7 @@ static uint32_t envlt__drop_dark(const envlt__grid *g, uint32_t *label, envlt__s
     return n;
 }
 
-/* ==== src/envlights/sun.h ==== */
+/* ==== src/envlights/strata.h ==== */
 
 /* ---- sun ---- */
 
@@ -2368,8 +2366,6 @@ static size_t envlt__count_lit(const envlt__grid *g, const uint32_t *label)
     for (t = 0; t < g->count; t++) lit += g->lum[t] > 0.0f && !(label && label[t] == 0);
     return lit;
 }
-
-/* ==== src/envlights/strata.h ==== */
 
 /* ---- strata: what is kept of a map ---- */
 
@@ -2718,8 +2714,6 @@ ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *c
     if (count) *count = lights ? lights->texels : 0;
     return lights ? lights->strata : NULL;
 }
-
-/* ==== src/envlights/jitter.h ==== */
 
 /* ---- jitter ---- */
 

@@ -2376,8 +2376,6 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     return result;
 }
 
-/* ==== src/envshadow/cost.h ==== */
-
 /* ---- cost ---- */
 
 ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, const double *ms, size_t count,

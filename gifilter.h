@@ -953,8 +953,6 @@ GIFILT__INLINE void gifilt__fetch_ahead(const float *p, size_t spacing, size_t p
     for (c = 0; c < planes; c++) GIFILT__PREFETCH(p + c * spacing);
 }
 
-/* ==== src/gifilter/chunk.h ==== */
-
 /* ---- chunk: some pixels of a row ---- */
 
 /* What this frame sees of a chunk of pixels, and what the last one knew of them. */

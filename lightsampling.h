@@ -3243,8 +3243,6 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     return LSAMP_OK;
 }
 
-/* ==== src/lightsampling/accumulate.h ==== */
-
 /* ---- accumulate: sums over samples and frames ---- */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,

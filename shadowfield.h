@@ -1726,7 +1726,17 @@ static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, 
 
 /* ==== src/shadowfield/services.h ==== */
 
-/* ---- services: the caller's allocator and log ---- */
+/* ---- services: texts of results, the caller's allocator and log ---- */
+
+SFIELD_DEF const char *sfield_result_text(sfield_result result)
+{
+    static const char *const texts[] = {
+#define SFIELD__TEXT(name, text) text,
+        SFIELD_RESULTS(SFIELD__TEXT)
+#undef SFIELD__TEXT
+    };
+    return (uint32_t)result < SFIELD_RESULT_COUNT ? texts[result] : "unknown result";
+}
 
 static sfield__allocator sfield__allocator_of(const sfield_system *system)
 {
@@ -1872,8 +1882,6 @@ static float sfield__unit(float x)
     e = e < 1u ? 1u : e > 253u ? 253u : e;
     return sfield__from_bits((254 - e) << 23);
 }
-
-/* ==== src/shadowfield/vectors.h ==== */
 
 /* ---- vectors: sixteen floats at a time ---- */
 
@@ -2048,7 +2056,7 @@ SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]
     }
 }
 
-/* ==== src/shadowfield/sh_products.h ==== */
+/* ==== src/shadowfield/sh_algebra.h ==== */
 
 /* ---- harmonics: products of sixteen pairs of vectors ---- */
 
@@ -2072,8 +2080,6 @@ struct sfield_algebra {
 };
 
 static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every j */
-
-/* ==== src/shadowfield/sh_algebra.h ==== */
 
 /* ---- harmonics: tripling coefficients, and products of any number of vectors ---- */
 
@@ -3415,7 +3421,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
 }
 #endif
 
-/* ==== src/shadowfield/query_locate.h ==== */
+/* ==== src/shadowfield/query_interpolate.h ==== */
 
 /* ---- queries: where points lie in a field ---- */
 
@@ -3491,8 +3497,6 @@ static sfield__between sfield__between_of_frame(const sfield_field *f, const sfi
     b.group += frame * f->h.shells;
     return b;
 }
-
-/* ==== src/shadowfield/query_interpolate.h ==== */
 
 /* ---- queries: the eight samples about a point, interpolated ---- */
 
@@ -10505,20 +10509,6 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
             out[3 * i + c] = sum;
         }
     return SFIELD_OK;
-}
-
-/* ==== src/shadowfield/results.h ==== */
-
-/* ---- results ---- */
-
-SFIELD_DEF const char *sfield_result_text(sfield_result result)
-{
-    static const char *const texts[] = {
-#define SFIELD__TEXT(name, text) text,
-        SFIELD_RESULTS(SFIELD__TEXT)
-#undef SFIELD__TEXT
-    };
-    return (uint32_t)result < SFIELD_RESULT_COUNT ? texts[result] : "unknown result";
 }
 
 /* ==== src/shared/fp_end.h ==== */

@@ -1541,8 +1541,6 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     return result == GLBK_OK ? glbk__target_create(ctx, &t, target) : result;
 }
 
-/* ==== src/gl_programs/tables.h ==== */
-
 /* ---- tables: texel i at (i & 1023, i >> 10 & 1023, i >> 20) ---- */
 
 enum { GLBK__TABLE_BITS = 10, GLBK__TABLE_SIDE = 1 << GLBK__TABLE_BITS };

@@ -49,3 +49,82 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     result = glbk_texture_create(ctx, &d, texture);
     return result == GLBK_OK ? glbk__target_create(ctx, &t, target) : result;
 }
+
+/* ---- tables: texel i at (i & 1023, i >> 10 & 1023, i >> 20) ---- */
+
+enum { GLBK__TABLE_BITS = 10, GLBK__TABLE_SIDE = 1 << GLBK__TABLE_BITS };
+
+GLBK__DEF glbk_result glbk__table_create(glbk_context *ctx, glbk_format format, const void *texels,
+                                         size_t count, glbk_texture *out)
+{
+    const size_t side = GLBK__TABLE_SIDE;
+    glbk_texture_desc d;
+    glbk_result result;
+    size_t rows;
+
+    if (out) memset(out, 0, sizeof *out);
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (ctx->lost) return GLBK_ERR_LOST;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    rows = count ? (count - 1) / side + 1 : 0;
+    if (!count || (rows - 1) / side >= ctx->max_layers)
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count",
+                                  (double)count, 1, (double)ctx->max_layers * 1048576.0);
+    memset(&d, 0, sizeof d);
+    d.format = format;
+    d.width = GLBK__TABLE_SIDE;
+    d.height = (uint32_t)(rows < side ? rows : side);
+    d.layers = (uint32_t)((rows - 1) / side + 1);
+    result = glbk_texture_create(ctx, &d, out);
+    if (result == GLBK_OK && texels)
+        result = glbk__leave_created(ctx, glbk__table_update(ctx, out, 0, count, texels));
+    if (result != GLBK_OK) glbk_texture_free(ctx, out);
+    return result;
+}
+
+/* A run of texels is up to three boxes in each layer: the rest of a row, whole rows, the beginning of a
+   row. */
+GLBK__DEF glbk_result glbk__table_update(glbk_context *ctx, const glbk_texture *table, size_t first,
+                                         size_t count, const void *texels)
+{
+    const size_t side = GLBK__TABLE_SIDE;
+    const unsigned char *from = (const unsigned char *)texels;
+    glbk__upload old;
+    size_t room;
+    glbk_result result;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!table || !table->name || table->width != side || !table->layers)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "table", "was not made by glbk__table_create");
+    if (!texels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "texels", "is NULL");
+    room = side * table->height * table->layers;
+    if (first > room)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "first", (double)first, 0, (double)room);
+    if (count > room - first)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", (double)count, 0,
+                                  (double)(room - first));
+    result = glbk__enter_frame(ctx);
+    if (result != GLBK_OK || !count) return result;
+    glbk__upload_begin(ctx, table, &old);
+    while (count) {
+        const size_t x = first % side, y = first / side % side;
+        glbk_box box = { 0, 0, 0, 0, 0, 1, 1 };
+        size_t texels_in_box;
+        box.x = (uint32_t)x;
+        box.y = (uint32_t)y;
+        box.layer = (uint32_t)(first / side / side);
+        if (x || count < side) {
+            box.width = (uint32_t)(count < side - x ? count : side - x);
+        } else {
+            box.width = GLBK__TABLE_SIDE;
+            box.height = (uint32_t)(count / side < side - y ? count / side : side - y);
+        }
+        glbk__upload_box(ctx, table, &box, from);
+        texels_in_box = (size_t)box.width * box.height;
+        from += texels_in_box * glbk__texel_bytes(table->format);
+        first += texels_in_box;
+        count -= texels_in_box;
+    }
+    glbk__upload_end(ctx, table, &old);
+    return glbk__leave_frame(ctx);
+}

@@ -46,6 +46,8 @@ check-limits | src/shared/rng.h | $a static int many(int a, int b, int c, int d,
 check-limits | src/shared/rng.h | $a #define P_LONG(a) \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a \\\n    a| P_LONG has 11 lines
 check-limits | src/shared/rng.h | $a static int names(void)\n{\n    int a, b[3], c = 1, *d, e;\n}| more than four names
 check-limits | src/gl/passes.h | s/ClearBufferfv(GLBK_GL_DEPTH/ClearBufferfv(0x1801/| 0x1801 without its name
+check-limits | src/rsm/flux.h | 59,$d| src/rsm/flux.h: 58 lines, less than 60
+check-limits | src/csm/query.h | G| lines, more than 500
 check-limits | tests/shared/units_test.c | $a static void test_that_bits_count(void **state)\n{\n}| test_that_bits_count is no sentence
 check-limits | tests/shared/units_test.c | $a static void t65_t66_hilbert_curves(void **state)\n{\n}| t65_t66_hilbert_curves is no sentence
 check-limits | src/gl_ism/arguments.h | $a static void set(void)\n{\n    values.limits[3] = 1;\n}| by its place
