@@ -228,7 +228,7 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
    out      receives the maps, on COHSM_OK only; give them back by cohsm_free
    stats    may be NULL; receives what the build counted, on COHSM_OK only
    Errors   COHSM_ERR_ARGUMENT (NULL, a stride, an index count that is no multiple of 3), COHSM_ERR_DESC,
-            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle), COHSM_ERR_LIMIT,
+            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a location), COHSM_ERR_LIMIT,
             COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
@@ -258,9 +258,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
-   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
-              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the
-              first maps of the scene; a scene without maps has none
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, COHSM_ERR_INPUT
+              (a transform that shears, mirrors or scales unevenly), COHSM_ERR_LIMIT (2^32 - 1 instances or
+              more). The log is that of the first maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
@@ -494,8 +494,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
    gets wrong on the bunny (docs/csm.md).
    desc     NULL = all defaults; its domain.side and map_side are ignored
    side, map_side   receive what to write into domain.side[0], domain.side[1] and map_side, on COHSM_OK only
-   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (another domain); COHSM_ERR_LIMIT (not even side 8 with
-            M = 16 fits)
+   Errors   those of cohsm_build; COHSM_ERR_DESC also for another domain, COHSM_ERR_LIMIT also if not even
+            side 8 with M = 16 fits
    Cost     about that of a build of side 40 */
 #endif
 
@@ -3823,16 +3823,16 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
     for (i = 0; i < d->location_count; i++, p += 4) {
         if ((p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) {
             cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
-            return COHSM_ERR_DESC;
+            return COHSM_ERR_INPUT;
         }
         for (k = 0; k < 3; k++)
             if (!cohsm__finite(p[k])) {
                 cohsm__log_element(log, field, i, coordinate[k], (double)p[k], "finite");
-                return COHSM_ERR_DESC;
+                return COHSM_ERR_INPUT;
             }
         if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
             cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
-            return COHSM_ERR_DESC;
+            return COHSM_ERR_INPUT;
         }
     }
     return COHSM_OK;
@@ -3899,6 +3899,7 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
 /* Checks a desc and fills in its defaults; order and sphere may stay open until the mesh is known. */
 static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
 {
+    cohsm_result result;
     uint32_t pixels;
 
     if (cohsm__check_kinds(d, log) != COHSM_OK) return COHSM_ERR_DESC;
@@ -3913,7 +3914,8 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (d->depth_bits < 4 || d->depth_bits > 8)
         return cohsm__refuse_value(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
     if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
-    if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
+    result = cohsm__check_shape(&d->domain, log);
+    if (result != COHSM_OK) return result;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
     if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;
@@ -8040,7 +8042,7 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
         cohsm__log_element(log, "instances", number, "has a transform of the determinant",
                            (double)cohsm__v3_dot(z, cohsm__v3_load(m + 8)),
                            "a rotation, one scale > 0 and a translation");
-        return COHSM_ERR_ARGUMENT;
+        return COHSM_ERR_INPUT;
     }
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
@@ -8071,7 +8073,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     if (instance_count && !instances) return COHSM_ERR_ARGUMENT;
     if (instance_count >= UINT32_MAX) {
         cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
-        return COHSM_ERR_ARGUMENT;
+        return COHSM_ERR_LIMIT;
     }
     for (i = 0; i < instance_count; i++) {
         result = cohsm__check_instance(&instances[i], i, query, &log);
@@ -8515,10 +8517,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
     if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
     if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
-        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL) {
-        cohsm__log_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
-        return COHSM_ERR_MISMATCH;
-    }
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        return cohsm__refuse_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
     if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);

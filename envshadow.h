@@ -206,23 +206,24 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *li
 /* Begins a frame of these lights (NULL = none): clears tiles and fits them to the bounds of the casters.
    Parts of casters outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty
    bounds (low > high) mean that nothing casts shadows.
-   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, count is above the capacity, the stride is out of
-           range, or there are axes_u without axes_v. ENVSH_ERR_INPUT: a light is not finite, its direction is
-           not unit, or an axis is 1e3 long or longer; the bounds are not finite or beyond 1e15. */
+   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, the stride is out of range, or there are axes_u
+           without axes_v. ENVSH_ERR_LIMIT: count is above the capacity. ENVSH_ERR_INPUT: a light is not
+           finite, its direction is not unit, or an axis is 1e3 long or longer; the bounds are not finite or
+           beyond 1e15. */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
    sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors     ENVSH_ERR_ARGUMENT: maps or mesh is NULL, or a stride is out of range. ENVSH_ERR_INPUT: an index
-              is not below vertex_count, a count is no multiple of 3, or transform is not affine.
-              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_DESC: the maps have no_depth.
+   Errors     ENVSH_ERR_ARGUMENT: a pointer is NULL, or a count or stride is wrong. ENVSH_ERR_INPUT: an index
+              is not below vertex_count, or transform is not affine. ENVSH_ERR_LIMIT: the mesh is too large.
+              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_MISMATCH: the maps have no_depth.
               ENVSH_ERR_CANCELLED: some tiles may have the mesh; begin the frame anew. */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
 /* Makes the maps ready for shading, after all casters are drawn, and again after each later change of a tile.
    Errors  ENVSH_ERR_ARGUMENT: maps is NULL. ENVSH_ERR_ORDER: envsh_maps_begin must come first.
-           ENVSH_ERR_DESC: the maps have no_depth. */
+           ENVSH_ERR_MISMATCH: the maps have no_depth. */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
                                    const envsh_points *points, float *irradiance);
@@ -231,8 +232,9 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, W/m^2
    Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, or a stride is out of range.
-               ENVSH_ERR_DESC: a field of the query is out of range, or the maps have no_depth.
+               ENVSH_ERR_DESC: a field of the query is out of range.
                ENVSH_ERR_INPUT: a normal is not unit.
+               ENVSH_ERR_MISMATCH: the maps have no_depth.
                ENVSH_ERR_ORDER: envsh_maps_end must come first.
                ENVSH_ERR_CANCELLED: some points may have been written.
    Cost        time grows with points x lights x taps, but for points whose shadow the cells decide: blocks of
@@ -402,7 +404,8 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
    irradiance  receives 3 floats for each point, as from envsh_shade
    Errors      those of envsh_maps_begin and envsh_shade, checked before anything is drawn, and the result of
                draw_fn. After an error of draw_fn or ENVSH_ERR_CANCELLED some clusters may have been added.
-               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL, or the capacity is 0 and there are lights. */
+               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL. ENVSH_ERR_LIMIT: the capacity is 0, and there are
+               lights. */
 
 /* ---- maps for and from your own renderer ---- */
 
@@ -449,7 +452,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const fl
    Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, the maps do not hold the light, or row_stride is out of
                range.
                ENVSH_ERR_ORDER: envsh_maps_begin must come first.
-               ENVSH_ERR_DESC: the maps have no_depth. */
+               ENVSH_ERR_MISMATCH: the maps have no_depth. */
 
 typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;
@@ -1011,7 +1014,8 @@ static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *
 
 static envsh_result envsh__refuse_no_depth(const envsh__logger *logger)
 {
-    return envsh__refuse_text(logger, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    return envsh__refuse_text(logger, "maps", "were made with desc.no_depth: they have no texels",
+                              ENVSH_ERR_MISMATCH);
 }
 
 /* Returns whether elements of three floats may lie so many bytes apart; 0 says that they are packed. */
@@ -1402,7 +1406,7 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
     if (count > m->capacity)
         return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
-                             ENVSH_ERR_ARGUMENT);
+                             ENVSH_ERR_LIMIT);
     if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;
@@ -1686,12 +1690,12 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
         return envsh__refuse_stride(log, "mesh.vertex_stride", mesh->vertex_stride);
     if (mesh->vertex_count && stride > SIZE_MAX / mesh->vertex_count)
         return envsh__refuse(log, "mesh.vertex_count", (double)mesh->vertex_count,
-                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
+                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_LIMIT);
     if (mesh->indices && mesh->indices16)
         return envsh__refuse_text(log, "mesh.indices, mesh.indices16", "are both given", ENVSH_ERR_ARGUMENT);
     if (n % 3)
         return envsh__refuse(log, indexed ? "mesh.index_count" : "mesh.vertex_count", (double)n,
-                             "a multiple of 3", ENVSH_ERR_INPUT);
+                             "a multiple of 3", ENVSH_ERR_ARGUMENT);
     for (i = 0; indexed && i < n; i++)
         if (envsh__index_at(mesh, i) >= mesh->vertex_count) {
             envsh__log_index(log, "mesh", i, envsh__index_at(mesh, i), mesh->vertex_count);
@@ -2351,7 +2355,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
     if (maps->no_depth) return envsh__refuse_no_depth(&logger);
     if (!maps->capacity && count)
-        return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
+        return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_LIMIT);
     result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);

@@ -523,7 +523,8 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
             stride is out of range.
             ISM_ERR_INPUT: a vector is not unit, a source has no such kind, points have no such rows, or
             world_to_clip is not finite.
-            ISM_ERR_LIMIT: all sources together have more than 2^26 texels.
+            ISM_ERR_LIMIT: all sources together have more than 2^26 texels, or there are more than 2^28
+            receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
@@ -536,7 +537,7 @@ ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_ORDER: ism_choose or ism_set_vpls must come first.
             ISM_ERR_INPUT: an index is not below vertex_count, an opacity is beyond 0..1, a receiver's vector
             is not unit, points have no such rows, or world_to_clip is not finite.
-            ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
+            ISM_ERR_LIMIT: the mesh has 2^31 triangles or more, or there are more than 2^28 receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: maps must be drawn anew.
    Cost     O(triangles + surfels of all VPLs x texels of their discs) */
@@ -551,7 +552,7 @@ ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_points *points, con
             ISM_ERR_ORDER: ism_choose and ism_build must come first. Without ism_build, shading.no_maps or
             shading.visible_fn must be set.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
-            ISM_ERR_LIMIT: size_t cannot count the memory.
+            ISM_ERR_LIMIT: size_t cannot count the memory, or there are more than 2^28 receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: progress asked for it. */
 
@@ -681,7 +682,8 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, there is no such VPL,
             bias is not below 1, or a count, width or stride of points is out of range.
             ISM_ERR_ORDER: ism_build must come first.
-            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite. */
+            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
+            ISM_ERR_LIMIT: there are more than 2^28 receivers. */
 #endif
 
 /* ==== src/ism/api_tools.h ==== */
@@ -699,8 +701,9 @@ ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32
    outputs  N * side * side * 3 floats each
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or side or a count or
             stride of the mesh is out of range.
-            ISM_ERR_ORDER: ism_build must come first, with desc.keep_hits.
-            ISM_ERR_MISMATCH: the mesh has not as many triangles as that of the last ism_build.
+            ISM_ERR_ORDER: ism_build must come first.
+            ISM_ERR_MISMATCH: the maps were made without desc.keep_hits, or the mesh has not as many
+            triangles as that of the last ism_build.
             ISM_ERR_INPUT: an index is not below vertex_count.
    Cost     O(N side^2 + triangles), on this thread, without progress */
 
@@ -714,9 +717,10 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
    count      above 0
    system     may be NULL
    outputs    count * 3 floats each
-   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or the allocator has one
-              function of two.
-              ISM_ERR_INPUT: an index is not below vertex_count, there are no triangles, or none emits.
+   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or there are no
+              triangles.
+              ISM_ERR_DESC: the allocator has one function of two.
+              ISM_ERR_INPUT: an index is not below vertex_count, or no triangle emits.
               ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
               ISM_ERR_ALLOC: there is no memory. */
 
@@ -2044,7 +2048,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     if (!p->normals) return ism__is_null(log, "points.normals");
     if (!p->count || p->count > 1u << 28) {
         ism__log_value(log, "points.count", (double)p->count, "1..2^28");
-        return ISM_ERR_ARGUMENT;
+        return p->count ? ISM_ERR_LIMIT : ISM_ERR_ARGUMENT;
     }
     if (p->width && p->count % p->width != 0) {
         ism__log_value(log, "points.width", (double)p->width, "0 or a divisor of points.count");
@@ -6605,9 +6609,12 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         ism__log_value(&job.log, "side", (double)side, "a power of two, desc.tile_side at most");
         return ISM_ERR_ARGUMENT;
     }
+    if (!m->desc.keep_hits) {
+        ism__log_text(&job.log, "maps", "have no hits: they were made without desc.keep_hits");
+        return ISM_ERR_MISMATCH;
+    }
     if (!m->built || !m->hits.data)
-        return ism__too_early(&job.log, "maps", m->built ? "have no hits: set desc.keep_hits"
-                                                         : "are not drawn: call ism_build before");
+        return ism__too_early(&job.log, "maps", "are not drawn: call ism_build before");
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK && m->triangles && ism__mesh_triangles(mesh) != m->triangles) {
         ism__log_value(&job.log, "the mesh's count of triangles", (double)ism__mesh_triangles(mesh),
@@ -6690,18 +6697,20 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
                                       : !positions ? "positions"
                                       : !normals   ? "normals"
                                                    : "fluxes");
-    if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
-    else if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
-        ism__log_text(&job.log, "system.allocator", "has one function of two");
-        count = 0;
+    if (!count) {
+        ism__log_value(&job.log, "count", 0.0, "above 0");
+        return ISM_ERR_ARGUMENT;
     }
-    if (!count) return ISM_ERR_ARGUMENT;
+    if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
+        ism__log_text(&job.log, "system.allocator", "has one function of two");
+        return ISM_ERR_DESC;
+    }
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
     if (result != ISM_OK) return result;
     if (!triangles || triangles >= 1u << 31) {
         ism__log_value(&job.log, "the mesh's count of triangles", (double)triangles, "1..2^31 - 1");
-        return triangles ? ISM_ERR_LIMIT : ISM_ERR_INPUT;
+        return triangles ? ISM_ERR_LIMIT : ISM_ERR_ARGUMENT;
     }
     memory = ism__allocator_make(zero.allocator.alloc_fn, zero.allocator.free_fn, zero.allocator.user);
     weights = (float *)ism__alloc_array(&memory, triangles, sizeof *weights);

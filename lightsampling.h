@@ -196,8 +196,9 @@ LSAMP_DEF lsamp_result lsamp_light_init(const struct lsamp_light_desc *desc, voi
    out         receives the light, which lies in memory, on LSAMP_OK only
    bad_texels  may be NULL; receives the number of texels with a channel that is negative or not finite, in
                the frames that desc.time blends; such a channel counts as 0
-   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY (too small, not aligned),
-               LSAMP_ERR_INPUT (a mesh without area)
+   Errors      LSAMP_ERR_ARGUMENT (NULL; of the mesh a pointer, a count, a stride), LSAMP_ERR_DESC,
+               LSAMP_ERR_INPUT (an index of the mesh, a mesh without area), LSAMP_ERR_LIMIT (a mesh of 2^31
+               vertices, memory beyond size_t), LSAMP_ERR_MEMORY (too small, not aligned)
    Cost        time grows with the texels of one frame, or with the triangles and places of a mesh */
 
 LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const lsamp_light *light,
@@ -210,7 +211,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
    out     receives points->count x desc->sample_count samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
    Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector whose length
-           is not 0.97 to 1.03, a material out of range)
+           is not 0.97 to 1.03, a material out of range), LSAMP_ERR_LIMIT (size_t cannot count the samples)
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
@@ -453,7 +454,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.sample_count
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
-   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */
+   Errors    LSAMP_ERR_ARGUMENT (NULL, length), LSAMP_ERR_MEMORY (bytes). There is no log */
 
 /* ==== src/lightsampling/api_lights.h ==== */
 
@@ -522,8 +523,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
    floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12).
    out      side is 0, which csm.h takes for its default, except for the TABLE of a mesh; the locations of
             LIST and TABLE lie in the light's memory
-   Errors   LSAMP_ERR_ARGUMENT (NULL, or a callback, which has no domain: make a table of positions from
-            shape_fn) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback, which has no domain: make a table of
+            positions from shape_fn) */
 
 /* ---- materials, direction by direction ---- */
 
@@ -536,9 +537,8 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
    wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
             lifted to just above it
    f        receives red, green, blue
-   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit), LSAMP_ERR_DESC (material).
-            There is no log, for this is called for each direction: lsamp_sample's log names what is wrong
-            with a material */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit, material). There is no log,
+            for this is called for each direction: lsamp_sample's log names what is wrong with a material */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
                                          const float tangent[3], const float wo[3], const float u[2],
@@ -1356,46 +1356,57 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* Logs that a field of the mesh cannot be used, and returns 0. log may be NULL, here and below. */
-static int lsamp__mesh_refuse(const lsamp__logger *log, const char *field, const char *text)
+/* Logs what a field of the mesh is, and returns the result. log may be NULL, here and below. */
+static lsamp_result lsamp__mesh_refuse(const lsamp__logger *log, lsamp_result result, const char *field,
+                                       const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
-    return 0;
+    return result;
 }
 
-static int lsamp__mesh_valid(const lsamp_mesh *m, const lsamp__logger *log)
+/* The same for a number of the mesh that is out of its range. */
+static lsamp_result lsamp__mesh_refuse_value(const lsamp__logger *log, lsamp_result result, const char *field,
+                                             size_t value, const char *wanted)
 {
-    size_t i, count;
+    if (log) lsamp__log_value(log, field, (double)value, wanted);
+    return result;
+}
+
+static lsamp_result lsamp__indices_check(const lsamp_mesh *m, size_t count, const lsamp__logger *log)
+{
+    size_t i;
     uint32_t index;
-    if (!m) return lsamp__mesh_refuse(log, "desc.mesh", "is NULL");
-    if (!m->positions) return lsamp__mesh_refuse(log, "desc.mesh.positions", "is NULL");
-    if (m->indices && m->indices16)
-        return lsamp__mesh_refuse(log, "desc.mesh.indices16", "is set beside indices");
-    count = lsamp__corner_count(m);
-    if (!m->vertex_count || m->vertex_count > 0x7fffffffu) {
-        if (log) lsamp__log_value(log, "desc.mesh.vertex_count", (double)m->vertex_count, "1..2^31 - 1");
-        return 0;
-    }
-    if (!lsamp__stride_valid(m->vertex_stride, 12)) {
-        if (log)
-            lsamp__log_value(log, "desc.mesh.vertex_stride", (double)m->vertex_stride,
-                             "0 or a multiple of 4 from 12 on");
-        return 0;
-    }
-    if (count == 0 || count % 3 || count > 0x7fffffffu) {
-        if (log)
-            lsamp__log_value(log,
-                             m->indices || m->indices16 ? "desc.mesh.index_count" : "desc.mesh.vertex_count",
-                             (double)count, "a multiple of 3, 3..2^31 - 1");
-        return 0;
-    }
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         index = m->indices ? m->indices[i] : m->indices16[i];
         if (index < m->vertex_count) continue;
         if (log) lsamp__log_index(log, "desc.mesh", i, index, m->vertex_count);
-        return 0;
+        return LSAMP_ERR_INPUT;
     }
-    return 1;
+    return LSAMP_OK;
+}
+
+static lsamp_result lsamp__mesh_check(const lsamp_mesh *m, const lsamp__logger *log)
+{
+    const lsamp_result bad = LSAMP_ERR_ARGUMENT;
+    const char *name;
+    size_t count;
+    if (!m) return lsamp__mesh_refuse(log, LSAMP_ERR_DESC, "desc.mesh", "is NULL");
+    if (!m->positions) return lsamp__mesh_refuse(log, bad, "desc.mesh.positions", "is NULL");
+    if (m->indices && m->indices16)
+        return lsamp__mesh_refuse(log, bad, "desc.mesh.indices16", "is set beside indices");
+    if (!lsamp__stride_valid(m->vertex_stride, 12))
+        return lsamp__mesh_refuse_value(log, bad, "desc.mesh.vertex_stride", m->vertex_stride,
+                                        "0 or a multiple of 4 from 12 on");
+    if (!m->vertex_count || m->vertex_count > 0x7fffffffu)
+        return lsamp__mesh_refuse_value(log, m->vertex_count ? LSAMP_ERR_LIMIT : bad,
+                                        "desc.mesh.vertex_count", m->vertex_count, "1..2^31 - 1");
+    name = m->indices || m->indices16 ? "desc.mesh.index_count" : "desc.mesh.vertex_count";
+    count = lsamp__corner_count(m);
+    if (count == 0 || count % 3)
+        return lsamp__mesh_refuse_value(log, bad, name, count, "a multiple of 3, 3..2^31 - 1");
+    if (count > 0x7fffffffu)
+        return lsamp__mesh_refuse_value(log, LSAMP_ERR_LIMIT, name, count, "a multiple of 3, 3..2^31 - 1");
+    return lsamp__indices_check(m, count, log);
 }
 
 /* ==== src/lightsampling/brdf.h ==== */
@@ -1666,9 +1677,9 @@ static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material 
     lsamp__fault fault;          /* stays here, since these calls have no log */
 
     if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
-    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
+    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)) ||
+        !lsamp__material_valid(m, &fault))
         return LSAMP_ERR_INPUT;
-    if (!lsamp__material_valid(m, &fault)) return LSAMP_ERR_DESC;
     lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(wo));
     return LSAMP_OK;
 }
@@ -2573,15 +2584,24 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
-static int lsamp__mesh_light_valid(const lsamp__logger *log, const lsamp_light_desc *d)
+/* Checks the fields that only a mesh has, and the mesh, whose faults are not those of the desc. */
+static lsamp_result lsamp__mesh_light_check(const lsamp__logger *log, const lsamp_light_desc *d)
 {
-    if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
-    return lsamp__mesh_valid(d->mesh, log) &&
-           lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
-           lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18");
+    lsamp_result result;
+    if (d->texels) {
+        (void)lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
+        return LSAMP_ERR_DESC;
+    }
+    result = lsamp__mesh_check(d->mesh, log);
+    if (result != LSAMP_OK) return result;
+    return lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
+                   lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18")
+               ? LSAMP_OK
+               : LSAMP_ERR_DESC;
 }
 
-static int lsamp__emitter_valid(const lsamp_light_desc *d, const lsamp__logger *log)
+/* Says whether the fields of all kinds of light are valid, but for a mesh's. */
+static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *log)
 {
     const float big = 1e18f;
 
@@ -2603,11 +2623,17 @@ static int lsamp__emitter_valid(const lsamp_light_desc *d, const lsamp__logger *
                                   "0 for an environment");
     case LSAMP_LIGHT_CALLBACK:
         return d->shape_fn != NULL || lsamp__light_refuse(log, "desc.shape_fn", "is NULL");
-    case LSAMP_LIGHT_MESH: return lsamp__mesh_light_valid(log, d);
+    case LSAMP_LIGHT_MESH: return 1;
     default: break;
     }
     if (!lsamp__field3_valid(log, "desc.position", d->position, -big, big, "-1e18..1e18")) return 0;
     return d->kind <= LSAMP_LIGHT_SPOT ? lsamp__delta_valid(log, d) : lsamp__shape_valid(log, d);
+}
+
+static lsamp_result lsamp__emitter_check(const lsamp_light_desc *d, const lsamp__logger *log)
+{
+    if (!lsamp__fields_valid(d, log)) return LSAMP_ERR_DESC;
+    return d->kind == LSAMP_LIGHT_MESH ? lsamp__mesh_light_check(log, d) : LSAMP_OK;
 }
 
 static int lsamp__is_environment(const lsamp_light_desc *d)
@@ -2631,7 +2657,7 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     size_t doubles, edges, bytes;
     uint32_t w, h;
 
-    if (!desc || !lsamp__emitter_valid(desc, NULL)) return 0;
+    if (!desc || lsamp__emitter_check(desc, NULL) != LSAMP_OK) return 0;
     if (desc->kind == LSAMP_LIGHT_MESH) {
         bytes = lsamp__curve_size(desc);
         return bytes && lsamp__add_size(bytes, LSAMP__EMITTER_HEAD, &bytes) ? bytes : 0;
@@ -2763,8 +2789,10 @@ static void lsamp__emitter_geometry(lsamp_light *l)
 /* Returns what lsamp_light_init returns, and logs why, for a desc for which lsamp_light_bytes returned 0. */
 static lsamp_result lsamp__light_error(const lsamp_light_desc *d, const lsamp__logger *log)
 {
-    if (lsamp__emitter_valid(d, log)) lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
-    return LSAMP_ERR_DESC;
+    const lsamp_result result = lsamp__emitter_check(d, log);
+    if (result != LSAMP_OK) return result;
+    lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
+    return LSAMP_ERR_LIMIT;
 }
 
 static lsamp_result lsamp__refuse(const lsamp__logger *log, lsamp_result result, const char *field,
@@ -2848,7 +2876,7 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
     log = lsamp__logger_of(&d->system, "lsamp_light_domain");
     if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
     if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
-        return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "light", "is a callback, which has no domain");
+        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light", "is a callback, which has no domain");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {
@@ -2920,8 +2948,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     size_t need = lsamp_patterns_bytes(length);
     uint32_t j, k;
 
-    if (!patterns) return LSAMP_ERR_ARGUMENT;
-    if (!need) return LSAMP_ERR_DESC;
+    if (!patterns || !need) return LSAMP_ERR_ARGUMENT;
     if (bytes < need) return LSAMP_ERR_MEMORY;
     for (j = 0; j < LSAMP_PATTERN_COUNT; j++) {
         uint32_t scramble = lsamp__hash_combine(seed, j);
@@ -3213,7 +3240,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     }
     if (!lsamp__mul_size(points->count, (size_t)desc->sample_count * 12u, &total)) {
         lsamp__log_value(&log, "points.count", (double)points->count, "less: out does not fit a size_t");
-        return LSAMP_ERR_ARGUMENT;
+        return LSAMP_ERR_LIMIT;
     }
     result = lsamp__points_check(points, &log);
     if (result != LSAMP_OK) return result;

@@ -210,11 +210,11 @@ RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, si
 /* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
    and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
    left out and counted.
-   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, or vertex_stride or tap_side is out of range.
-            RSM_ERR_INPUT: an index is not below vertex_count, a count is no multiple of 3, or an albedo or
-            transform is out of range. RSM_ERR_LIMIT: there are 2^32 - 1 triangles or more. RSM_ERR_ORDER: the
-            map is finished. After these the map is as it was; after RSM_ERR_ALLOC (there is no memory) and
-            RSM_ERR_CANCELLED it is empty
+   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, both kinds of indices are given, a count is
+            no multiple of 3, or vertex_stride is out of range. RSM_ERR_INPUT: an index is not below
+            vertex_count, or tap_side, an albedo or transform is out of range. RSM_ERR_LIMIT: there are
+            2^32 - 1 triangles or more. RSM_ERR_ORDER: the map is finished. After these the map is as it was;
+            after RSM_ERR_ALLOC (there is no memory) and RSM_ERR_CANCELLED it is empty
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
@@ -230,10 +230,11 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
    irradiance   receives 3 floats for each of points->count points, W/m^2; times albedo / pi that is radiance
    stats    receives what was counted; may be NULL. A gather that counts takes a fifth longer if desc->clamp
             or desc->near_limit is set
-   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride or an index is out of range.
-            RSM_ERR_DESC: a field of desc is out of range. RSM_ERR_INPUT: a normal is not unit.
-            RSM_ERR_ORDER: a map is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is
-            written; after RSM_ERR_CANCELLED some points may have been written
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride is out of range. RSM_ERR_DESC: a
+            field of desc is out of range. RSM_ERR_INPUT: a normal is not unit, or an index, a material or
+            noise is out of range. RSM_ERR_LIMIT: size_t cannot count the points' bytes. RSM_ERR_ORDER: a map
+            is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is written; after
+            RSM_ERR_CANCELLED some points may have been written
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);
@@ -410,7 +411,7 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
    Errors   after these the map is as it was.
             RSM_ERR_ARGUMENT: map is NULL.
             RSM_ERR_DESC: a field of light is out of range.
-            RSM_ERR_MEMORY: the light needs more faces than the map was made with. */
+            RSM_ERR_LIMIT: the light needs more faces than the map was made with. */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
 /* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and at most 1 KB more. Returns 0
@@ -438,7 +439,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
    uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
    depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
             is then 0 and uv the middle
-   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, or the point is not finite or beyond 1e9. */
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL. RSM_ERR_INPUT: the point is not finite or beyond 1e9. */
 
 typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
                                        row after row */
@@ -653,8 +654,10 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
    cluster_count  1..65536
    system    may be NULL
    clusters  room for cluster_count lights, of which *count are written; none if there is no flux
-   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, a count is out of range, or the allocator is not whole.
+   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, or cluster_count is out of range.
+             RSM_ERR_DESC: the allocator is not whole.
              RSM_ERR_INPUT: a light's normal is not unit, nor 0 0 0.
+             RSM_ERR_LIMIT: light_count is 2^31 or more.
              RSM_ERR_ALLOC: there is no memory.
    Cost      scratch of 4 bytes a light and 128 a cluster */
 #endif
@@ -678,7 +681,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
    side      4..64
    system    may be NULL
    values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
-   Errors    RSM_ERR_ARGUMENT: values is NULL, side is out of range, or the allocator is not whole.
+   Errors    RSM_ERR_ARGUMENT: values is NULL, or side is out of range.
+             RSM_ERR_DESC: the allocator is not whole.
              RSM_ERR_ALLOC: there is no memory.
    Cost      a time of O(side^4), scratch of 4 bytes a value */
 
@@ -1708,12 +1712,12 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (!rsm__check_stride(log, "points.open_stride", p->open_stride, 4)) return bad;
     if (!rsm__mul_size(p->count, 12, &bytes)) {
         rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
-        return bad;
+        return RSM_ERR_LIMIT;
     }
     for (i = 0; p->indices && i < p->index_count; i++)
         if (p->indices[i] >= p->count) {
             rsm__log_element(log, "points.indices", i, "is", p->indices[i], "below points.count");
-            return bad;
+            return RSM_ERR_INPUT;
         }
     return p->count ? rsm__normals_check(log, p) : RSM_OK;
 }
@@ -2010,7 +2014,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
     if (!face) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "face", "is NULL");
     if (!uv) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "uv", "is NULL");
     if (!depth) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "depth", "is NULL");
-    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_INPUT;
     f = rsm__face_of(map, rsm__v3_load(point));
     if (f >= map->faces) f = 0; /* the point lies behind a patch */
     q = rsm__to_face(map, f, rsm__v3_load(point));
@@ -2127,7 +2131,7 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     if (result != RSM_OK) return result;
     if (next.faces > map->room) {
         rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
-        return RSM_ERR_MEMORY;
+        return RSM_ERR_LIMIT;
     }
     next.room = map->room;
     next.owned = map->owned;
@@ -2738,9 +2742,9 @@ static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_me
     size_t k, count = indexed ? m->index_count : m->vertex_count;
     rsm__message name;
     if (m->indices && m->indices16)
-        return rsm__refuse_mesh_text(log, RSM_ERR_INPUT, number, ".indices16", "is set beside indices");
+        return rsm__refuse_mesh_text(log, RSM_ERR_ARGUMENT, number, ".indices16", "is set beside indices");
     if (count % 3 != 0)
-        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, indexed ? ".index_count" : ".vertex_count",
+        return rsm__refuse_mesh(log, RSM_ERR_ARGUMENT, number, indexed ? ".index_count" : ".vertex_count",
                                 (double)count, "a multiple of 3");
     for (k = 0; indexed && k < count; k++) {
         uint32_t index = m->indices ? m->indices[k] : m->indices16[k];
@@ -2761,7 +2765,7 @@ static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh 
         return rsm__refuse_mesh(log, argument, number, ".vertex_stride", (double)m->vertex_stride,
                                 "0 or a multiple of 4 from 12 on");
     if (m->tap_side > 16)
-        return rsm__refuse_mesh(log, argument, number, ".tap_side", m->tap_side, "0..16");
+        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".tap_side", m->tap_side, "0..16");
     for (k = 0; k < 3; k++)
         if (!(m->albedo[k] >= 0.0f && m->albedo[k] <= 1e6f))
             return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".albedo", (double)m->albedo[k], "0..1e6");
@@ -3043,7 +3047,7 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
     if (!system) system = &none;
     if (!values) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "values", "is NULL");
     if (!rsm__check_range(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
-    if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
+    if (!rsm__system_valid(&log, system)) return RSM_ERR_DESC;
     a = rsm__allocator_of(system);
     energy = (float *)rsm__alloc_array(&a, (size_t)side * side, sizeof *energy);
     if (!energy) return rsm__refuse(&log, RSM_ERR_ALLOC, "the allocator", "returned no memory");
@@ -4769,12 +4773,12 @@ static inline rsm_result rsm__materials_check(const rsm__logger *log, const rsm_
         const rsm_material *m = d->materials + i;
         if (!(m->exponent >= 0.0f && m->exponent <= 1e4f)) {
             rsm__log_element(log, "desc.materials", i, "has the exponent", (double)m->exponent, "0..1e4");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
         for (c = 0; c < 3; c++) {
             if (m->specular[c] >= 0.0f && m->specular[c] <= 1.0f) continue;
             rsm__log_element(log, "desc.materials", i, "has the specular", (double)m->specular[c], "0..1");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
     }
     return RSM_OK;
@@ -4788,7 +4792,7 @@ static inline rsm_result rsm__noise_check(const rsm__logger *log, const rsm_gath
     for (i = 0; i < d->noise_side * d->noise_side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) {
             rsm__log_element(log, "desc.noise", i, "is", (double)d->noise[i], "0..1");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
     return RSM_OK;
 }
@@ -5205,8 +5209,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     if (!rsm__check_range(&log, "cluster_count", cluster_count, 1, 65536, "1..65536"))
         return RSM_ERR_ARGUMENT;
     if (!rsm__check_range(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
-        return RSM_ERR_ARGUMENT;
-    if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
+        return RSM_ERR_LIMIT;
+    if (!rsm__system_valid(&log, system)) return RSM_ERR_DESC;
     result = rsm__lights_check(&log, lights, light_count);
     if (result != RSM_OK) return result;
     a = rsm__allocator_of(system);

@@ -233,8 +233,8 @@ SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const stru
 /* Builds the occlusion field of a mesh: once for each object, before the first frame or in a tool.
    desc     NULL = all defaults; stats may be NULL too
    out      the field, which sfield_free takes back; written on SFIELD_OK only
-   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a stride, the index count, an index
-            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC,
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL, a stride, the index count, both kinds of indices),
+            SFIELD_ERR_INPUT (an index beyond vertex_count, no triangle left), SFIELD_ERR_ALLOC,
             SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
             seconds (harmonics) to minutes (wavelets). 26 bytes a vertex and 0.2 MB for each of 16 tasks */
@@ -260,10 +260,10 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    of the paper), and writes it to the arrays that the sets name. stats may be NULL.
    Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
-   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without to_eye),
-            SFIELD_ERR_INPUT (a normal or to_eye that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, exponents without to_eye), SFIELD_ERR_INPUT (a normal or
+            to_eye that is not unit, an entity beyond the list), SFIELD_ERR_MISMATCH (a self-visibility or
             cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
-            self-visibility on a rotated entity), SFIELD_ERR_ALLOC
+            self-visibility on a rotated entity), SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
@@ -719,7 +719,7 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
    sources  for each point the places of 3 points in `chosen`
    weights  for each point the 3 weights of these; their sum is 1
    Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings
-            from the origin), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+            from the origin), SFIELD_ERR_LIMIT (2^31 points), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
    Cost     O(count log count), 40 bytes a point */
 
 SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights,
@@ -4591,16 +4591,19 @@ static sfield_result sfield__check_mesh(const sfield__build *b, const sfield_mes
     const size_t corners = sfield__mesh_corners(m);
     const char *count = m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count";
     size_t i;
-    if (!m->positions) return sfield__fail(&b->log, SFIELD_ERR_INPUT, "mesh.positions", "is NULL");
+    if (!m->positions) return sfield__fail(&b->log, SFIELD_ERR_ARGUMENT, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return sfield__fail(&b->log, SFIELD_ERR_INPUT, "mesh", "has indices and indices16");
+        return sfield__fail(&b->log, SFIELD_ERR_ARGUMENT, "mesh", "has indices and indices16");
     if (!sfield__check_value(&b->log, sfield__stride_valid(m->vertex_stride, 12), "mesh.vertex_stride",
                              (double)m->vertex_stride, "0, or a multiple of 4 of at least 12") ||
-        !sfield__check_value(&b->log, corners && corners % 3 == 0 && corners / 3 <= 0x7ffffffeu, count,
-                             (double)corners, "a multiple of 3, > 0") ||
+        !sfield__check_value(&b->log, corners && corners % 3 == 0, count, (double)corners,
+                             "a multiple of 3, > 0"))
+        return SFIELD_ERR_ARGUMENT;
+    if (!sfield__check_value(&b->log, corners / 3 <= 0x7ffffffeu, count, (double)corners,
+                             "3 (2^31 - 2) or less") ||
         !sfield__check_value(&b->log, m->vertex_count <= 0xffffffffu, "mesh.vertex_count",
                              (double)m->vertex_count, "below 2^32"))
-        return SFIELD_ERR_INPUT;
+        return SFIELD_ERR_LIMIT;
     for (i = 0; i < corners; i++) {
         const uint32_t index = sfield__mesh_index(m, i);
         if (index < m->vertex_count) continue;
@@ -10195,19 +10198,21 @@ static void sfield__shade_task(void *context, size_t piece)
 static sfield_result sfield__check_arrays(const sfield__logger *log, const sfield_scene *s,
                                           const sfield_points *p)
 {
+    if (!sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31"))
+        return SFIELD_ERR_LIMIT;
     if (!sfield__points_good(log, p) ||
-        !sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31") ||
         !sfield__check_value(
             log, p->to_eye_stride % 4 == 0 && (!p->to_eye || sfield__stride_valid(p->to_eye_stride, 12)),
             "points->to_eye_stride", (double)p->to_eye_stride, "0, or a multiple of 4 of at least 12") ||
         !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
-                             (double)p->exponent_stride, "a multiple of 4") ||
-        !sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
-                             "0, or 1 for the first entity, ..."))
+                             (double)p->exponent_stride, "a multiple of 4"))
         return SFIELD_ERR_ARGUMENT;
     if (p->gloss && p->exponents && !p->to_eye)
         return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->to_eye",
                             "is NULL, but gloss and exponents are there");
+    if (!sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
+                             "0, or 1 for the first entity, ..."))
+        return SFIELD_ERR_INPUT;
     return SFIELD_OK;
 }
 
@@ -10407,10 +10412,12 @@ static sfield_result sfield__check_sparse(const sfield__logger *log, const sfiel
 {
     size_t i, k;
     if (!sfield__points_good(log, points) ||
-        !sfield__check_value(log, points->count > 0 && points->count <= 0x7fffffffu, "points->count",
-                      (double)points->count, "1..2^31 - 1") ||
+        !sfield__check_value(log, points->count > 0, "points->count", 0, "> 0") ||
         !sfield__check_value(log, spacing > 0 && sfield__finite(spacing), "spacing", (double)spacing, "> 0"))
         return SFIELD_ERR_ARGUMENT;
+    if (!sfield__check_value(log, points->count <= 0x7fffffffu, "points->count", (double)points->count,
+                             "below 2^31"))
+        return SFIELD_ERR_LIMIT;
     for (i = 0; i < points->count; i++) {
         const float *p = sfield__row(points->positions, points->position_stride, i);
         const float *n = sfield__row(points->normals, points->normal_stride, i);

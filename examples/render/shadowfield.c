@@ -499,7 +499,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
     if (check_enclosed(s, job, error) != 0)
         return -1;
     r = sfield_scene_entities(s->scene, s->entities, scene->object_count + s->lamp_count);
-    if (r == SFIELD_ERR_ARGUMENT)
+    if (r == SFIELD_ERR_INPUT)
         return failed("objects that are stretched or mirrored are not treated", r, error);
     if (r != SFIELD_OK)
         return failed("entities", r, error);

@@ -129,7 +129,7 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
    gets wrong on the bunny (docs/csm.md).
    desc     NULL = all defaults; its domain.side and map_side are ignored
    side, map_side   receive what to write into domain.side[0], domain.side[1] and map_side, on COHSM_OK only
-   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (another domain); COHSM_ERR_LIMIT (not even side 8 with
-            M = 16 fits)
+   Errors   those of cohsm_build; COHSM_ERR_DESC also for another domain, COHSM_ERR_LIMIT also if not even
+            side 8 with M = 16 fits
    Cost     about that of a build of side 40 */
 #endif

@@ -36,7 +36,7 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
    out      receives the maps, on COHSM_OK only; give them back by cohsm_free
    stats    may be NULL; receives what the build counted, on COHSM_OK only
    Errors   COHSM_ERR_ARGUMENT (NULL, a stride, an index count that is no multiple of 3), COHSM_ERR_DESC,
-            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle), COHSM_ERR_LIMIT,
+            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a location), COHSM_ERR_LIMIT,
             COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
@@ -66,9 +66,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
-   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, for transforms that
-              shear, mirror or scale unevenly, and for 2^32 - 1 instances or more. The log is that of the
-              first maps of the scene; a scene without maps has none
+   Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, COHSM_ERR_INPUT
+              (a transform that shears, mirrors or scales unevenly), COHSM_ERR_LIMIT (2^32 - 1 instances or
+              more). The log is that of the first maps of the scene; a scene without maps has none
    Cost       that of cohsm_visible for each instance */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);

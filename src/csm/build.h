@@ -249,10 +249,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
     if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
     if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
     if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
-        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL) {
-        cohsm__log_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
-        return COHSM_ERR_MISMATCH;
-    }
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        return cohsm__refuse_value(&log, "desc.domain.kind", (double)d.domain.kind, "LATLONG or OCTAHEDRAL");
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
     if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);

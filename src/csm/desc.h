@@ -50,16 +50,16 @@ static cohsm_result cohsm__check_locations(const cohsm_domain *d, const cohsm__l
     for (i = 0; i < d->location_count; i++, p += 4) {
         if ((p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) {
             cohsm__log_element(log, field, i, "has the w", (double)p[3], "0 for all or 1 for all");
-            return COHSM_ERR_DESC;
+            return COHSM_ERR_INPUT;
         }
         for (k = 0; k < 3; k++)
             if (!cohsm__finite(p[k])) {
                 cohsm__log_element(log, field, i, coordinate[k], (double)p[k], "finite");
-                return COHSM_ERR_DESC;
+                return COHSM_ERR_INPUT;
             }
         if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) {
             cohsm__log_element(log, field, i, "has the length", 0.0, "more: with w = 0 it is a direction");
-            return COHSM_ERR_DESC;
+            return COHSM_ERR_INPUT;
         }
     }
     return COHSM_OK;
@@ -126,6 +126,7 @@ static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
 /* Checks a desc and fills in its defaults; order and sphere may stay open until the mesh is known. */
 static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
 {
+    cohsm_result result;
     uint32_t pixels;
 
     if (cohsm__check_kinds(d, log) != COHSM_OK) return COHSM_ERR_DESC;
@@ -140,7 +141,8 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
     if (d->depth_bits < 4 || d->depth_bits > 8)
         return cohsm__refuse_value(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
     if (cohsm__check_sides(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
-    if (cohsm__check_shape(&d->domain, log) != COHSM_OK) return COHSM_ERR_DESC;
+    result = cohsm__check_shape(&d->domain, log);
+    if (result != COHSM_OK) return result;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
         d->order = COHSM_ORDER_SCANLINE;
     if (cohsm__check_finite3(d->center, "desc.center", log) != COHSM_OK) return COHSM_ERR_DESC;

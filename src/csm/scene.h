@@ -224,7 +224,7 @@ static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t
         cohsm__log_element(log, "instances", number, "has a transform of the determinant",
                            (double)cohsm__v3_dot(z, cohsm__v3_load(m + 8)),
                            "a rotation, one scale > 0 and a translation");
-        return COHSM_ERR_ARGUMENT;
+        return COHSM_ERR_INPUT;
     }
     return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
 }
@@ -255,7 +255,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     if (instance_count && !instances) return COHSM_ERR_ARGUMENT;
     if (instance_count >= UINT32_MAX) {
         cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
-        return COHSM_ERR_ARGUMENT;
+        return COHSM_ERR_LIMIT;
     }
     for (i = 0; i < instance_count; i++) {
         result = cohsm__check_instance(&instances[i], i, query, &log);

@@ -62,9 +62,10 @@ ENVLT_DEF envlt_result envlt_create(const envlt_desc *desc, const envlt_map *map
    desc    NULL = all defaults: 128 lights by minimum variance
    out     receives the lights, on ENVLT_OK only; give them back by envlt_free. A black map gives 0 lights
    stats   may be NULL; receives what the call counted, on ENVLT_OK only
-   Errors  ENVLT_ERR_ARGUMENT: map, map->rgb or out is NULL, a side is 0, or the stride is out of range.
+   Errors  ENVLT_ERR_ARGUMENT: map, map->rgb or out is NULL, a side is 0, the faces of a cube are not squares,
+           or the stride is out of range.
            ENVLT_ERR_DESC: a field of desc is out of range.
-           ENVLT_ERR_INPUT: there is no such projection, or the faces of a cube are not squares.
+           ENVLT_ERR_INPUT: there is no such projection.
            ENVLT_ERR_LIMIT: the map has more than 2^27 texels.
            ENVLT_ERR_ALLOC: the allocator returned no memory.
    Cost    about 20 ms for 1024 x 512 texels and 300 lights; the time is O(texels log k) */

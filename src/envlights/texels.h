@@ -136,7 +136,7 @@ static envlt_result envlt__check_map(const envlt_map *map, size_t *texels, const
                              ENVLT_ERR_INPUT);
     if (map->projection == ENVLT_PROJECTION_CUBE && map->width != map->height)
         return envlt__refuse(logger, "map.height", map->height, "the width: faces of a cube are squares",
-                             ENVLT_ERR_INPUT);
+                             ENVLT_ERR_ARGUMENT);
     count = map->width > 1u << 27 || map->height > 1u << 27 ? UINT64_MAX : (uint64_t)map->width * map->height;
     if (count <= 1u << 27 && map->projection == ENVLT_PROJECTION_CUBE) count *= 6u;
     if (count > 1u << 27)

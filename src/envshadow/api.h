@@ -41,23 +41,24 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_lights *li
 /* Begins a frame of these lights (NULL = none): clears tiles and fits them to the bounds of the casters.
    Parts of casters outside the bounds are cut off, but parts nearer to the light are kept at depth 0. Empty
    bounds (low > high) mean that nothing casts shadows.
-   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, count is above the capacity, the stride is out of
-           range, or there are axes_u without axes_v. ENVSH_ERR_INPUT: a light is not finite, its direction is
-           not unit, or an axis is 1e3 long or longer; the bounds are not finite or beyond 1e15. */
+   Errors  ENVSH_ERR_ARGUMENT: maps or an array is NULL, the stride is out of range, or there are axes_u
+           without axes_v. ENVSH_ERR_LIMIT: count is above the capacity. ENVSH_ERR_INPUT: a light is not
+           finite, its direction is not unit, or an axis is 1e3 long or longer; the bounds are not finite or
+           beyond 1e15. */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into the tile of every light: at texel centres, by the top-left rule, both
    sides. Triangles with a vertex that is not finite are left out.
    transform  mesh to world, affine; NULL = identity
-   Errors     ENVSH_ERR_ARGUMENT: maps or mesh is NULL, or a stride is out of range. ENVSH_ERR_INPUT: an index
-              is not below vertex_count, a count is no multiple of 3, or transform is not affine.
-              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_DESC: the maps have no_depth.
+   Errors     ENVSH_ERR_ARGUMENT: a pointer is NULL, or a count or stride is wrong. ENVSH_ERR_INPUT: an index
+              is not below vertex_count, or transform is not affine. ENVSH_ERR_LIMIT: the mesh is too large.
+              ENVSH_ERR_ORDER: envsh_maps_begin must come first. ENVSH_ERR_MISMATCH: the maps have no_depth.
               ENVSH_ERR_CANCELLED: some tiles may have the mesh; begin the frame anew. */
 
 ENVSH_DEF envsh_result envsh_maps_end(envsh_maps *maps);
 /* Makes the maps ready for shading, after all casters are drawn, and again after each later change of a tile.
    Errors  ENVSH_ERR_ARGUMENT: maps is NULL. ENVSH_ERR_ORDER: envsh_maps_begin must come first.
-           ENVSH_ERR_DESC: the maps have no_depth. */
+           ENVSH_ERR_MISMATCH: the maps have no_depth. */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query,
                                    const envsh_points *points, float *irradiance);
@@ -66,8 +67,9 @@ ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *qu
    query       NULL = all defaults
    irradiance  receives 3 floats for each point, W/m^2
    Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, or a stride is out of range.
-               ENVSH_ERR_DESC: a field of the query is out of range, or the maps have no_depth.
+               ENVSH_ERR_DESC: a field of the query is out of range.
                ENVSH_ERR_INPUT: a normal is not unit.
+               ENVSH_ERR_MISMATCH: the maps have no_depth.
                ENVSH_ERR_ORDER: envsh_maps_end must come first.
                ENVSH_ERR_CANCELLED: some points may have been written.
    Cost        time grows with points x lights x taps, but for points whose shadow the cells decide: blocks of
@@ -237,7 +239,8 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
    irradiance  receives 3 floats for each point, as from envsh_shade
    Errors      those of envsh_maps_begin and envsh_shade, checked before anything is drawn, and the result of
                draw_fn. After an error of draw_fn or ENVSH_ERR_CANCELLED some clusters may have been added.
-               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL, or the capacity is 0 and there are lights. */
+               ENVSH_ERR_ARGUMENT: also if draw_fn is NULL. ENVSH_ERR_LIMIT: the capacity is 0, and there are
+               lights. */
 
 /* ---- maps for and from your own renderer ---- */
 
@@ -284,7 +287,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const fl
    Errors      ENVSH_ERR_ARGUMENT: a pointer is NULL, the maps do not hold the light, or row_stride is out of
                range.
                ENVSH_ERR_ORDER: envsh_maps_begin must come first.
-               ENVSH_ERR_DESC: the maps have no_depth. */
+               ENVSH_ERR_MISMATCH: the maps have no_depth. */
 
 typedef struct envsh_tile {         /* a tile in your memory, for envsh_visibility_twin */
     const envsh_view *view;

@@ -32,7 +32,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     if (!draw_fn) return envsh__refuse_text(&logger, "draw_fn", "is NULL", ENVSH_ERR_ARGUMENT);
     if (maps->no_depth) return envsh__refuse_no_depth(&logger);
     if (!maps->capacity && count)
-        return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_ARGUMENT);
+        return envsh__refuse_text(&logger, "capacity", "is 0: no light has room", ENVSH_ERR_LIMIT);
     result = lights ? envsh__check_lights(lights, &logger) : ENVSH_OK;
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result == ENVSH_OK) result = envsh__check_query(query, &q, &logger);

@@ -56,12 +56,12 @@ static envsh_result envsh__check_mesh(const envsh_mesh *mesh, size_t *triangles,
         return envsh__refuse_stride(log, "mesh.vertex_stride", mesh->vertex_stride);
     if (mesh->vertex_count && stride > SIZE_MAX / mesh->vertex_count)
         return envsh__refuse(log, "mesh.vertex_count", (double)mesh->vertex_count,
-                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_ARGUMENT);
+                             "less: the mesh has more bytes than there are addresses", ENVSH_ERR_LIMIT);
     if (mesh->indices && mesh->indices16)
         return envsh__refuse_text(log, "mesh.indices, mesh.indices16", "are both given", ENVSH_ERR_ARGUMENT);
     if (n % 3)
         return envsh__refuse(log, indexed ? "mesh.index_count" : "mesh.vertex_count", (double)n,
-                             "a multiple of 3", ENVSH_ERR_INPUT);
+                             "a multiple of 3", ENVSH_ERR_ARGUMENT);
     for (i = 0; indexed && i < n; i++)
         if (envsh__index_at(mesh, i) >= mesh->vertex_count) {
             envsh__log_index(log, "mesh", i, envsh__index_at(mesh, i), mesh->vertex_count);

@@ -37,7 +37,8 @@ static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *
 
 static envsh_result envsh__refuse_no_depth(const envsh__logger *logger)
 {
-    return envsh__refuse_text(logger, "desc.no_depth", "was set: these maps have no texels", ENVSH_ERR_DESC);
+    return envsh__refuse_text(logger, "maps", "were made with desc.no_depth: they have no texels",
+                              ENVSH_ERR_MISMATCH);
 }
 
 /* Returns whether elements of three floats may lie so many bytes apart; 0 says that they are packed. */

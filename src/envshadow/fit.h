@@ -172,7 +172,7 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
     if (count > m->capacity)
         return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
-                             ENVSH_ERR_ARGUMENT);
+                             ENVSH_ERR_LIMIT);
     if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;

@@ -70,7 +70,8 @@ static inline void gifilt__run(const gifilt_system *s, size_t count, gifilt_task
         for (i = 0; i < count; i++) task(context, i);
 }
 
-static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_points *p, size_t pixels)
+/* Checks the points but for their count. */
+static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_points *p)
 {
     if (!p || !p->positions || !p->normals) {
         gifilt__log_text(log,
@@ -78,10 +79,6 @@ static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_p
                          : p->positions ? "points.normals"
                                         : "points.positions",
                          "is NULL");
-        return 0;
-    }
-    if (p->count != pixels) {
-        gifilt__log_value(log, "points.count", (double)p->count, "the filter's width x height");
         return 0;
     }
     if (!gifilt__stride_valid(p->position_stride, 12)) {

@@ -207,8 +207,11 @@ GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const gifilt_frame 
     memset(&r, 0, sizeof r);
     if (!filter) return GIFILT_ERR_ARGUMENT;
     if (!light || !out) return gifilt__refuse(&log, GIFILT_ERR_ARGUMENT, light ? "out" : "light", "is NULL");
-    if (!gifilt__points_valid(&log, points, (size_t)filter->width * filter->height))
-        return GIFILT_ERR_ARGUMENT;
+    if (!gifilt__points_valid(&log, points)) return GIFILT_ERR_ARGUMENT;
+    if (points->count != (size_t)filter->width * filter->height) {
+        gifilt__log_value(&log, "points.count", (double)points->count, "the filter's width x height");
+        return GIFILT_ERR_MISMATCH;
+    }
     r.frame = frame ? frame : &none;
     if (!gifilt__frame_valid(&log, r.frame)) return GIFILT_ERR_DESC;
     r.filter = filter;

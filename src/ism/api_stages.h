@@ -8,7 +8,8 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
             stride is out of range.
             ISM_ERR_INPUT: a vector is not unit, a source has no such kind, points have no such rows, or
             world_to_clip is not finite.
-            ISM_ERR_LIMIT: all sources together have more than 2^26 texels.
+            ISM_ERR_LIMIT: all sources together have more than 2^26 texels, or there are more than 2^28
+            receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
@@ -21,7 +22,7 @@ ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_ORDER: ism_choose or ism_set_vpls must come first.
             ISM_ERR_INPUT: an index is not below vertex_count, an opacity is beyond 0..1, a receiver's vector
             is not unit, points have no such rows, or world_to_clip is not finite.
-            ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
+            ISM_ERR_LIMIT: the mesh has 2^31 triangles or more, or there are more than 2^28 receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: maps must be drawn anew.
    Cost     O(triangles + surfels of all VPLs x texels of their discs) */
@@ -36,7 +37,7 @@ ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_points *points, con
             ISM_ERR_ORDER: ism_choose and ism_build must come first. Without ism_build, shading.no_maps or
             shading.visible_fn must be set.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
-            ISM_ERR_LIMIT: size_t cannot count the memory.
+            ISM_ERR_LIMIT: size_t cannot count the memory, or there are more than 2^28 receivers.
             ISM_ERR_ALLOC: there is no memory.
             ISM_ERR_CANCELLED: progress asked for it. */
 
@@ -166,5 +167,6 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, there is no such VPL,
             bias is not below 1, or a count, width or stride of points is out of range.
             ISM_ERR_ORDER: ism_build must come first.
-            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite. */
+            ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
+            ISM_ERR_LIMIT: there are more than 2^28 receivers. */
 #endif

@@ -11,8 +11,9 @@ ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32
    outputs  N * side * side * 3 floats each
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or side or a count or
             stride of the mesh is out of range.
-            ISM_ERR_ORDER: ism_build must come first, with desc.keep_hits.
-            ISM_ERR_MISMATCH: the mesh has not as many triangles as that of the last ism_build.
+            ISM_ERR_ORDER: ism_build must come first.
+            ISM_ERR_MISMATCH: the maps were made without desc.keep_hits, or the mesh has not as many
+            triangles as that of the last ism_build.
             ISM_ERR_INPUT: an index is not below vertex_count.
    Cost     O(N side^2 + triangles), on this thread, without progress */
 
@@ -26,9 +27,10 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
    count      above 0
    system     may be NULL
    outputs    count * 3 floats each
-   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or the allocator has one
-              function of two.
-              ISM_ERR_INPUT: an index is not below vertex_count, there are no triangles, or none emits.
+   Errors     ISM_ERR_ARGUMENT: a pointer is NULL, a count or stride is out of range, or there are no
+              triangles.
+              ISM_ERR_DESC: the allocator has one function of two.
+              ISM_ERR_INPUT: an index is not below vertex_count, or no triangle emits.
               ISM_ERR_LIMIT: the mesh has 2^31 triangles or more.
               ISM_ERR_ALLOC: there is no memory. */
 

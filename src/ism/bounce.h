@@ -99,9 +99,12 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         ism__log_value(&job.log, "side", (double)side, "a power of two, desc.tile_side at most");
         return ISM_ERR_ARGUMENT;
     }
+    if (!m->desc.keep_hits) {
+        ism__log_text(&job.log, "maps", "have no hits: they were made without desc.keep_hits");
+        return ISM_ERR_MISMATCH;
+    }
     if (!m->built || !m->hits.data)
-        return ism__too_early(&job.log, "maps", m->built ? "have no hits: set desc.keep_hits"
-                                                         : "are not drawn: call ism_build before");
+        return ism__too_early(&job.log, "maps", "are not drawn: call ism_build before");
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK && m->triangles && ism__mesh_triangles(mesh) != m->triangles) {
         ism__log_value(&job.log, "the mesh's count of triangles", (double)ism__mesh_triangles(mesh),

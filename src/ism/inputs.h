@@ -154,7 +154,7 @@ static ism_result ism__open_view(const ism__logger *log, const ism_points *p, is
     if (!p->normals) return ism__is_null(log, "points.normals");
     if (!p->count || p->count > 1u << 28) {
         ism__log_value(log, "points.count", (double)p->count, "1..2^28");
-        return ISM_ERR_ARGUMENT;
+        return p->count ? ISM_ERR_LIMIT : ISM_ERR_ARGUMENT;
     }
     if (p->width && p->count % p->width != 0) {
         ism__log_value(log, "points.width", (double)p->width, "0 or a divisor of points.count");

@@ -63,18 +63,20 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
                                       : !positions ? "positions"
                                       : !normals   ? "normals"
                                                    : "fluxes");
-    if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
-    else if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
-        ism__log_text(&job.log, "system.allocator", "has one function of two");
-        count = 0;
+    if (!count) {
+        ism__log_value(&job.log, "count", 0.0, "above 0");
+        return ISM_ERR_ARGUMENT;
     }
-    if (!count) return ISM_ERR_ARGUMENT;
+    if (!ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
+        ism__log_text(&job.log, "system.allocator", "has one function of two");
+        return ISM_ERR_DESC;
+    }
     result = ism__check_mesh(&job.log, mesh);
     if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
     if (result != ISM_OK) return result;
     if (!triangles || triangles >= 1u << 31) {
         ism__log_value(&job.log, "the mesh's count of triangles", (double)triangles, "1..2^31 - 1");
-        return triangles ? ISM_ERR_LIMIT : ISM_ERR_INPUT;
+        return triangles ? ISM_ERR_LIMIT : ISM_ERR_ARGUMENT;
     }
     memory = ism__allocator_make(zero.allocator.alloc_fn, zero.allocator.free_fn, zero.allocator.user);
     weights = (float *)ism__alloc_array(&memory, triangles, sizeof *weights);

@@ -34,4 +34,4 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
    length    points of a pattern, 1..65536: the samples of each point, lsamp_sample_desc.sample_count
    patterns  receives the points, 2 floats each; those of pattern j begin at patterns + j * length * 2
    bytes     of patterns, at least lsamp_patterns_bytes(length)
-   Errors    LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC (length), LSAMP_ERR_MEMORY (bytes). There is no log */
+   Errors    LSAMP_ERR_ARGUMENT (NULL, length), LSAMP_ERR_MEMORY (bytes). There is no log */

@@ -63,8 +63,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
    floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12).
    out      side is 0, which csm.h takes for its default, except for the TABLE of a mesh; the locations of
             LIST and TABLE lie in the light's memory
-   Errors   LSAMP_ERR_ARGUMENT (NULL, or a callback, which has no domain: make a table of positions from
-            shape_fn) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback, which has no domain: make a table of
+            positions from shape_fn) */
 
 /* ---- materials, direction by direction ---- */
 
@@ -77,9 +77,8 @@ LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const flo
    wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
             lifted to just above it
    f        receives red, green, blue
-   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit), LSAMP_ERR_DESC (material).
-            There is no log, for this is called for each direction: lsamp_sample's log names what is wrong
-            with a material */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit, material). There is no log,
+            for this is called for each direction: lsamp_sample's log names what is wrong with a material */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
                                          const float tangent[3], const float wo[3], const float u[2],

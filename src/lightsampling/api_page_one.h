@@ -40,8 +40,9 @@ LSAMP_DEF lsamp_result lsamp_light_init(const struct lsamp_light_desc *desc, voi
    out         receives the light, which lies in memory, on LSAMP_OK only
    bad_texels  may be NULL; receives the number of texels with a channel that is negative or not finite, in
                the frames that desc.time blends; such a channel counts as 0
-   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY (too small, not aligned),
-               LSAMP_ERR_INPUT (a mesh without area)
+   Errors      LSAMP_ERR_ARGUMENT (NULL; of the mesh a pointer, a count, a stride), LSAMP_ERR_DESC,
+               LSAMP_ERR_INPUT (an index of the mesh, a mesh without area), LSAMP_ERR_LIMIT (a mesh of 2^31
+               vertices, memory beyond size_t), LSAMP_ERR_MEMORY (too small, not aligned)
    Cost        time grows with the texels of one frame, or with the triangles and places of a mesh */
 
 LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const lsamp_light *light,
@@ -54,7 +55,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
    out     receives points->count x desc->sample_count samples
    useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
    Errors  LSAMP_ERR_ARGUMENT (NULL, a stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector whose length
-           is not 0.97 to 1.03, a material out of range)
+           is not 0.97 to 1.03, a material out of range), LSAMP_ERR_LIMIT (size_t cannot count the samples)
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,

@@ -264,9 +264,9 @@ static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material 
     lsamp__fault fault;          /* stays here, since these calls have no log */
 
     if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
-    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)))
+    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)) ||
+        !lsamp__material_valid(m, &fault))
         return LSAMP_ERR_INPUT;
-    if (!lsamp__material_valid(m, &fault)) return LSAMP_ERR_DESC;
     lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(wo));
     return LSAMP_OK;
 }

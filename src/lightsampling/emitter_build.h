@@ -87,15 +87,24 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
-static int lsamp__mesh_light_valid(const lsamp__logger *log, const lsamp_light_desc *d)
+/* Checks the fields that only a mesh has, and the mesh, whose faults are not those of the desc. */
+static lsamp_result lsamp__mesh_light_check(const lsamp__logger *log, const lsamp_light_desc *d)
 {
-    if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
-    return lsamp__mesh_valid(d->mesh, log) &&
-           lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
-           lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18");
+    lsamp_result result;
+    if (d->texels) {
+        (void)lsamp__light_refuse(log, "desc.texels", "is set: a mesh has none");
+        return LSAMP_ERR_DESC;
+    }
+    result = lsamp__mesh_check(d->mesh, log);
+    if (result != LSAMP_OK) return result;
+    return lsamp__count_valid(log, "desc.place_count", d->place_count, 0, 1u << 24, "0 or 1..2^24") &&
+                   lsamp__field_valid(log, "desc.radius", d->radius, 0.0f, 1e18f, "0..1e18")
+               ? LSAMP_OK
+               : LSAMP_ERR_DESC;
 }
 
-static int lsamp__emitter_valid(const lsamp_light_desc *d, const lsamp__logger *log)
+/* Says whether the fields of all kinds of light are valid, but for a mesh's. */
+static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *log)
 {
     const float big = 1e18f;
 
@@ -117,11 +126,17 @@ static int lsamp__emitter_valid(const lsamp_light_desc *d, const lsamp__logger *
                                   "0 for an environment");
     case LSAMP_LIGHT_CALLBACK:
         return d->shape_fn != NULL || lsamp__light_refuse(log, "desc.shape_fn", "is NULL");
-    case LSAMP_LIGHT_MESH: return lsamp__mesh_light_valid(log, d);
+    case LSAMP_LIGHT_MESH: return 1;
     default: break;
     }
     if (!lsamp__field3_valid(log, "desc.position", d->position, -big, big, "-1e18..1e18")) return 0;
     return d->kind <= LSAMP_LIGHT_SPOT ? lsamp__delta_valid(log, d) : lsamp__shape_valid(log, d);
+}
+
+static lsamp_result lsamp__emitter_check(const lsamp_light_desc *d, const lsamp__logger *log)
+{
+    if (!lsamp__fields_valid(d, log)) return LSAMP_ERR_DESC;
+    return d->kind == LSAMP_LIGHT_MESH ? lsamp__mesh_light_check(log, d) : LSAMP_OK;
 }
 
 static int lsamp__is_environment(const lsamp_light_desc *d)
@@ -145,7 +160,7 @@ LSAMP_DEF size_t lsamp_light_bytes(const lsamp_light_desc *desc)
     size_t doubles, edges, bytes;
     uint32_t w, h;
 
-    if (!desc || !lsamp__emitter_valid(desc, NULL)) return 0;
+    if (!desc || lsamp__emitter_check(desc, NULL) != LSAMP_OK) return 0;
     if (desc->kind == LSAMP_LIGHT_MESH) {
         bytes = lsamp__curve_size(desc);
         return bytes && lsamp__add_size(bytes, LSAMP__EMITTER_HEAD, &bytes) ? bytes : 0;
@@ -277,8 +292,10 @@ static void lsamp__emitter_geometry(lsamp_light *l)
 /* Returns what lsamp_light_init returns, and logs why, for a desc for which lsamp_light_bytes returned 0. */
 static lsamp_result lsamp__light_error(const lsamp_light_desc *d, const lsamp__logger *log)
 {
-    if (lsamp__emitter_valid(d, log)) lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
-    return LSAMP_ERR_DESC;
+    const lsamp_result result = lsamp__emitter_check(d, log);
+    if (result != LSAMP_OK) return result;
+    lsamp__log_text(log, "desc", "needs more memory than a size_t counts");
+    return LSAMP_ERR_LIMIT;
 }
 
 static lsamp_result lsamp__refuse(const lsamp__logger *log, lsamp_result result, const char *field,
@@ -362,7 +379,7 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
     log = lsamp__logger_of(&d->system, "lsamp_light_domain");
     if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
     if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
-        return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "light", "is a callback, which has no domain");
+        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light", "is a callback, which has no domain");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {

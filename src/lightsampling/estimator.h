@@ -250,7 +250,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
     }
     if (!lsamp__mul_size(points->count, (size_t)desc->sample_count * 12u, &total)) {
         lsamp__log_value(&log, "points.count", (double)points->count, "less: out does not fit a size_t");
-        return LSAMP_ERR_ARGUMENT;
+        return LSAMP_ERR_LIMIT;
     }
     result = lsamp__points_check(points, &log);
     if (result != LSAMP_OK) return result;

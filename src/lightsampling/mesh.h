@@ -27,44 +27,55 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* Logs that a field of the mesh cannot be used, and returns 0. log may be NULL, here and below. */
-static int lsamp__mesh_refuse(const lsamp__logger *log, const char *field, const char *text)
+/* Logs what a field of the mesh is, and returns the result. log may be NULL, here and below. */
+static lsamp_result lsamp__mesh_refuse(const lsamp__logger *log, lsamp_result result, const char *field,
+                                       const char *text)
 {
     if (log) lsamp__log_text(log, field, text);
-    return 0;
+    return result;
 }
 
-static int lsamp__mesh_valid(const lsamp_mesh *m, const lsamp__logger *log)
+/* The same for a number of the mesh that is out of its range. */
+static lsamp_result lsamp__mesh_refuse_value(const lsamp__logger *log, lsamp_result result, const char *field,
+                                             size_t value, const char *wanted)
 {
-    size_t i, count;
+    if (log) lsamp__log_value(log, field, (double)value, wanted);
+    return result;
+}
+
+static lsamp_result lsamp__indices_check(const lsamp_mesh *m, size_t count, const lsamp__logger *log)
+{
+    size_t i;
     uint32_t index;
-    if (!m) return lsamp__mesh_refuse(log, "desc.mesh", "is NULL");
-    if (!m->positions) return lsamp__mesh_refuse(log, "desc.mesh.positions", "is NULL");
-    if (m->indices && m->indices16)
-        return lsamp__mesh_refuse(log, "desc.mesh.indices16", "is set beside indices");
-    count = lsamp__corner_count(m);
-    if (!m->vertex_count || m->vertex_count > 0x7fffffffu) {
-        if (log) lsamp__log_value(log, "desc.mesh.vertex_count", (double)m->vertex_count, "1..2^31 - 1");
-        return 0;
-    }
-    if (!lsamp__stride_valid(m->vertex_stride, 12)) {
-        if (log)
-            lsamp__log_value(log, "desc.mesh.vertex_stride", (double)m->vertex_stride,
-                             "0 or a multiple of 4 from 12 on");
-        return 0;
-    }
-    if (count == 0 || count % 3 || count > 0x7fffffffu) {
-        if (log)
-            lsamp__log_value(log,
-                             m->indices || m->indices16 ? "desc.mesh.index_count" : "desc.mesh.vertex_count",
-                             (double)count, "a multiple of 3, 3..2^31 - 1");
-        return 0;
-    }
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         index = m->indices ? m->indices[i] : m->indices16[i];
         if (index < m->vertex_count) continue;
         if (log) lsamp__log_index(log, "desc.mesh", i, index, m->vertex_count);
-        return 0;
+        return LSAMP_ERR_INPUT;
     }
-    return 1;
+    return LSAMP_OK;
+}
+
+static lsamp_result lsamp__mesh_check(const lsamp_mesh *m, const lsamp__logger *log)
+{
+    const lsamp_result bad = LSAMP_ERR_ARGUMENT;
+    const char *name;
+    size_t count;
+    if (!m) return lsamp__mesh_refuse(log, LSAMP_ERR_DESC, "desc.mesh", "is NULL");
+    if (!m->positions) return lsamp__mesh_refuse(log, bad, "desc.mesh.positions", "is NULL");
+    if (m->indices && m->indices16)
+        return lsamp__mesh_refuse(log, bad, "desc.mesh.indices16", "is set beside indices");
+    if (!lsamp__stride_valid(m->vertex_stride, 12))
+        return lsamp__mesh_refuse_value(log, bad, "desc.mesh.vertex_stride", m->vertex_stride,
+                                        "0 or a multiple of 4 from 12 on");
+    if (!m->vertex_count || m->vertex_count > 0x7fffffffu)
+        return lsamp__mesh_refuse_value(log, m->vertex_count ? LSAMP_ERR_LIMIT : bad,
+                                        "desc.mesh.vertex_count", m->vertex_count, "1..2^31 - 1");
+    name = m->indices || m->indices16 ? "desc.mesh.index_count" : "desc.mesh.vertex_count";
+    count = lsamp__corner_count(m);
+    if (count == 0 || count % 3)
+        return lsamp__mesh_refuse_value(log, bad, name, count, "a multiple of 3, 3..2^31 - 1");
+    if (count > 0x7fffffffu)
+        return lsamp__mesh_refuse_value(log, LSAMP_ERR_LIMIT, name, count, "a multiple of 3, 3..2^31 - 1");
+    return lsamp__indices_check(m, count, log);
 }

@@ -14,8 +14,7 @@ LSAMP_DEF lsamp_result lsamp_patterns_build(uint32_t length, uint32_t seed, floa
     size_t need = lsamp_patterns_bytes(length);
     uint32_t j, k;
 
-    if (!patterns) return LSAMP_ERR_ARGUMENT;
-    if (!need) return LSAMP_ERR_DESC;
+    if (!patterns || !need) return LSAMP_ERR_ARGUMENT;
     if (bytes < need) return LSAMP_ERR_MEMORY;
     for (j = 0; j < LSAMP_PATTERN_COUNT; j++) {
         uint32_t scramble = lsamp__hash_combine(seed, j);

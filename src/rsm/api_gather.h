@@ -152,8 +152,10 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
    cluster_count  1..65536
    system    may be NULL
    clusters  room for cluster_count lights, of which *count are written; none if there is no flux
-   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, a count is out of range, or the allocator is not whole.
+   Errors    RSM_ERR_ARGUMENT: a pointer is NULL, or cluster_count is out of range.
+             RSM_ERR_DESC: the allocator is not whole.
              RSM_ERR_INPUT: a light's normal is not unit, nor 0 0 0.
+             RSM_ERR_LIMIT: light_count is 2^31 or more.
              RSM_ERR_ALLOC: there is no memory.
    Cost      scratch of 4 bytes a light and 128 a cluster */
 #endif
@@ -177,7 +179,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
    side      4..64
    system    may be NULL
    values    side^2 floats: (i + 0.5) / side^2 for each i, in the order that makes the noise
-   Errors    RSM_ERR_ARGUMENT: values is NULL, side is out of range, or the allocator is not whole.
+   Errors    RSM_ERR_ARGUMENT: values is NULL, or side is out of range.
+             RSM_ERR_DESC: the allocator is not whole.
              RSM_ERR_ALLOC: there is no memory.
    Cost      a time of O(side^4), scratch of 4 bytes a value */
 

@@ -34,7 +34,7 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
    Errors   after these the map is as it was.
             RSM_ERR_ARGUMENT: map is NULL.
             RSM_ERR_DESC: a field of light is out of range.
-            RSM_ERR_MEMORY: the light needs more faces than the map was made with. */
+            RSM_ERR_LIMIT: the light needs more faces than the map was made with. */
 
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
 /* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and at most 1 KB more. Returns 0
@@ -62,7 +62,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
    uv       0..1 from the left and from the bottom of the face; beyond if the point lies outside the map
    depth    as in rsm_texel. In a perspective map depth <= 0 says that the point lies behind the light; face
             is then 0 and uv the middle
-   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, or the point is not finite or beyond 1e9. */
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL. RSM_ERR_INPUT: the point is not finite or beyond 1e9. */
 
 typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
                                        row after row */

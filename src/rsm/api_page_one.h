@@ -39,11 +39,11 @@ RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const struct rsm_mesh *meshes, si
 /* Draws triangles into all faces of the map, in place of what the map had. Both sides of a triangle are seen,
    and its normal is turned towards the light. Triangles without area or with a vertex that is not finite are
    left out and counted.
-   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, or vertex_stride or tap_side is out of range.
-            RSM_ERR_INPUT: an index is not below vertex_count, a count is no multiple of 3, or an albedo or
-            transform is out of range. RSM_ERR_LIMIT: there are 2^32 - 1 triangles or more. RSM_ERR_ORDER: the
-            map is finished. After these the map is as it was; after RSM_ERR_ALLOC (there is no memory) and
-            RSM_ERR_CANCELLED it is empty
+   Errors   RSM_ERR_ARGUMENT: map, meshes or positions are NULL, both kinds of indices are given, a count is
+            no multiple of 3, or vertex_stride is out of range. RSM_ERR_INPUT: an index is not below
+            vertex_count, or tap_side, an albedo or transform is out of range. RSM_ERR_LIMIT: there are
+            2^32 - 1 triangles or more. RSM_ERR_ORDER: the map is finished. After these the map is as it was;
+            after RSM_ERR_ALLOC (there is no memory) and RSM_ERR_CANCELLED it is empty
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 RSM_DEF rsm_result rsm_finish(rsm_map *map, struct rsm_stats *stats);
@@ -59,10 +59,11 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count,
    irradiance   receives 3 floats for each of points->count points, W/m^2; times albedo / pi that is radiance
    stats    receives what was counted; may be NULL. A gather that counts takes a fifth longer if desc->clamp
             or desc->near_limit is set
-   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride or an index is out of range.
-            RSM_ERR_DESC: a field of desc is out of range. RSM_ERR_INPUT: a normal is not unit.
-            RSM_ERR_ORDER: a map is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is
-            written; after RSM_ERR_CANCELLED some points may have been written
+   Errors   RSM_ERR_ARGUMENT: a pointer is NULL, map_count is 0, or a stride is out of range. RSM_ERR_DESC: a
+            field of desc is out of range. RSM_ERR_INPUT: a normal is not unit, or an index, a material or
+            noise is out of range. RSM_ERR_LIMIT: size_t cannot count the points' bytes. RSM_ERR_ORDER: a map
+            is not finished. RSM_ERR_ALLOC: there is no memory. After these nothing is written; after
+            RSM_ERR_CANCELLED some points may have been written
    Cost     receivers x maps x samples, about 1 ns each (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF void rsm_map_free(rsm_map *map);

@@ -204,12 +204,12 @@ static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_poi
     if (!rsm__check_stride(log, "points.open_stride", p->open_stride, 4)) return bad;
     if (!rsm__mul_size(p->count, 12, &bytes)) {
         rsm__log_value(log, "points.count", (double)p->count, "less: size_t cannot count the bytes");
-        return bad;
+        return RSM_ERR_LIMIT;
     }
     for (i = 0; p->indices && i < p->index_count; i++)
         if (p->indices[i] >= p->count) {
             rsm__log_element(log, "points.indices", i, "is", p->indices[i], "below points.count");
-            return bad;
+            return RSM_ERR_INPUT;
         }
     return p->count ? rsm__normals_check(log, p) : RSM_OK;
 }

@@ -144,12 +144,12 @@ static inline rsm_result rsm__materials_check(const rsm__logger *log, const rsm_
         const rsm_material *m = d->materials + i;
         if (!(m->exponent >= 0.0f && m->exponent <= 1e4f)) {
             rsm__log_element(log, "desc.materials", i, "has the exponent", (double)m->exponent, "0..1e4");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
         for (c = 0; c < 3; c++) {
             if (m->specular[c] >= 0.0f && m->specular[c] <= 1.0f) continue;
             rsm__log_element(log, "desc.materials", i, "has the specular", (double)m->specular[c], "0..1");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
     }
     return RSM_OK;
@@ -163,7 +163,7 @@ static inline rsm_result rsm__noise_check(const rsm__logger *log, const rsm_gath
     for (i = 0; i < d->noise_side * d->noise_side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) {
             rsm__log_element(log, "desc.noise", i, "is", (double)d->noise[i], "0..1");
-            return RSM_ERR_DESC;
+            return RSM_ERR_INPUT;
         }
     return RSM_OK;
 }

@@ -152,8 +152,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     if (!rsm__check_range(&log, "cluster_count", cluster_count, 1, 65536, "1..65536"))
         return RSM_ERR_ARGUMENT;
     if (!rsm__check_range(&log, "light_count", (double)light_count, 0, 0x7fffffff, "below 2^31"))
-        return RSM_ERR_ARGUMENT;
-    if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
+        return RSM_ERR_LIMIT;
+    if (!rsm__system_valid(&log, system)) return RSM_ERR_DESC;
     result = rsm__lights_check(&log, lights, light_count);
     if (result != RSM_OK) return result;
     a = rsm__allocator_of(system);

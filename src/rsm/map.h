@@ -274,7 +274,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
     if (!face) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "face", "is NULL");
     if (!uv) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "uv", "is NULL");
     if (!depth) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "depth", "is NULL");
-    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_ARGUMENT;
+    if (!rsm__check_vector(&log, "point", point, 1e9, "-1e9..1e9")) return RSM_ERR_INPUT;
     f = rsm__face_of(map, rsm__v3_load(point));
     if (f >= map->faces) f = 0; /* the point lies behind a patch */
     q = rsm__to_face(map, f, rsm__v3_load(point));

@@ -101,7 +101,7 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     if (result != RSM_OK) return result;
     if (next.faces > map->room) {
         rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
-        return RSM_ERR_MEMORY;
+        return RSM_ERR_LIMIT;
     }
     next.room = map->room;
     next.owned = map->owned;

@@ -192,7 +192,7 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
     if (!system) system = &none;
     if (!values) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "values", "is NULL");
     if (!rsm__check_range(&log, "side", side, 4, 64, "4..64")) return RSM_ERR_ARGUMENT;
-    if (!rsm__system_valid(&log, system)) return RSM_ERR_ARGUMENT;
+    if (!rsm__system_valid(&log, system)) return RSM_ERR_DESC;
     a = rsm__allocator_of(system);
     energy = (float *)rsm__alloc_array(&a, (size_t)side * side, sizeof *energy);
     if (!energy) return rsm__refuse(&log, RSM_ERR_ALLOC, "the allocator", "returned no memory");

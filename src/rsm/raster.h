@@ -329,9 +329,9 @@ static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_me
     size_t k, count = indexed ? m->index_count : m->vertex_count;
     rsm__message name;
     if (m->indices && m->indices16)
-        return rsm__refuse_mesh_text(log, RSM_ERR_INPUT, number, ".indices16", "is set beside indices");
+        return rsm__refuse_mesh_text(log, RSM_ERR_ARGUMENT, number, ".indices16", "is set beside indices");
     if (count % 3 != 0)
-        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, indexed ? ".index_count" : ".vertex_count",
+        return rsm__refuse_mesh(log, RSM_ERR_ARGUMENT, number, indexed ? ".index_count" : ".vertex_count",
                                 (double)count, "a multiple of 3");
     for (k = 0; indexed && k < count; k++) {
         uint32_t index = m->indices ? m->indices[k] : m->indices16[k];
@@ -352,7 +352,7 @@ static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh 
         return rsm__refuse_mesh(log, argument, number, ".vertex_stride", (double)m->vertex_stride,
                                 "0 or a multiple of 4 from 12 on");
     if (m->tap_side > 16)
-        return rsm__refuse_mesh(log, argument, number, ".tap_side", m->tap_side, "0..16");
+        return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".tap_side", m->tap_side, "0..16");
     for (k = 0; k < 3; k++)
         if (!(m->albedo[k] >= 0.0f && m->albedo[k] <= 1e6f))
             return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".albedo", (double)m->albedo[k], "0..1e6");

@@ -38,8 +38,8 @@ SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const stru
 /* Builds the occlusion field of a mesh: once for each object, before the first frame or in a tool.
    desc     NULL = all defaults; stats may be NULL too
    out      the field, which sfield_free takes back; written on SFIELD_OK only
-   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (a stride, the index count, an index
-            beyond vertex_count, both kinds of indices, no triangle left), SFIELD_ERR_ALLOC,
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL, a stride, the index count, both kinds of indices),
+            SFIELD_ERR_INPUT (an index beyond vertex_count, no triangle left), SFIELD_ERR_ALLOC,
             SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
             seconds (harmonics) to minutes (wavelets). 26 bytes a vertex and 0.2 MB for each of 16 tasks */
@@ -65,10 +65,10 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    of the paper), and writes it to the arrays that the sets name. stats may be NULL.
    Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
-   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, an entity beyond the list, exponents without to_eye),
-            SFIELD_ERR_INPUT (a normal or to_eye that is not unit), SFIELD_ERR_MISMATCH (a self-visibility or
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, exponents without to_eye), SFIELD_ERR_INPUT (a normal or
+            to_eye that is not unit, an entity beyond the list), SFIELD_ERR_MISMATCH (a self-visibility or
             cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
-            self-visibility on a rotated entity), SFIELD_ERR_ALLOC
+            self-visibility on a rotated entity), SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,

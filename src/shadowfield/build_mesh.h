@@ -21,16 +21,19 @@ static sfield_result sfield__check_mesh(const sfield__build *b, const sfield_mes
     const size_t corners = sfield__mesh_corners(m);
     const char *count = m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count";
     size_t i;
-    if (!m->positions) return sfield__fail(&b->log, SFIELD_ERR_INPUT, "mesh.positions", "is NULL");
+    if (!m->positions) return sfield__fail(&b->log, SFIELD_ERR_ARGUMENT, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return sfield__fail(&b->log, SFIELD_ERR_INPUT, "mesh", "has indices and indices16");
+        return sfield__fail(&b->log, SFIELD_ERR_ARGUMENT, "mesh", "has indices and indices16");
     if (!sfield__check_value(&b->log, sfield__stride_valid(m->vertex_stride, 12), "mesh.vertex_stride",
                              (double)m->vertex_stride, "0, or a multiple of 4 of at least 12") ||
-        !sfield__check_value(&b->log, corners && corners % 3 == 0 && corners / 3 <= 0x7ffffffeu, count,
-                             (double)corners, "a multiple of 3, > 0") ||
+        !sfield__check_value(&b->log, corners && corners % 3 == 0, count, (double)corners,
+                             "a multiple of 3, > 0"))
+        return SFIELD_ERR_ARGUMENT;
+    if (!sfield__check_value(&b->log, corners / 3 <= 0x7ffffffeu, count, (double)corners,
+                             "3 (2^31 - 2) or less") ||
         !sfield__check_value(&b->log, m->vertex_count <= 0xffffffffu, "mesh.vertex_count",
                              (double)m->vertex_count, "below 2^32"))
-        return SFIELD_ERR_INPUT;
+        return SFIELD_ERR_LIMIT;
     for (i = 0; i < corners; i++) {
         const uint32_t index = sfield__mesh_index(m, i);
         if (index < m->vertex_count) continue;

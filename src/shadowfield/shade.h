@@ -43,19 +43,21 @@ static void sfield__shade_task(void *context, size_t piece)
 static sfield_result sfield__check_arrays(const sfield__logger *log, const sfield_scene *s,
                                           const sfield_points *p)
 {
+    if (!sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31"))
+        return SFIELD_ERR_LIMIT;
     if (!sfield__points_good(log, p) ||
-        !sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31") ||
         !sfield__check_value(
             log, p->to_eye_stride % 4 == 0 && (!p->to_eye || sfield__stride_valid(p->to_eye_stride, 12)),
             "points->to_eye_stride", (double)p->to_eye_stride, "0, or a multiple of 4 of at least 12") ||
         !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
-                             (double)p->exponent_stride, "a multiple of 4") ||
-        !sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
-                             "0, or 1 for the first entity, ..."))
+                             (double)p->exponent_stride, "a multiple of 4"))
         return SFIELD_ERR_ARGUMENT;
     if (p->gloss && p->exponents && !p->to_eye)
         return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->to_eye",
                             "is NULL, but gloss and exponents are there");
+    if (!sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
+                             "0, or 1 for the first entity, ..."))
+        return SFIELD_ERR_INPUT;
     return SFIELD_OK;
 }
 

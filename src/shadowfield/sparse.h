@@ -83,10 +83,12 @@ static sfield_result sfield__check_sparse(const sfield__logger *log, const sfiel
 {
     size_t i, k;
     if (!sfield__points_good(log, points) ||
-        !sfield__check_value(log, points->count > 0 && points->count <= 0x7fffffffu, "points->count",
-                      (double)points->count, "1..2^31 - 1") ||
+        !sfield__check_value(log, points->count > 0, "points->count", 0, "> 0") ||
         !sfield__check_value(log, spacing > 0 && sfield__finite(spacing), "spacing", (double)spacing, "> 0"))
         return SFIELD_ERR_ARGUMENT;
+    if (!sfield__check_value(log, points->count <= 0x7fffffffu, "points->count", (double)points->count,
+                             "below 2^31"))
+        return SFIELD_ERR_LIMIT;
     for (i = 0; i < points->count; i++) {
         const float *p = sfield__row(points->positions, points->position_stride, i);
         const float *n = sfield__row(points->normals, points->normal_stride, i);

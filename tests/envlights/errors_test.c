@@ -70,7 +70,7 @@ static void maps_are_checked(void **state)
     m.projection = (envlt_projection)9;
     expect_build(ENVLT_ERR_INPUT, NULL, &m);
     m.projection = ENVLT_PROJECTION_CUBE;
-    expect_build(ENVLT_ERR_INPUT, NULL, &m);          /* 32 x 16 is no cube's face */
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);       /* 32 x 16 is no cube's face */
     m = day.map;
     m.texel_stride = 8;
     expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
@@ -349,7 +349,7 @@ static void refused_maps_are_named(void **state)
         { { ENVLT_PROJECTION_LATLONG, 4, 4, NULL, 0 }, ENVLT_ERR_ARGUMENT, "map.rgb is NULL" },
         { { (envlt_projection)9, 4, 4, texel, 0 }, ENVLT_ERR_INPUT,
           "map.projection is 9; it must be one of envlt_projection" },
-        { { ENVLT_PROJECTION_CUBE, 4, 5, texel, 0 }, ENVLT_ERR_INPUT,
+        { { ENVLT_PROJECTION_CUBE, 4, 5, texel, 0 }, ENVLT_ERR_ARGUMENT,
           "map.height is 5; it must be the width: faces of a cube are squares" },
         { { ENVLT_PROJECTION_LATLONG, 65536, 32768, texel, 0 }, ENVLT_ERR_LIMIT,
           "map.width x map.height is 2147483648; it must be at most 2^27, all faces of a cube together" },

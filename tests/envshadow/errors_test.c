@@ -110,7 +110,7 @@ static void atlas_is_checked(void **state)
     d.no_depth = 1;
     assert_int_equal(envsh_maps_create(&d, count, &m), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(m, ALL, box), ENVSH_OK);
-    assert_int_equal(envsh_maps_end(m), ENVSH_ERR_DESC);
+    assert_int_equal(envsh_maps_end(m), ENVSH_ERR_MISMATCH);
     {
         envsh_query q = { 0 };
         envsh_points r = { 0 };
@@ -118,9 +118,9 @@ static void atlas_is_checked(void **state)
         envsh_info before, atlas;
         uint32_t n = 7;
         float depth[32 * 32] = { 0 };
-        assert_int_equal(envsh_maps_draw(m, &nothing, NULL), ENVSH_ERR_DESC);   /* there are no maps to draw into */
-        assert_int_equal(envsh_maps_set(m, 0, depth, 0), ENVSH_ERR_DESC);
-        assert_int_equal(envsh_shade(m, &q, &r, NULL), ENVSH_ERR_DESC);
+        assert_int_equal(envsh_maps_draw(m, &nothing, NULL), ENVSH_ERR_MISMATCH);   /* there are no maps to draw into */
+        assert_int_equal(envsh_maps_set(m, 0, depth, 0), ENVSH_ERR_MISMATCH);
+        assert_int_equal(envsh_shade(m, &q, &r, NULL), ENVSH_ERR_MISMATCH);
         memset(&atlas, 0x31, sizeof atlas);
         before = atlas;
         envsh_get_info(NULL, &atlas);
@@ -150,7 +150,7 @@ static void drawing_is_checked(void **state)
     assert_int_equal(envsh_maps_draw(fresh, &mesh, NULL), ENVSH_ERR_ORDER);
     assert_int_equal(envsh_maps_set(fresh, 0, depth, 0), ENVSH_ERR_ORDER);
     assert_int_equal(envsh_maps_end(fresh), ENVSH_ERR_ORDER);
-    assert_int_equal(envsh_maps_begin(fresh, AS_LIGHTS(list, 2), box), ENVSH_ERR_ARGUMENT);
+    assert_int_equal(envsh_maps_begin(fresh, AS_LIGHTS(list, 2), box), ENVSH_ERR_LIMIT);
     assert_int_equal(envsh_maps_begin(fresh, AS_LIGHTS(NULL, 1), box), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_begin(NULL, AS_LIGHTS(list, 1), box), ENVSH_ERR_ARGUMENT);
     envsh_maps_free(fresh);
@@ -182,14 +182,14 @@ static void drawing_is_checked(void **state)
     REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
     mesh.indices = inside;
     mesh.index_count = 2;
-    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_INPUT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.index_count = 3;
     mesh.vertex_stride = 10;
     REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.vertex_stride = 14;
     REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
     mesh.vertex_stride = SIZE_MAX & ~(size_t)3;
-    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_LIMIT);
     mesh.vertex_stride = 0;
     mesh.positions = NULL;
     REFUSES(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_ARGUMENT);
@@ -495,7 +495,7 @@ static void failed_calls_say_why(void **state)
     log_calls = 0;
     assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
     expect_log(envsh_maps_end(m), ENVSH_ERR_ORDER, "envsh_maps_end: envsh_maps_begin must come first");
-    expect_log(envsh_maps_begin(m, AS_LIGHTS(list, 2), box), ENVSH_ERR_ARGUMENT,
+    expect_log(envsh_maps_begin(m, AS_LIGHTS(list, 2), box), ENVSH_ERR_LIMIT,
                "envsh_maps_begin: lights.count is 2; it must be at most the capacity of the maps");
     light.axis_v[1] = 2000;
     light.axis_v[0] = light.axis_v[2] = 0;
@@ -717,12 +717,12 @@ static void clusters_are_checked_before_drawing(void **state)
     expect_log(envsh_illuminate(maps, &light, box, never, NULL, NULL, &r, NULL), ENVSH_ERR_ARGUMENT,
                "envsh_illuminate: irradiance is NULL");
     assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
-    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_DESC,
-               "envsh_illuminate: desc.no_depth was set: these maps have no texels");
+    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_MISMATCH,
+               "envsh_illuminate: maps were made with desc.no_depth: they have no texels");
     envsh_maps_free(m);
     d.no_depth = 0;
     assert_int_equal(envsh_maps_create(&d, 0, &m), ENVSH_OK);
-    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_ARGUMENT,
+    expect_log(envsh_illuminate(m, &light, box, never, NULL, NULL, &r, e), ENVSH_ERR_LIMIT,
                "envsh_illuminate: capacity is 0: no light has room");
     envsh_maps_free(m);
 }
@@ -782,7 +782,7 @@ static void queries_are_checked(void **state)
         assert_int_equal(envsh_illuminate(maps, AS_LIGHTS(NULL, count), box, draw_fails, &says, g, &r, out),
                          ENVSH_ERR_ARGUMENT);
         assert_int_equal(envsh_maps_create(NULL, 0, &none), ENVSH_OK);
-        assert_int_equal(envsh_illuminate(none, ALL, box, draw_fails, &says, g, &r, out), ENVSH_ERR_ARGUMENT);
+        assert_int_equal(envsh_illuminate(none, ALL, box, draw_fails, &says, g, &r, out), ENVSH_ERR_LIMIT);
         envsh_maps_free(none);
         assert_int_equal(envsh_illuminate(maps, ALL, box, draw_fails, &says, g, &r, out), ENVSH_ERR_INPUT);
         assert_true(out[0] >= 7 && out[0] <= 7);

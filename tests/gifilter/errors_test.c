@@ -87,7 +87,7 @@ static void frames_out_of_range_write_nothing(void **state)
         if (i == 0) p.count = 3;
         if (i == 1) p.position_stride = 8;
         if (i == 2) p.normal_stride = 14;
-        SMOOTHED(GIFILT_ERR_ARGUMENT, d.passes = 0);
+        SMOOTHED(i ? GIFILT_ERR_ARGUMENT : GIFILT_ERR_MISMATCH, d.passes = 0);
     }
     p = points;
     p.normals = NULL;
@@ -214,7 +214,7 @@ static void every_refusal_says_one_line(void **state)
          "gifilt_apply: points.normal_stride is 13; it must be 0 or a multiple of 4, at least 12");
     p = points;
     p.count = 7;
-    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_ARGUMENT,
+    SAYS(gifilt_apply(filter, &f, &p, positions, result), GIFILT_ERR_MISMATCH,
          "gifilt_apply: points.count is 7; it must be the filter's width x height");
     p = points;
     f.history = 1001;

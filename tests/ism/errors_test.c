@@ -165,7 +165,7 @@ static void arguments_are_checked(void **state)
     v.normal[0] = 3;
     assert_int_equal(ism_set_vpls(w.maps, &v, 1), ISM_ERR_INPUT);
     assert_int_equal(ism_set_vpls(w.maps, &v, 17), ISM_ERR_LIMIT);
-    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, out, out, out), ISM_ERR_ORDER);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, out, out, out), ISM_ERR_MISMATCH);
     assert_int_equal(ism_bounce(w.maps, &w.mesh, 3, out, out, out), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_sky_directions(out, 4, 0, 0, out, out, NULL), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_emitter_points(&w.mesh, NULL, 1, 0, NULL, out, out, out), ISM_ERR_ARGUMENT);
@@ -277,7 +277,7 @@ static void limits_of_frames_are_exact(void **state)
     VIEWED(ISM_ERR_ARGUMENT, w.view.normals = NULL);
     VIEWED(ISM_ERR_ARGUMENT, w.view.count = 0);
     VIEWED(ISM_ERR_ARGUMENT, w.view.count--);
-    VIEWED(ISM_ERR_ARGUMENT, w.view.count = (1u << 28) + 1u; w.view.width = 0);
+    VIEWED(ISM_ERR_LIMIT, w.view.count = (1u << 28) + 1u; w.view.width = 0);
     VIEWED(ISM_ERR_ARGUMENT, w.view.normal_stride = 6);
     VIEWED(ISM_ERR_ARGUMENT, w.view.geometric_normal_stride = 14);
     VIEWED(ISM_ERR_ARGUMENT, w.view.albedo_stride = 8);
@@ -424,11 +424,11 @@ static void limits_of_queries_are_exact(void **state)
     assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, NULL, n, f), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, NULL, f), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, n, NULL), ISM_ERR_ARGUMENT);
-    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, &half, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, &half, p, n, f), ISM_ERR_DESC);
     other.vertex_count = 0;
     assert_int_equal(ism_emitter_points(&other, radiance, 4, 0, NULL, p, n, f), ISM_ERR_ARGUMENT);
     other.indices = NULL;
-    assert_int_equal(ism_emitter_points(&other, radiance, 4, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    assert_int_equal(ism_emitter_points(&other, radiance, 4, 0, NULL, p, n, f), ISM_ERR_ARGUMENT);
     ism_free(w.maps);
 }
 

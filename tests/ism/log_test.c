@@ -306,14 +306,14 @@ static void shading_fields_are_named(void **state)
     SAYS(ism_shade(w.maps, &w.view, &s, out, NULL), ISM_ERR_DESC, "ism_shade: shading.bias is 1; it must be below 1");
     SAYS(ism_visible(w.maps, 16, &w.view, 0, visible), ISM_ERR_ARGUMENT,
          "ism_visible: vpl is 16; it must be less than there are VPLs");
-    SAYS(ism_bounce(w.maps, &w.mesh, 4, out, out, out), ISM_ERR_ORDER,
-         "ism_bounce: maps have no hits: set desc.keep_hits");
+    SAYS(ism_bounce(w.maps, &w.mesh, 4, out, out, out), ISM_ERR_MISMATCH,
+         "ism_bounce: maps have no hits: they were made without desc.keep_hits");
     SAYS(ism_emitter_points(&w.mesh, lit.p, 0, 0, &w.desc.system, out, out, out), ISM_ERR_ARGUMENT,
          "ism_emitter_points: count is 0; it must be above 0");
     SAYS(ism_emitter_points(&w.mesh, lit.p, 4, 0, &w.desc.system, out, NULL, out), ISM_ERR_ARGUMENT,
          "ism_emitter_points: normals is NULL");
     w.desc.system.allocator.free_fn = ledger_free;
-    SAYS(ism_emitter_points(&w.mesh, lit.p, 4, 0, &w.desc.system, out, out, out), ISM_ERR_ARGUMENT,
+    SAYS(ism_emitter_points(&w.mesh, lit.p, 4, 0, &w.desc.system, out, out, out), ISM_ERR_DESC,
          "ism_emitter_points: system.allocator has one function of two");
     ism_free(w.maps);
 }

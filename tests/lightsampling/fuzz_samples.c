@@ -265,7 +265,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     result = lsamp_light_init(&d, memory, sizeof memory, &light, NULL);
     need((result != LSAMP_OK) == (lines == 1));
     need((result == LSAMP_OK) == (light != NULL));
-    need(bytes != 0 || result == LSAMP_ERR_DESC);
+    need(bytes != 0 || result == LSAMP_ERR_DESC || result == LSAMP_ERR_ARGUMENT || result == LSAMP_ERR_INPUT ||
+         result == LSAMP_ERR_LIMIT);
     if (result == LSAMP_OK) use_light(&in, &r, light, &lines);
     return 0;
 }

@@ -1252,7 +1252,7 @@ static void patterns_lie_in_the_square_and_differ_by_seed(void **state)
         check_ok(lsamp_patterns_build(n, 6, b, size));
         assert_int_equal(lsamp_patterns_build(n, 6, b, size - 1u), LSAMP_ERR_MEMORY);
         assert_int_equal(lsamp_patterns_build(n, 6, NULL, size), LSAMP_ERR_ARGUMENT);
-        assert_int_equal(lsamp_patterns_build(0, 6, b, size), LSAMP_ERR_DESC);
+        assert_int_equal(lsamp_patterns_build(0, 6, b, size), LSAMP_ERR_ARGUMENT);
         assert_true(memcmp(a, b, size) != 0);
         for (j = 0; j < 256; j++) {
             const float *at = a + (size_t)j * n * 2u;
@@ -1537,7 +1537,7 @@ static void bad_input_is_refused(void **state)
     q = points, q.to_eye = shorter, q.to_eye_stride = 12;
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     q = points, q.count = SIZE_MAX / 8;
-    REFUSED(LSAMP_ERR_ARGUMENT, lsamp_sample(&desc, box.light, &q, &out, &useful));
+    REFUSED(LSAMP_ERR_LIMIT, lsamp_sample(&desc, box.light, &q, &out, &useful));
     broken = m, broken.diffuse[1] = 1.5f;
     q = points, q.materials = &broken;
     REFUSED(LSAMP_ERR_INPUT, lsamp_sample(&desc, box.light, &q, &out, &useful));
@@ -1551,7 +1551,7 @@ static void bad_input_is_refused(void **state)
     assert_int_equal(lsamp_brdf_eval(NULL, up, NULL, up, up, f, &pdf), LSAMP_ERR_ARGUMENT);
     assert_int_equal(lsamp_brdf_eval(&m, up, NULL, up, zero, f, &pdf), LSAMP_ERR_INPUT);
     assert_int_equal(lsamp_brdf_sample(&m, up, NULL, up, nan3, w, f, &pdf), LSAMP_ERR_INPUT);
-    assert_int_equal(lsamp_brdf_eval(&broken, up, NULL, up, up, f, &pdf), LSAMP_ERR_DESC);
+    assert_int_equal(lsamp_brdf_eval(&broken, up, NULL, up, up, f, &pdf), LSAMP_ERR_INPUT);
     assert_int_equal(lsamp_progressive_add(NULL, w), LSAMP_ERR_ARGUMENT);
     free(box.memory);
 }
@@ -1582,7 +1582,7 @@ static void messages_name_what_was_refused(void **state)
     d.system.log = keep_message;
     d.system.user = last;
     d.mesh = &mesh;
-    assert_int_equal(lsamp_light_init(&d, memory, sizeof memory, &light, NULL), LSAMP_ERR_DESC);
+    assert_int_equal(lsamp_light_init(&d, memory, sizeof memory, &light, NULL), LSAMP_ERR_INPUT);
     assert_string_equal(last, "lsamp_light_init: desc.mesh: index 1 of triangle 0 is 7, but the mesh has 3 vertices");
     d.kind = LSAMP_LIGHT_SPOT;
     d.direction[1] = 1;

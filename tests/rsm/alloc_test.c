@@ -272,7 +272,7 @@ static void maps_begin_anew(void **state)
     }
     assert_true(l.live == 1 && l.calls > calls);            /* the rasteriser's scratch */
     other.kind = RSM_LIGHT_POINT;
-    assert_int_equal(rsm_map_restart(map, &other), RSM_ERR_MEMORY);
+    assert_int_equal(rsm_map_restart(map, &other), RSM_ERR_LIMIT);
     other.value[0] = -1;
     assert_int_equal(rsm_map_restart(map, &other), RSM_ERR_DESC);
     assert_int_equal(rsm_map_restart(NULL, &other), RSM_ERR_ARGUMENT);

@@ -124,8 +124,8 @@ static void bad_meshes_are_refused(void **state)
     DRAWN(RSM_ERR_ARGUMENT, m.positions = NULL);
     DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 8);
     DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 13);
-    DRAWN(RSM_ERR_ARGUMENT, m.tap_side = 17);
-    DRAWN(RSM_ERR_INPUT, m.index_count = 4);
+    DRAWN(RSM_ERR_INPUT, m.tap_side = 17);
+    DRAWN(RSM_ERR_ARGUMENT, m.index_count = 4);
     DRAWN(RSM_ERR_INPUT, m.indices = bad_index; m.index_count = 3);
     DRAWN(RSM_ERR_INPUT, m.albedo[0] = -1);
     DRAWN(RSM_ERR_INPUT, m.albedo[2] = odd[0]);
@@ -234,10 +234,10 @@ static void gathers_out_of_range(void **state)
     base.interleave = 1;
     assert_int_equal(gather(&base, &p), RSM_OK);
     p = points;
-    GATHERED(RSM_ERR_DESC, g.materials = &bad; g.material_count = 1);
+    GATHERED(RSM_ERR_INPUT, g.materials = &bad; g.material_count = 1);
     GATHERED(RSM_ERR_DESC, g.material_count = 1);
     GATHERED(RSM_ERR_DESC, g.noise = noise);
-    GATHERED(RSM_ERR_DESC, g.noise = noise; g.noise_side = 2);
+    GATHERED(RSM_ERR_INPUT, g.noise = noise; g.noise_side = 2);
     GATHERED(RSM_ERR_DESC, g.system.allocator.alloc_fn = ledger_alloc);
     for (i = 0; i < 3; i++) {
         GATHERED(RSM_ERR_DESC, g.r_max = odd[i]);
@@ -257,7 +257,7 @@ static void gathers_out_of_range(void **state)
     p = points;
     p.indices = &far_index;
     p.index_count = 1;
-    assert_int_equal(gather(&base, &p), RSM_ERR_ARGUMENT);
+    assert_int_equal(gather(&base, &p), RSM_ERR_INPUT);
     assert_int_equal(rsm_map_create(&d, &open), RSM_OK);
     assert_int_equal(rsm_gather((const rsm_map *const *)&open, 1, &base, &points, result, NULL), RSM_ERR_ORDER);
     assert_int_equal(rsm_gather(NULL, 1, &base, &points, result, NULL), RSM_ERR_ARGUMENT);
@@ -398,7 +398,7 @@ static void limits_are_exact(void **state)
     assert_int_equal(rsm_finish(NULL, NULL), RSM_ERR_ARGUMENT);
     assert_int_equal(rsm_map_project(good, big, &face, uv, &depth), RSM_OK);
     big[0] = 1.1e9f;
-    assert_int_equal(rsm_map_project(good, big, &face, uv, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, big, &face, uv, &depth), RSM_ERR_INPUT);
     big[0] = 0;
     assert_int_equal(rsm_map_project(NULL, big, &face, uv, &depth), RSM_ERR_ARGUMENT);
     assert_int_equal(rsm_map_project(good, NULL, &face, uv, &depth), RSM_ERR_ARGUMENT);
@@ -421,7 +421,9 @@ static void limits_of_gathers_are_exact(void **state)
     (void)state;
     memset(texels, 0, sizeof texels);
 #define TAKEN(change) do { rsm_gather_desc g = g0; change; assert_int_equal(gather(&g, &p), RSM_OK); } while (0)
-#define LEFT(change) do { rsm_gather_desc g = g0; change; assert_int_equal(gather(&g, &p), RSM_ERR_DESC); } while (0)
+#define LEFT_AS(expected, change) \
+    do { rsm_gather_desc g = g0; change; assert_int_equal(gather(&g, &p), expected); } while (0)
+#define LEFT(change) LEFT_AS(RSM_ERR_DESC, change)
     TAKEN(g.r_max = 1e3f);
     LEFT(g.r_max = 1.1e3f);
     TAKEN(g.r_min = 0.99f);
@@ -440,13 +442,13 @@ static void limits_of_gathers_are_exact(void **state)
     LEFT(g.noise = no_noise; g.noise_side = 4097);
     TAKEN(g.materials = &edge; g.material_count = 1);
     edge.exponent = 1.1e4f;
-    LEFT(g.materials = &edge; g.material_count = 1);
+    LEFT_AS(RSM_ERR_INPUT, g.materials = &edge; g.material_count = 1);
     edge.exponent = -1;
-    LEFT(g.materials = &edge; g.material_count = 1);
+    LEFT_AS(RSM_ERR_INPUT, g.materials = &edge; g.material_count = 1);
     edge.exponent = 0;
     TAKEN(g.materials = &edge; g.material_count = 1);
     edge.specular[0] = -0.1f;
-    LEFT(g.materials = &edge; g.material_count = 1);
+    LEFT_AS(RSM_ERR_INPUT, g.materials = &edge; g.material_count = 1);
     TAKEN(g.sample_count = 1);
     LEFT(g.pattern = RSM_PATTERN_POISSON; g.sample_count = 4097);
     p.indices = one;
@@ -477,7 +479,7 @@ static void limits_of_gathers_are_exact(void **state)
     assert_int_equal(rsm_cluster(NULL, 4, 1, NULL, texels, &count), RSM_ERR_ARGUMENT);
     assert_int_equal(rsm_cluster(texels, 4, 1, NULL, NULL, &count), RSM_ERR_ARGUMENT);
     assert_int_equal(rsm_cluster(texels, 4, 1, NULL, texels, NULL), RSM_ERR_ARGUMENT);
-    assert_int_equal(rsm_cluster(texels, 0x80000000u, 1, NULL, texels, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 0x80000000u, 1, NULL, texels, &count), RSM_ERR_LIMIT);
     assert_int_equal(rsm_cluster(texels, 4, 1, NULL, texels, &count), RSM_OK);
 #define BUILT(expected, kind, samples, r_min, to) \
     assert_int_equal(rsm_pattern_build(kind, samples, r_min, 0, 0, to), expected)
@@ -883,14 +885,14 @@ static void nothing_to_take_light_from(void **state)
     two[0] = good;
     assert_int_equal(rsm_gather(two, 2, &g, &points, result, NULL), RSM_ERR_ARGUMENT);
     assert_int_equal(rsm_interpolate(two, 2, &g, NULL, &points, result, NULL), RSM_ERR_ARGUMENT);
-    assert_int_equal(rsm_cluster(lights, 4, 1, &half, lights, &count), RSM_ERR_ARGUMENT);
-    assert_int_equal(rsm_blue_noise(8, 1, &half, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(lights, 4, 1, &half, lights, &count), RSM_ERR_DESC);
+    assert_int_equal(rsm_blue_noise(8, 1, &half, result), RSM_ERR_DESC);
     g.r_max = -1;
     assert_int_equal(rsm_gather_list(lights, 4, &g, &points, result, NULL), RSM_ERR_DESC);
     assert_int_equal(rsm_interpolate(maps, 1, &g, NULL, &points, result, NULL), RSM_ERR_DESC);
     g.r_max = 0.3f;
     p.count = SIZE_MAX / 4;
-    assert_int_equal(rsm_gather_list(lights, 4, &g, &p, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(lights, 4, &g, &p, result, NULL), RSM_ERR_LIMIT);
     m.surface_fn = only_holes;                   /* asked for visible points alone: black, none left out */
     {
         rsm_desc d = sun_desc(1, 1.2, 16);

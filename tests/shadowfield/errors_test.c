@@ -203,11 +203,11 @@ static void degenerate_meshes_are_refused_or_usable(void **state)
             d.position_side = 2;
             d.cube_side = 4;
             switch (i) {
-            case 0: mesh.positions = NULL; expected = SFIELD_ERR_INPUT; break;
-            case 1: mesh.index_count = 0; expected = SFIELD_ERR_INPUT; break;
-            case 2: mesh.index_count = 4; expected = SFIELD_ERR_INPUT; break;
-            case 3: mesh.vertex_stride = 8; expected = SFIELD_ERR_INPUT; break;
-            case 4: mesh.vertex_stride = 13; expected = SFIELD_ERR_INPUT; break;
+            case 0: mesh.positions = NULL; expected = SFIELD_ERR_ARGUMENT; break;
+            case 1: mesh.index_count = 0; expected = SFIELD_ERR_ARGUMENT; break;
+            case 2: mesh.index_count = 4; expected = SFIELD_ERR_ARGUMENT; break;
+            case 3: mesh.vertex_stride = 8; expected = SFIELD_ERR_ARGUMENT; break;
+            case 4: mesh.vertex_stride = 13; expected = SFIELD_ERR_ARGUMENT; break;
             case 5: m.p[0] = NAN; skipped = 6; break;
             case 6: m.p[0] = INFINITY; skipped = 6; break;
             case 7: m.i[3] = 8; expected = SFIELD_ERR_INPUT; break;
@@ -360,7 +360,7 @@ static void bad_arguments_of_scenes_are_refused(void **state)
     assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
     assert_true(rgb[0] == 0 && rgb[1] == 0 && sfield__finite(rgb[2]));
     set.entity = 2;
-    assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_ERR_ARGUMENT);
+    assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_ERR_INPUT);
     set.entity = 1;
     set.self = f;
     assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_ERR_MISMATCH);

@@ -134,11 +134,11 @@ static void a_bad_mesh_says_which_index_of_which_triangle(void **state)
     said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_INPUT,
          "sfield_build: mesh: index 1 of triangle 1 is 7, but the mesh has 3 vertices");
     mesh.index_count = 5;
-    said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_INPUT,
+    said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_ARGUMENT,
          "sfield_build: mesh.index_count is 5; it must be a multiple of 3, > 0");
     mesh.index_count = 3;
     mesh.vertex_stride = 13;
-    said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_INPUT,
+    said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_ARGUMENT,
          "sfield_build: mesh.vertex_stride is 13; it must be 0, or a multiple of 4 of at least 12");
 }
 
@@ -166,7 +166,7 @@ static void indices_of_16_bits_build_the_same_bytes(void **state)
     }
     assert_memory_equal(bytes[0], bytes[1], size);
     mesh.indices = m.i;
-    said(&n, sfield_build(&d, &mesh, &(sfield_field *){ NULL }, NULL), SFIELD_ERR_INPUT,
+    said(&n, sfield_build(&d, &mesh, &(sfield_field *){ NULL }, NULL), SFIELD_ERR_ARGUMENT,
          "sfield_build: mesh has indices and indices16");
     free(bytes[0]);
     free(bytes[1]);
@@ -249,7 +249,7 @@ static void normals_are_unit_or_zero(void **state)
     assert_true(rgb[0] == 7);                   /* untouched */
     set.entity = 1;
     normals[4] = 1;
-    said(&st.n, sfield_shade(st.s, &set, 1, NULL), SFIELD_ERR_ARGUMENT,
+    said(&st.n, sfield_shade(st.s, &set, 1, NULL), SFIELD_ERR_INPUT,
          "sfield_shade: points->entity is 1; it must be 0, or 1 for the first entity, ...");
     stage_free(&st);
 }

@@ -336,7 +336,7 @@ static void bad_arguments_of_views_are_refused(void **state)
     assert_int_equal(sfield_build_views(&d, 0, NULL, NULL, &v, &f, NULL), SFIELD_ERR_ARGUMENT);
     assert_int_equal(sfield_build_views(&d, 0, NULL, see, &v, NULL, NULL), SFIELD_ERR_ARGUMENT);
     assert_int_equal(sfield_build_views(NULL, 0, NULL, see, &v, &f, NULL), SFIELD_ERR_ARGUMENT);
-    assert_int_equal(sfield_build_views(&d, 0, &none, see, &v, &f, NULL), SFIELD_ERR_INPUT);
+    assert_int_equal(sfield_build_views(&d, 0, &none, see, &v, &f, NULL), SFIELD_ERR_ARGUMENT);
     d.radius = 0;
     assert_int_equal(sfield_build_views(&d, 0, NULL, see, &v, &f, NULL), SFIELD_ERR_DESC);
     d.radius = 1;
