@@ -1277,7 +1277,7 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     ctx->first_block = desc->first_block;
     ctx->check = desc->check != 0;
     if (!desc->get_proc_fn)
-        result = glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc.get_proc_fn", "is NULL");
+        result = glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.get_proc_fn", "is NULL");
     else if (!glbk__allocator_valid(desc->system.allocator.alloc_fn, desc->system.allocator.free_fn))
         result = glbk__refuse(ctx, GLBK_ERR_DESC, __func__, "desc.system.allocator",
                               "has one of its two functions");

@@ -161,17 +161,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
    out        zeroed on errors, like the out of all calls
    Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
               returns is about 1.4 times as large as the block
-   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one.
-              GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more than 4 GB, or than
-              ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of textures and buffers */
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. GLBK_ERR_FORMAT: not a block
+              of csm.h, or a damaged one. GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more
+              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of
+              textures and buffers */
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
                                          const struct glbk_csm_instance *instances, uint32_t count);
 /* Replaces all instances of the scene, by one upload of 64 bytes an instance (3 KB if there are no more than
    16). Call it whenever an object has moved.
    count    0 .. maps->capacity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
-            transform shears, mirrors or scales unevenly. GLBK_ERR_ALLOC, with more than 16 instances */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a start is none of these maps', or a
+            transform shears, mirrors or scales unevenly. GLBK_ERR_LIMIT: count is above maps->capacity.
+            GLBK_ERR_ALLOC, with more than 16 instances */
 
 GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const struct glbk_csm_lights_desc *desc,
                                             uint32_t *starts, glbk_csm_lights *out);
@@ -179,7 +181,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const struct glbk
    starts   receives for each light where it begins, for glbk_csm_use.start
    Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
             texel of its L, 3 a triangle, 128 for each point of a pattern
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: a
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or a pointer, count or stride of a mesh is out of range.
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: an index of a mesh is out of range, or a
             mesh has no area. GLBK_ERR_LIMIT: there are more than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct glbk_csm_renderer_desc *desc,
@@ -187,8 +190,8 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct gl
 /* Makes a renderer without frames, which glbk_csm_renderer_free takes back. Programs that shade are compiled
    when they are first used: see glbk_csm_prepare. If ctx->compute is set, it renders by compute.
    Memory   on the GPU 32 bytes a pixel, 16 if it computes
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. Those of textures,
-            targets and glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. Those of textures, targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
                                      const glbk_gbuffer *gbuffer, const struct glbk_csm_frame_desc *desc);
@@ -200,9 +203,10 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *rende
              glbk_csm_frame_desc.planes, both counted from 1; its first_lobe counts in
              glbk_csm_lights_desc.lobes. Its occlusion, which is of bounced light, plays no part
    Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
-             of range. GLBK_ERR_MISMATCH: a sample_count is not the patterns' length, or the G-buffer has
-             another size. GLBK_ERR_LIMIT: the frame needs more than GLBK_CSM_MAX_PROGRAMS programs, or there
-             were 2^32 - 1 frames. Those of glbk_program_compile and glbk_buffer_update */
+             of range, or an object in it is NULL or was not created. GLBK_ERR_MISMATCH: a sample_count is not
+             the patterns' length, or the G-buffer has another size. GLBK_ERR_LIMIT: the frame needs more than
+             GLBK_CSM_MAX_PROGRAMS programs, or there were 2^32 - 1 frames. Those of glbk_program_compile and
+             glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const glbk_pass *pass,
@@ -211,8 +215,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *rend
    viewports cut it.
    gbuffer   the one that was rendered; it may be NULL if picture does not ask what is seen
    picture   may be NULL: every pixel is drawn, without depths
-   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: picture
-             asks what is seen, and there is no G-buffer, or it has another size. Those of glbk_begin */
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, gbuffer too if picture asks what is seen, or an object was
+             not created. GLBK_ERR_MISMATCH: the G-buffer has another size. Those of glbk_begin */
 
 /* ---- structs of page one ---- */
 
@@ -413,8 +417,8 @@ GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
 GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
 /* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
    words    receives 4 words for each of glbk_csm_light_texels(desc) texels
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: the light is refused. GLBK_ERR_INPUT: a mesh
-            has no area. desc->system.log is told which field is wrong; there is no log if desc is NULL */
+   Errors   those of glbk_csm_lights_create, but for memory. desc->system.log is told which field is wrong;
+            there is no log if desc is NULL */
 
 /* ---- many questions at once ----
 
@@ -449,7 +453,8 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
    known yet.
    Memory   32 bytes a question while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or a count or stride is out of
-            range. GLBK_ERR_DESC: light_kind, filter or bias is out of range. GLBK_ERR_ALLOC */
+            range. GLBK_ERR_DESC: light_kind, filter or bias is out of range. GLBK_ERR_LIMIT: query->count is
+            above the capacity. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
@@ -458,16 +463,17 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
    this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
    refuses then.
    count    1 .. asker->capacity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is out of range.
-            GLBK_ERR_ORDER: nothing was uploaded yet. Those of glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is 0. GLBK_ERR_LIMIT:
+            count is above the capacity. GLBK_ERR_ORDER: nothing was uploaded yet. Those of
+            glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
                                        float *visible);
 /* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 if the light
    lies inside an object's hull.
    visible   receives count floats, count being 1 .. asker->capacity
-   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or count is out of range. Those
-             of glbk_buffer_read and glbk_target_read */
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or count is 0. GLBK_ERR_LIMIT:
+             count is above the capacity. Those of glbk_buffer_read and glbk_target_read */
 
 GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
 /* Deletes the asker's objects of GL and zeroes the struct. NULL is allowed. */
@@ -556,8 +562,8 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
 /* Draws the layers of views from .. from + count - 1, calling view_fn and draw_fn once for each view and
    layer.
    count    1 .. builder->batch
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or count is out of range. Those
-            of glbk_begin */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or count is 0. GLBK_ERR_LIMIT:
+            count is above builder->batch. Those of glbk_begin */
 
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
 /* Finds the segments of the views that were drawn last, which must follow those compressed before, and reads
@@ -3093,7 +3099,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result == GLBK_OK) result = glbk__csm_line_up(ctx, blocks, count, starts, &texels);
     if (result != GLBK_OK) return result;
     if (capacity > most)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 0, most);
     for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
@@ -3157,7 +3163,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
                                              const glbk_csm_instance *instances, uint32_t count)
 {
     static const char function[] = "glbk_csm_maps_place";
-    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    const glbk_result bad = GLBK_ERR_INPUT;
     glbk_result result = glbk__require_created(ctx, function, "maps", maps ? &maps->blocks.name : NULL);
     float inverse[16], scale;
     uint32_t i;
@@ -3165,7 +3171,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (result == GLBK_OK && count) result = glbk__require(ctx, function, "instances", instances);
     if (result != GLBK_OK) return result;
     if (count > maps->capacity)
-        return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
@@ -3339,7 +3345,8 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
     least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12;
     stride = q->light_stride;
     if (!q->count || q->count > asker->capacity)
-        return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, q->count ? GLBK_ERR_LIMIT : bad, function, "query.count",
+                                  (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
         return glbk__refuse_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
                                   "0 or a multiple of 4, >= 12");
@@ -3418,7 +3425,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
         result = glbk__require_created(ctx, __func__, "maps", maps ? &maps->blocks.name : NULL);
     if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, asker->capacity);
     if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
     result = glbk__csm_ask_program(ctx, asker, maps, &program);
     if (result != GLBK_OK) return result;
@@ -3451,7 +3459,8 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "visible", visible);
     if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
     for (done = 0; done < count && result == GLBK_OK; done += n) {
         n = count - done < 1024 ? count - done : 1024;
@@ -3576,31 +3585,47 @@ static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
     return glbk_csm__v3_load(p);
 }
 
-/* Returns 1 if a mesh can emit, else logs why not and returns 0. */
-static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
+/* Logs what a member of the mesh is, and returns the result. */
+static glbk_result glbk__csm_refuse_mesh(const glbk__csm_logger *log, glbk_result result, const char *member,
+                                         const char *text)
 {
+    return glbk__refuse_element(log->ctx, result, log->function, log->array, log->index, member, text);
+}
+
+/* The same for a number of the mesh that is out of its range. */
+static glbk_result glbk__csm_refuse_number(const glbk__csm_logger *log, glbk_result result,
+                                           const char *member, size_t value, const char *wanted)
+{
+    return glbk__refuse_element_value(log->ctx, result, log->function, log->array, log->index, member,
+                                      (double)value, wanted);
+}
+
+/* Checks that a mesh can emit. */
+static glbk_result glbk__csm_check_mesh(const glbk__csm_logger *log, const lsamp_mesh *m)
+{
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
     char field[GLBK__ELEMENT_ROOM];
     size_t i, count;
-    if (!m) return glbk__csm_refuse(log, ".mesh", "is NULL");
-    if (!m->positions) return glbk__csm_refuse(log, ".mesh->positions", "is NULL");
-    if (!m->vertex_count) return glbk__csm_refuse(log, ".mesh->vertex_count", "is 0");
+    if (!m) return glbk__csm_refuse_mesh(log, GLBK_ERR_DESC, ".mesh", "is NULL");
+    if (!m->positions) return glbk__csm_refuse_mesh(log, bad, ".mesh->positions", "is NULL");
+    if (!m->vertex_count) return glbk__csm_refuse_mesh(log, bad, ".mesh->vertex_count", "is 0");
     if (m->indices && m->indices16)
-        return glbk__csm_refuse(log, ".mesh->indices", "and indices16 are given; one must be NULL");
+        return glbk__csm_refuse_mesh(log, bad, ".mesh->indices", "and indices16 are given; one must be NULL");
     if (m->vertex_stride % 4 || (m->vertex_stride && m->vertex_stride < 12))
-        return glbk__csm_in(log, ".mesh->vertex_stride", (double)m->vertex_stride, 0, 0,
-                            "0 or a multiple of 4, >= 12");
+        return glbk__csm_refuse_number(log, bad, ".mesh->vertex_stride", m->vertex_stride,
+                                       "0 or a multiple of 4, >= 12");
     count = glbk__csm_corner_count(m);
-    if (!count || count % 3 || count / 3 >= (size_t)1 << 26)
-        return glbk__csm_in(log, ".mesh's corners", (double)count, -1, -1,
-                            "a multiple of 3, below 3 * 2^26");
+    if (!count || count % 3)
+        return glbk__csm_refuse_number(log, bad, ".mesh's corners", count, "a multiple of 3, above 0");
+    if (count / 3 >= (size_t)1 << 26)
+        return glbk__csm_refuse_number(log, GLBK_ERR_LIMIT, ".mesh's corners", count, "below 3 * 2^26");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
         glbk__name_element(field, log->array, log->index, ".mesh");
-        (void)glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, field, i,
-                                 glbk__csm_corner_index(m, i), m->vertex_count);
-        return 0;
+        return glbk__refuse_index(log->ctx, GLBK_ERR_INPUT, log->function, field, i,
+                                  glbk__csm_corner_index(m, i), m->vertex_count);
     }
-    return 1;
+    return GLBK_OK;
 }
 
 /* ---- csm: what a light may be ---- */
@@ -3618,8 +3643,7 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24") &&
-           glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
+           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24");
 }
 
 static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
@@ -3651,7 +3675,7 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
         return glbk__csm_unit(log, direction, d->direction) &&
                glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
-    case LSAMP_LIGHT_MESH: return glbk__csm_mesh_valid(log, d->mesh);
+    case LSAMP_LIGHT_MESH: return 1;
     default:
         return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
@@ -3671,22 +3695,33 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
            glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
-/* Returns the texels of a light, or 0 if it is refused. */
-static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_light_desc *d)
+/* Checks a light and its mesh, whose faults are not those of the desc, and counts the light's texels. */
+static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d,
+                                          size_t *texels)
 {
-    if (!glbk__csm_light_valid(log, d)) return 0;
-    if (d->kind == LSAMP_LIGHT_MESH) return GLBK__CSM_LIGHT_HEAD + glbk__csm_corner_count(d->mesh);
-    if (!d->texels) return glbk__csm_is_sky(d) ? GLBK__CSM_LIGHT_HEAD + 3 : GLBK__CSM_LIGHT_HEAD;
-    return GLBK__CSM_LIGHT_HEAD + 2 * (size_t)d->width * d->height + d->height;
+    const int has_mesh = d->kind == LSAMP_LIGHT_MESH;
+    const glbk_result result = !glbk__csm_light_valid(log, d) ? GLBK_ERR_DESC
+                               : has_mesh                     ? glbk__csm_check_mesh(log, d->mesh)
+                                                              : GLBK_OK;
+    if (result != GLBK_OK) return result;
+    if (d->texels && (double)d->width * d->height > 134217728)
+        return glbk__refuse_element_value(log->ctx, GLBK_ERR_LIMIT, log->function, log->array, log->index,
+                                          ".width * height", (double)d->width * d->height, "2^27 at most");
+    *texels = GLBK__CSM_LIGHT_HEAD;
+    if (has_mesh) *texels += glbk__csm_corner_count(d->mesh);
+    else if (d->texels) *texels += 2 * (size_t)d->width * d->height + d->height;
+    else if (glbk__csm_is_sky(d)) *texels += 3;
+    return GLBK_OK;
 }
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
 {
     glbk_context none;
     glbk__csm_logger log;
+    size_t texels = 0;
     memset(&none, 0, sizeof none);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return d ? glbk__csm_texel_count(&log, d) : 0;
+    return d && glbk__csm_count_texels(&log, d, &texels) == GLBK_OK ? texels : 0;
 }
 
 /* ==== src/gl_csm/light_tables.h ==== */
@@ -3920,13 +3955,16 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
 {
     glbk_context none;
     glbk__csm_logger log;
+    size_t texels;
+    glbk_result result;
     if (!d) return GLBK_ERR_ARGUMENT;
     memset(&none, 0, sizeof none);
     none.system.log = d->system.log;
     none.system.user = d->system.user;
     if (!words) return glbk__require(&none, __func__, "words", words);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
+    result = glbk__csm_count_texels(&log, d, &texels);
+    return result == GLBK_OK ? glbk__csm_light_write(&log, d, words) : result;
 }
 
 /* Writes two texels for each lobe. */
@@ -3945,9 +3983,10 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
 {
     static const char function[] = "glbk_csm_lights_create";
     glbk_result result = glbk__require(ctx, function, "desc", d);
-    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "desc.lights", d->lights);
     if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "starts", starts);
     if (result != GLBK_OK) return result;
+    if (d->light_count && !d->lights)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lights", "is NULL");
     if (d->lobe_count && !d->lobes)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL");
     if (d->lobe_count > (uint32_t)1 << 20)
@@ -3976,8 +4015,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
         log.index = i;
-        one = glbk__csm_texel_count(&log, &d->lights[i]);
-        if (!one) return GLBK_ERR_DESC;
+        result = glbk__csm_count_texels(&log, &d->lights[i], &one);
+        if (result != GLBK_OK) return result;
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
@@ -4021,8 +4060,8 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
-    texels = glbk__csm_texel_count(&log, desc);
-    if (!texels) return GLBK_ERR_DESC;
+    result = glbk__csm_count_texels(&log, desc, &texels);
+    if (result != GLBK_OK) return result;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
                                   "that of a light with as many texels");
@@ -4301,7 +4340,7 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
     if (result == GLBK_OK && asks && !gbuffer)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gbuffer",
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer",
                             "is NULL, but picture asks what is seen");
     if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;
@@ -4586,7 +4625,8 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
     if (result != GLBK_OK) return result;
     if (!count || count > b->batch)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, b->batch);
     m = b->desc.map_side;
     glbk__csm_fill_block(b, count, &block);
     memset(&pass, 0, sizeof pass);

@@ -153,8 +153,8 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t widt
    width, height   pixels, 1 to ctx->max_side
    out             zeroed on errors
    Memory          on the GPU: 32 bytes for each pixel, by compute 16
-   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT:
-                   width or height is above ctx->max_side. Those of programs, textures and targets */
+   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or
+                   height is above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                            const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,
@@ -261,12 +261,12 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
             these maps. Where the views say that their tiles lie plays no part
    count    at most the capacity; 0 = no light
    draw_fn  draws what casts shadows; user is given to it
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the maps were not created, or there are too many views.
-            GLBK_ERR_MISMATCH: the views are for tiles of another size or guard. What draw_fn returned. With
-            desc.check of the context GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or drew fewer
-            instances of a caster than it was given. To find that out, the maps are drawn once more with the
-            instances in the opposite order, and both results are read back and compared. A draw_fn that draws
-            nothing at all is not noticed, since all casters may lie beyond the bounds */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LIMIT: count is above
+            the capacity. GLBK_ERR_MISMATCH: the views are for tiles of another size or guard. What draw_fn
+            returned. With desc.check of the context GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or
+            drew fewer instances of a caster than it was given. To find that out, the maps are drawn once more
+            with the instances in the opposite order, and both results are read back and compared. A draw_fn
+            that draws nothing at all is not noticed, since all casters may lie beyond the bounds */
 
 GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,
@@ -1529,7 +1529,7 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "draw_fn", draw_fn ? m : NULL);
     if (result != GLBK_OK) return result;
     if (count > m->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
                                   "the map_side of the envsh_maps_desc that made the views");

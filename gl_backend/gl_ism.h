@@ -262,8 +262,8 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
    height   pixels, 1 to ctx->max_side
    out      zeroed on errors
    Memory   on the GPU: 32 bytes for each pixel
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is out of range. Those of
-            programs, textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or height is
+            above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
@@ -3047,10 +3047,9 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
-    if (!width || width > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
-    if (!height || height > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
+    result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
     result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);

@@ -169,8 +169,8 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const struct gl
    the renderer gathers and filters by compute.
    out      zeroed on errors
    Memory   on the GPU: 4 MB, and for each pixel 48 bytes, with interpolate 13 more, with denoise 96 more
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT, and
-            those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. Those of textures and targets */
 
 GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
                                          glbk_rsm_map *out);
@@ -179,8 +179,8 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
    side     texels a side of each face, 4..4096; 0 = 512, of maps with several faces 256
    out      zeroed on errors
    Memory   on the GPU: 60 bytes for each texel
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: side, or a light that rsm_map_create refuses.
-            GLBK_ERR_LIMIT, and those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or side is out of range. GLBK_ERR_DESC: a light that
+            rsm_map_create refuses. GLBK_ERR_LIMIT, and those of textures and targets */
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Draws your scene: for each object the function calls glbk_rsm_object, binds its vertex array and draws.
@@ -317,7 +317,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
             seed, ..) for the desc; for RSM_PATTERN_MIXED, of RSM_PATTERN_LOG_RADIAL with r_min 1 / 192. NULL
             if the count is 0
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or points are given to a pattern that needs none.
-            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT: a table is too large. GLBK_ERR_ALLOC */
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: a material or noise is out of range.
+            GLBK_ERR_LIMIT: a table is too large. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                           const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
@@ -329,7 +330,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
    so nothing is read back from the GPU.
    desc            NULL = all defaults; noise and interleave must be off
    interpolation   NULL = all defaults; its mask must be NULL
-   Errors          those of glbk_rsm_gather. GLBK_ERR_ORDER: the renderer was made without desc.interpolate */
+   Errors          those of glbk_rsm_gather. GLBK_ERR_MISMATCH: also if the renderer was made without
+                   desc.interpolate */
 
 GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const gifilt_frame *frame,
@@ -341,8 +343,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *rend
    motion   where each pixel's surface was in the last frame, in pixels, in r and g; NULL = surfaces that
             moved are new
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
-            of range. GLBK_ERR_MISMATCH: the G-buffer has another size. GLBK_ERR_ORDER: no light was gathered,
-            the light was filtered already, or the renderer was made without desc.denoise */
+            of range. GLBK_ERR_MISMATCH: the G-buffer has another size, or the renderer was made without
+            desc.denoise. GLBK_ERR_ORDER: no light was gathered, or the light was filtered already */
 
 GLBK_DEF void glbk_rsm_reset(glbk_rsm_renderer *renderer);
 /* Forgets all frames, so that glbk_rsm_denoise begins anew: for a cut, where no surface of the last frame is
@@ -2653,17 +2655,17 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
                                   GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.noise", i, "",
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.noise", i, "",
                                             (double)d->noise[i], "0..1");
     for (i = 0; i < count; i++) {
         const rsm_material *m = &d->materials[i];
         int c;
         if (!(m->exponent >= 0.0f && m->exponent <= 1e4f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i, ".exponent",
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.materials", i, ".exponent",
                                             (double)m->exponent, "0..1e4");
         for (c = 0; c < 3; c++)
             if (!(m->specular[c] >= 0.0f && m->specular[c] <= 1.0f))
-                return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i,
+                return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.materials", i,
                                                 ".specular", (double)m->specular[c], "0..1");
     }
     return GLBK_OK;
@@ -2912,7 +2914,7 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
     result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (side && (side < 4 || side > 4096))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "side", side, "0 or 4..4096");
     out->light = checked;
     out->face_count = glbk__rsm_face_count(&out->light);
     out->side = side ? side : out->face_count > 1 ? 256 : 512;
@@ -3099,14 +3101,12 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
-    {
-        const glbk__rsm_range fields[] = { { "desc.width", (double)d->width, 1, (double)ctx->max_side },
-                                           { "desc.height", (double)d->height, 1, (double)ctx->max_side },
-                                           { "desc.lights_per_pass", (double)d->lights_per_pass, 0,
-                                             GLBK__RSM_LIST / 2 } };
-        result = glbk__rsm_in_range(ctx, __func__, fields, sizeof fields / sizeof fields[0]);
-        if (result != GLBK_OK) return result;
-    }
+    result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
+    if (d->lights_per_pass > GLBK__RSM_LIST / 2)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lights_per_pass", d->lights_per_pass, 0,
+                                  GLBK__RSM_LIST / 2);
     out->width = d->width;
     out->height = d->height;
     out->lights_per_pass = d->lights_per_pass ? d->lights_per_pass : 4096;
@@ -3864,7 +3864,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     if (d.interleave != 1)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", d.interleave, "0 or 1");
     if (!r->grids[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was made without desc.interpolate");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "renderer",
+                            "was made without desc.interpolate");
     return glbk__rsm_gather(&g, &d, &how);
 }
 
@@ -3917,7 +3918,7 @@ static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_r
     const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was made without desc.denoise");
     if (!glbk__rsm_bounced(r))
         return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
     if (r->filtered)

@@ -168,7 +168,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_MISMATCH:
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, logarithms, own visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
             than 2^28 texels. GLBK_ERR_ALLOC */
 
@@ -192,8 +192,9 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
    Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and own visibility
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_ALLOC.
-            Those of textures, targets and glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
+            targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                        const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
@@ -396,8 +397,9 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
 /* Makes a builder for one object.
    Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here the
             numbers that are read back of a batch, and while the call runs the mesh or the basis
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_INPUT: a
-            mesh that sfield_build refuses, or radiance that is out of range. GLBK_ERR_ALLOC. Those of
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or a pointer, count or stride of the mesh is out of range.
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: an index of the mesh or radiance is out of
+            range, or no triangle can be used. GLBK_ERR_LIMIT: the mesh is too large. GLBK_ERR_ALLOC. Those of
             textures and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder,
@@ -2040,9 +2042,9 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
 {
     glbk_sfield__message name;
     size_t i;
-    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
                                   65535);
@@ -2056,7 +2058,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_DESC, function,
                                 glbk__sfield_name(&name, "desc.fields", i, ""), why);
     }
     return GLBK_OK;
@@ -2726,12 +2728,12 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
+    glbk_result result;
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
-    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width || d->width > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", d->width, 1, ctx->max_side);
-    if (!d->height || d->height > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", d->height, 1, ctx->max_side);
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.algebra", "is NULL");
+    result = glbk__require_side(ctx, function, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);
@@ -2989,22 +2991,24 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
                                            const sfield_mesh *m)
 {
     const size_t corners = glbk__sfield_mesh_corners(m);
+    const char *count = m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count";
     glbk_sfield__logger log;
     size_t i;
 
-    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
+    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.indices",
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.indices",
                             "and mesh.indices16 are both given");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
-    if (!corners || corners % 3 || corners > 0x7fffffffu)
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
-                                  m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                                  (double)corners, "a multiple of 3, > 0 and below 2^31");
+    if (!corners || corners % 3)
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, count, (double)corners,
+                                  "a multiple of 3, > 0");
+    if (corners > 0x7fffffffu)
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, count, (double)corners, "below 2^31");
     if (m->vertex_count > 0xffffffffu)
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)m->vertex_count,
                                   "below 2^32");
     log.log = ctx->system.log;
     log.user = ctx->system.user;
@@ -3100,11 +3104,11 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
 static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
-    const glbk_result bad = GLBK_ERR_DESC, none = GLBK_ERR_ARGUMENT;
+    const glbk_result bad = GLBK_ERR_DESC;
     sfield_desc f;
     int haar;
 
-    if (!d) return glbk__refuse(ctx, none, function, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
     memset(&f, 0, sizeof f);
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
@@ -3117,9 +3121,9 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
         return glbk__refuse_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
                                   "0 or a power of two of 4..64");
     if (!d->mesh && !d->draw_fn)
-        return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+        return glbk__refuse(ctx, bad, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
-        return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
+        return glbk__refuse(ctx, bad, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frame_count > 1)
         return glbk__refuse_value(ctx, bad, function, "desc.field->frame_count", f.frame_count,
                                   "0 or 1 with a mesh: other frames are drawn by draw_fn");

@@ -71,8 +71,8 @@ GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
 GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
 /* Writes a light as it stands in a table, at desc->time; docs/gpu-layouts.md has the layout.
    words    receives 4 words for each of glbk_csm_light_texels(desc) texels
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: the light is refused. GLBK_ERR_INPUT: a mesh
-            has no area. desc->system.log is told which field is wrong; there is no log if desc is NULL */
+   Errors   those of glbk_csm_lights_create, but for memory. desc->system.log is told which field is wrong;
+            there is no log if desc is NULL */
 
 /* ---- many questions at once ----
 
@@ -107,7 +107,8 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
    known yet.
    Memory   32 bytes a question while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or a count or stride is out of
-            range. GLBK_ERR_DESC: light_kind, filter or bias is out of range. GLBK_ERR_ALLOC */
+            range. GLBK_ERR_DESC: light_kind, filter or bias is out of range. GLBK_ERR_LIMIT: query->count is
+            above the capacity. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
@@ -116,16 +117,17 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
    this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
    refuses then.
    count    1 .. asker->capacity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is out of range.
-            GLBK_ERR_ORDER: nothing was uploaded yet. Those of glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is 0. GLBK_ERR_LIMIT:
+            count is above the capacity. GLBK_ERR_ORDER: nothing was uploaded yet. Those of
+            glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count,
                                        float *visible);
 /* Waits for the GPU and copies the first answers: 1 lit, 0 dark, something between with PCF, -1 if the light
    lies inside an object's hull.
    visible   receives count floats, count being 1 .. asker->capacity
-   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or count is out of range. Those
-             of glbk_buffer_read and glbk_target_read */
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, the asker was not created, or count is 0. GLBK_ERR_LIMIT:
+             count is above the capacity. Those of glbk_buffer_read and glbk_target_read */
 
 GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
 /* Deletes the asker's objects of GL and zeroes the struct. NULL is allowed. */

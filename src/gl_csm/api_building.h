@@ -80,8 +80,8 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
 /* Draws the layers of views from .. from + count - 1, calling view_fn and draw_fn once for each view and
    layer.
    count    1 .. builder->batch
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or count is out of range. Those
-            of glbk_begin */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the builder was not created, or count is 0. GLBK_ERR_LIMIT:
+            count is above builder->batch. Those of glbk_begin */
 
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
 /* Finds the segments of the views that were drawn last, which must follow those compressed before, and reads

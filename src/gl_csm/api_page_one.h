@@ -29,17 +29,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
    out        zeroed on errors, like the out of all calls
    Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
               returns is about 1.4 times as large as the block
-   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_FORMAT: not a block of csm.h, or a damaged one.
-              GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more than 4 GB, or than
-              ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of textures and buffers */
+   Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. GLBK_ERR_FORMAT: not a block
+              of csm.h, or a damaged one. GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more
+              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of
+              textures and buffers */
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
                                          const struct glbk_csm_instance *instances, uint32_t count);
 /* Replaces all instances of the scene, by one upload of 64 bytes an instance (3 KB if there are no more than
    16). Call it whenever an object has moved.
    count    0 .. maps->capacity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, count is too large, a start is none of these maps', or a
-            transform shears, mirrors or scales unevenly. GLBK_ERR_ALLOC, with more than 16 instances */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a start is none of these maps', or a
+            transform shears, mirrors or scales unevenly. GLBK_ERR_LIMIT: count is above maps->capacity.
+            GLBK_ERR_ALLOC, with more than 16 instances */
 
 GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const struct glbk_csm_lights_desc *desc,
                                             uint32_t *starts, glbk_csm_lights *out);
@@ -47,7 +49,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const struct glbk
    starts   receives for each light where it begins, for glbk_csm_use.start
    Memory   16 bytes a texel, on the GPU and here while it runs: 2 texels a lobe, 10 a light, 2 more for each
             texel of its L, 3 a triangle, 128 for each point of a pattern
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: a
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or a pointer, count or stride of a mesh is out of range.
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: an index of a mesh is out of range, or a
             mesh has no area. GLBK_ERR_LIMIT: there are more than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct glbk_csm_renderer_desc *desc,
@@ -55,8 +58,8 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const struct gl
 /* Makes a renderer without frames, which glbk_csm_renderer_free takes back. Programs that shade are compiled
    when they are first used: see glbk_csm_prepare. If ctx->compute is set, it renders by compute.
    Memory   on the GPU 32 bytes a pixel, 16 if it computes
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. Those of textures,
-            targets and glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. Those of textures, targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer,
                                      const glbk_gbuffer *gbuffer, const struct glbk_csm_frame_desc *desc);
@@ -68,9 +71,10 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *rende
              glbk_csm_frame_desc.planes, both counted from 1; its first_lobe counts in
              glbk_csm_lights_desc.lobes. Its occlusion, which is of bounced light, plays no part
    Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
-             of range. GLBK_ERR_MISMATCH: a sample_count is not the patterns' length, or the G-buffer has
-             another size. GLBK_ERR_LIMIT: the frame needs more than GLBK_CSM_MAX_PROGRAMS programs, or there
-             were 2^32 - 1 frames. Those of glbk_program_compile and glbk_buffer_update */
+             of range, or an object in it is NULL or was not created. GLBK_ERR_MISMATCH: a sample_count is not
+             the patterns' length, or the G-buffer has another size. GLBK_ERR_LIMIT: the frame needs more than
+             GLBK_CSM_MAX_PROGRAMS programs, or there were 2^32 - 1 frames. Those of glbk_program_compile and
+             glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const glbk_pass *pass,
@@ -79,8 +83,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *rend
    viewports cut it.
    gbuffer   the one that was rendered; it may be NULL if picture does not ask what is seen
    picture   may be NULL: every pixel is drawn, without depths
-   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: picture
-             asks what is seen, and there is no G-buffer, or it has another size. Those of glbk_begin */
+   Errors    GLBK_ERR_ARGUMENT: a pointer is NULL, gbuffer too if picture asks what is seen, or an object was
+             not created. GLBK_ERR_MISMATCH: the G-buffer has another size. Those of glbk_begin */
 
 /* ---- structs of page one ---- */
 

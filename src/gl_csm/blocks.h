@@ -164,7 +164,7 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result == GLBK_OK) result = glbk__csm_line_up(ctx, blocks, count, starts, &texels);
     if (result != GLBK_OK) return result;
     if (capacity > most)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0, most);
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 0, most);
     for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
@@ -228,7 +228,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
                                              const glbk_csm_instance *instances, uint32_t count)
 {
     static const char function[] = "glbk_csm_maps_place";
-    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    const glbk_result bad = GLBK_ERR_INPUT;
     glbk_result result = glbk__require_created(ctx, function, "maps", maps ? &maps->blocks.name : NULL);
     float inverse[16], scale;
     uint32_t i;
@@ -236,7 +236,7 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (result == GLBK_OK && count) result = glbk__require(ctx, function, "instances", instances);
     if (result != GLBK_OK) return result;
     if (count > maps->capacity)
-        return glbk__refuse_range(ctx, bad, function, "count", count, 0, maps->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
         if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",

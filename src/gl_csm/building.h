@@ -245,7 +245,8 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
     if (result != GLBK_OK) return result;
     if (!count || count > b->batch)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, b->batch);
     m = b->desc.map_side;
     glbk__csm_fill_block(b, count, &block);
     memset(&pass, 0, sizeof pass);

@@ -227,13 +227,16 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
 {
     glbk_context none;
     glbk__csm_logger log;
+    size_t texels;
+    glbk_result result;
     if (!d) return GLBK_ERR_ARGUMENT;
     memset(&none, 0, sizeof none);
     none.system.log = d->system.log;
     none.system.user = d->system.user;
     if (!words) return glbk__require(&none, __func__, "words", words);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
+    result = glbk__csm_count_texels(&log, d, &texels);
+    return result == GLBK_OK ? glbk__csm_light_write(&log, d, words) : result;
 }
 
 /* Writes two texels for each lobe. */
@@ -252,9 +255,10 @@ static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_cs
 {
     static const char function[] = "glbk_csm_lights_create";
     glbk_result result = glbk__require(ctx, function, "desc", d);
-    if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "desc.lights", d->lights);
     if (result == GLBK_OK && d->light_count) result = glbk__require(ctx, function, "starts", starts);
     if (result != GLBK_OK) return result;
+    if (d->light_count && !d->lights)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lights", "is NULL");
     if (d->lobe_count && !d->lobes)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL");
     if (d->lobe_count > (uint32_t)1 << 20)
@@ -283,8 +287,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
         log.index = i;
-        one = glbk__csm_texel_count(&log, &d->lights[i]);
-        if (!one) return GLBK_ERR_DESC;
+        result = glbk__csm_count_texels(&log, &d->lights[i], &one);
+        if (result != GLBK_OK) return result;
         starts[i] = (uint32_t)texels;
         texels += one;
         if (texels > (size_t)1 << 28)
@@ -328,8 +332,8 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
-    texels = glbk__csm_texel_count(&log, desc);
-    if (!texels) return GLBK_ERR_DESC;
+    result = glbk__csm_count_texels(&log, desc, &texels);
+    if (result != GLBK_OK) return result;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
                                   "that of a light with as many texels");

@@ -98,31 +98,47 @@ static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
     return glbk_csm__v3_load(p);
 }
 
-/* Returns 1 if a mesh can emit, else logs why not and returns 0. */
-static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
+/* Logs what a member of the mesh is, and returns the result. */
+static glbk_result glbk__csm_refuse_mesh(const glbk__csm_logger *log, glbk_result result, const char *member,
+                                         const char *text)
 {
+    return glbk__refuse_element(log->ctx, result, log->function, log->array, log->index, member, text);
+}
+
+/* The same for a number of the mesh that is out of its range. */
+static glbk_result glbk__csm_refuse_number(const glbk__csm_logger *log, glbk_result result,
+                                           const char *member, size_t value, const char *wanted)
+{
+    return glbk__refuse_element_value(log->ctx, result, log->function, log->array, log->index, member,
+                                      (double)value, wanted);
+}
+
+/* Checks that a mesh can emit. */
+static glbk_result glbk__csm_check_mesh(const glbk__csm_logger *log, const lsamp_mesh *m)
+{
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
     char field[GLBK__ELEMENT_ROOM];
     size_t i, count;
-    if (!m) return glbk__csm_refuse(log, ".mesh", "is NULL");
-    if (!m->positions) return glbk__csm_refuse(log, ".mesh->positions", "is NULL");
-    if (!m->vertex_count) return glbk__csm_refuse(log, ".mesh->vertex_count", "is 0");
+    if (!m) return glbk__csm_refuse_mesh(log, GLBK_ERR_DESC, ".mesh", "is NULL");
+    if (!m->positions) return glbk__csm_refuse_mesh(log, bad, ".mesh->positions", "is NULL");
+    if (!m->vertex_count) return glbk__csm_refuse_mesh(log, bad, ".mesh->vertex_count", "is 0");
     if (m->indices && m->indices16)
-        return glbk__csm_refuse(log, ".mesh->indices", "and indices16 are given; one must be NULL");
+        return glbk__csm_refuse_mesh(log, bad, ".mesh->indices", "and indices16 are given; one must be NULL");
     if (m->vertex_stride % 4 || (m->vertex_stride && m->vertex_stride < 12))
-        return glbk__csm_in(log, ".mesh->vertex_stride", (double)m->vertex_stride, 0, 0,
-                            "0 or a multiple of 4, >= 12");
+        return glbk__csm_refuse_number(log, bad, ".mesh->vertex_stride", m->vertex_stride,
+                                       "0 or a multiple of 4, >= 12");
     count = glbk__csm_corner_count(m);
-    if (!count || count % 3 || count / 3 >= (size_t)1 << 26)
-        return glbk__csm_in(log, ".mesh's corners", (double)count, -1, -1,
-                            "a multiple of 3, below 3 * 2^26");
+    if (!count || count % 3)
+        return glbk__csm_refuse_number(log, bad, ".mesh's corners", count, "a multiple of 3, above 0");
+    if (count / 3 >= (size_t)1 << 26)
+        return glbk__csm_refuse_number(log, GLBK_ERR_LIMIT, ".mesh's corners", count, "below 3 * 2^26");
     for (i = 0; (m->indices || m->indices16) && i < count; i++) {
         if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
         glbk__name_element(field, log->array, log->index, ".mesh");
-        (void)glbk__refuse_index(log->ctx, GLBK_ERR_DESC, log->function, field, i,
-                                 glbk__csm_corner_index(m, i), m->vertex_count);
-        return 0;
+        return glbk__refuse_index(log->ctx, GLBK_ERR_INPUT, log->function, field, i,
+                                  glbk__csm_corner_index(m, i), m->vertex_count);
     }
-    return 1;
+    return GLBK_OK;
 }
 
 /* ---- csm: what a light may be ---- */
@@ -140,8 +156,7 @@ static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light
     return glbk__csm_in(log, ".width", d->width, 1, 65536, "1..65536") &&
            glbk__csm_in(log, ".height", d->height, 1, d->kind == LSAMP_LIGHT_LINE ? 1 : 65536,
                         d->kind == LSAMP_LIGHT_LINE ? "1" : "1..65536") &&
-           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24") &&
-           glbk__csm_in(log, ".width * height", (double)d->width * d->height, 1, 134217728, "1..2^27");
+           glbk__csm_in(log, ".frame_count", d->frame_count, 0, 16777216, "0..2^24");
 }
 
 static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
@@ -173,7 +188,7 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
         return glbk__csm_unit(log, direction, d->direction) &&
                glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
-    case LSAMP_LIGHT_MESH: return glbk__csm_mesh_valid(log, d->mesh);
+    case LSAMP_LIGHT_MESH: return 1;
     default:
         return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
@@ -193,20 +208,31 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
            glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
-/* Returns the texels of a light, or 0 if it is refused. */
-static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_light_desc *d)
+/* Checks a light and its mesh, whose faults are not those of the desc, and counts the light's texels. */
+static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d,
+                                          size_t *texels)
 {
-    if (!glbk__csm_light_valid(log, d)) return 0;
-    if (d->kind == LSAMP_LIGHT_MESH) return GLBK__CSM_LIGHT_HEAD + glbk__csm_corner_count(d->mesh);
-    if (!d->texels) return glbk__csm_is_sky(d) ? GLBK__CSM_LIGHT_HEAD + 3 : GLBK__CSM_LIGHT_HEAD;
-    return GLBK__CSM_LIGHT_HEAD + 2 * (size_t)d->width * d->height + d->height;
+    const int has_mesh = d->kind == LSAMP_LIGHT_MESH;
+    const glbk_result result = !glbk__csm_light_valid(log, d) ? GLBK_ERR_DESC
+                               : has_mesh                     ? glbk__csm_check_mesh(log, d->mesh)
+                                                              : GLBK_OK;
+    if (result != GLBK_OK) return result;
+    if (d->texels && (double)d->width * d->height > 134217728)
+        return glbk__refuse_element_value(log->ctx, GLBK_ERR_LIMIT, log->function, log->array, log->index,
+                                          ".width * height", (double)d->width * d->height, "2^27 at most");
+    *texels = GLBK__CSM_LIGHT_HEAD;
+    if (has_mesh) *texels += glbk__csm_corner_count(d->mesh);
+    else if (d->texels) *texels += 2 * (size_t)d->width * d->height + d->height;
+    else if (glbk__csm_is_sky(d)) *texels += 3;
+    return GLBK_OK;
 }
 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
 {
     glbk_context none;
     glbk__csm_logger log;
+    size_t texels = 0;
     memset(&none, 0, sizeof none);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return d ? glbk__csm_texel_count(&log, d) : 0;
+    return d && glbk__csm_count_texels(&log, d, &texels) == GLBK_OK ? texels : 0;
 }

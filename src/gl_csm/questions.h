@@ -60,7 +60,8 @@ static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm
     least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12;
     stride = q->light_stride;
     if (!q->count || q->count > asker->capacity)
-        return glbk__refuse_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, q->count ? GLBK_ERR_LIMIT : bad, function, "query.count",
+                                  (double)q->count, 1, asker->capacity);
     if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
         return glbk__refuse_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
                                   "0 or a multiple of 4, >= 12");
@@ -139,7 +140,8 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
         result = glbk__require_created(ctx, __func__, "maps", maps ? &maps->blocks.name : NULL);
     if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, asker->capacity);
     if (!asker->question) return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
     result = glbk__csm_ask_program(ctx, asker, maps, &program);
     if (result != GLBK_OK) return result;
@@ -172,7 +174,8 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "visible", visible);
     if (result != GLBK_OK) return result;
     if (!count || count > asker->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+        return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
+                                  1, asker->capacity);
     if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
     for (done = 0; done < count && result == GLBK_OK; done += n) {
         n = count - done < 1024 ? count - done : 1024;

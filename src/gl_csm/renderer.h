@@ -255,7 +255,7 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
     if (result == GLBK_OK && asks && !gbuffer)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "gbuffer",
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer",
                             "is NULL, but picture asks what is seen");
     if (result == GLBK_OK && gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
     if (result != GLBK_OK) return result;

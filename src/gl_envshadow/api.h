@@ -7,12 +7,12 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
             these maps. Where the views say that their tiles lie plays no part
    count    at most the capacity; 0 = no light
    draw_fn  draws what casts shadows; user is given to it
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the maps were not created, or there are too many views.
-            GLBK_ERR_MISMATCH: the views are for tiles of another size or guard. What draw_fn returned. With
-            desc.check of the context GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or drew fewer
-            instances of a caster than it was given. To find that out, the maps are drawn once more with the
-            instances in the opposite order, and both results are read back and compared. A draw_fn that draws
-            nothing at all is not noticed, since all casters may lie beyond the bounds */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LIMIT: count is above
+            the capacity. GLBK_ERR_MISMATCH: the views are for tiles of another size or guard. What draw_fn
+            returned. With desc.check of the context GLBK_ERR_ORDER: draw_fn did not call glbk_envsh_cast, or
+            drew fewer instances of a caster than it was given. To find that out, the maps are drawn once more
+            with the instances in the opposite order, and both results are read back and compared. A draw_fn
+            that draws nothing at all is not noticed, since all casters may lie beyond the bounds */
 
 GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,

@@ -36,8 +36,8 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t widt
    width, height   pixels, 1 to ctx->max_side
    out             zeroed on errors
    Memory          on the GPU: 32 bytes for each pixel, by compute 16
-   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT:
-                   width or height is above ctx->max_side. Those of programs, textures and targets */
+   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or
+                   height is above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                            const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,

@@ -419,7 +419,7 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "draw_fn", draw_fn ? m : NULL);
     if (result != GLBK_OK) return result;
     if (count > m->capacity)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
                                   "the map_side of the envsh_maps_desc that made the views");

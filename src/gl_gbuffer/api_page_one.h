@@ -32,8 +32,8 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *gbuffe
    Cost     a pixel: 2 to 8 texels are read, 4 to 8 more if normals of surfaces come from neighbours, and 64
             bytes are written
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the G-buffer was not created. GLBK_ERR_DESC: a required
-            field is missing, a texture has another size, a matrix has no inverse, or a number is out of
-            range. Those of glbk_program_compile in the first call */
+            field is missing, a matrix has no inverse, or a number is out of range. GLBK_ERR_MISMATCH: a
+            texture has another size. Those of glbk_program_compile in the first call */
 
 GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *gbuffer,
                                         const float world_to_clip[16], const float eye[3]);

@@ -36,47 +36,51 @@ static int glbk__gbuffer_invert(const float *from, float *to)
     return 1;
 }
 
-/* Returns 1 if a texture of the user's is not given or is a 2D texture of the right size; else logs what it
-   is. */
-static int glbk__gbuffer_takes(const glbk_context *ctx, const glbk_gbuffer *g, const char *field,
-                               const glbk_texture *t)
+/* Checks that each texture of the user's is not given or is a 2D texture of the right size. */
+static glbk_result glbk__gbuffer_check_textures(const glbk_context *ctx, const glbk_gbuffer *g,
+                                                const glbk_import *d)
 {
+    static const char *const names[8] = { "import.depth", "import.positions", "import.normals",
+                                          "import.geometric_normals", "import.color_map", "import.gloss_map",
+                                          "import.open_map", "import.entities" };
+    const glbk_texture *const textures[8] = { d->depth, d->positions, d->normals, d->geometric_normals,
+                                              d->color_map, d->gloss_map, d->open_map, d->entities };
     const char *text = NULL;
-    if (!t) return 1;
-    if (!t->name) text = "has no name of GL";
-    else if (t->layers) text = "is an array, not 2D";
-    else if (t->width != g->width) text = "has not the width of the G-buffer";
-    else if (t->height != g->height) text = "has not the height of the G-buffer";
-    if (text) glbk__gbuffer_bad(ctx, "glbk_gbuffer_import", field, text);
-    return !text;
+    int i;
+    for (i = 0; i < 8; i++) {
+        const glbk_texture *t = textures[i];
+        if (!t) continue;
+        if (!t->name || t->layers)
+            return glbk__gbuffer_bad(ctx, "glbk_gbuffer_import", names[i],
+                                     t->name ? "is an array, not 2D" : "has no name of GL");
+        if (t->width != g->width) text = "has not the width of the G-buffer";
+        else if (t->height != g->height) text = "has not the height of the G-buffer";
+        if (text) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, "glbk_gbuffer_import", names[i], text);
+    }
+    return GLBK_OK;
 }
 
-/* Returns 1 if an import can be done, else logs why not and returns 0. */
-static int glbk__gbuffer_import_valid(const glbk_context *ctx, const glbk_gbuffer *g, const glbk_import *d)
+/* Checks that an import can be done. */
+static glbk_result glbk__gbuffer_check_import(const glbk_context *ctx, const glbk_gbuffer *g,
+                                              const glbk_import *d)
 {
     const char *const function = "glbk_gbuffer_import";
-    if (!d->normals || (!d->depth && !d->positions)) {
-        glbk__gbuffer_bad(ctx, function, d->normals ? "import.depth" : "import.normals",
-                          d->normals ? "and import.positions are NULL; one is needed" : "is NULL");
-        return 0;
-    }
-    if (d->depth && !d->positions && glbk__gbuffer_is_zero(d->world_to_clip, 16)) {
-        glbk__gbuffer_bad(ctx, function, "import.world_to_clip", "is needed for places by their depths");
-        return 0;
-    }
-    return glbk__gbuffer_takes(ctx, g, "import.depth", d->depth) &&
-           glbk__gbuffer_takes(ctx, g, "import.positions", d->positions) &&
-           glbk__gbuffer_takes(ctx, g, "import.normals", d->normals) &&
-           glbk__gbuffer_takes(ctx, g, "import.geometric_normals", d->geometric_normals) &&
-           glbk__gbuffer_takes(ctx, g, "import.color_map", d->color_map) &&
-           glbk__gbuffer_takes(ctx, g, "import.gloss_map", d->gloss_map) &&
-           glbk__gbuffer_takes(ctx, g, "import.open_map", d->open_map) &&
-           glbk__gbuffer_takes(ctx, g, "import.entities", d->entities) &&
-           glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0,
+    glbk_result result;
+    if (!d->normals || (!d->depth && !d->positions))
+        return glbk__gbuffer_bad(ctx, function, d->normals ? "import.depth" : "import.normals",
+                                 d->normals ? "and import.positions are NULL; one is needed" : "is NULL");
+    if (d->depth && !d->positions && glbk__gbuffer_is_zero(d->world_to_clip, 16))
+        return glbk__gbuffer_bad(ctx, function, "import.world_to_clip",
+                                 "is needed for places by their depths");
+    result = glbk__gbuffer_check_textures(ctx, g, d);
+    if (result != GLBK_OK) return result;
+    return glbk__gbuffer_within(ctx, function, "import.clip_depth", d->clip_depth, 0,
                                 GLBK_CLIP_DEPTH_COUNT - 1) &&
-           glbk__gbuffer_within(ctx, function, "import.normal_packing", d->normal_packing, 0,
-                                GLBK_NORMAL_PACKING_COUNT - 1) &&
-           glbk__gbuffer_material_valid(ctx, function, &d->material, d->plane, d->occlusion);
+                   glbk__gbuffer_within(ctx, function, "import.normal_packing", d->normal_packing, 0,
+                                        GLBK_NORMAL_PACKING_COUNT - 1) &&
+                   glbk__gbuffer_material_valid(ctx, function, &d->material, d->plane, d->occlusion)
+               ? GLBK_OK
+               : GLBK_ERR_DESC;
 }
 
 /* Writes world to clip space in OpenGL's convention, with depths -1..1. */
@@ -160,8 +164,8 @@ GLBK_DEF glbk_result glbk_gbuffer_import(glbk_context *ctx, glbk_gbuffer *g, con
     int own;
 
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "import", d);
+    if (result == GLBK_OK) result = glbk__gbuffer_check_import(ctx, g, d);
     if (result != GLBK_OK) return result;
-    if (!glbk__gbuffer_import_valid(ctx, g, d)) return GLBK_ERR_DESC;
     own = g->own_depth;
     memset(&block, 0, sizeof block);
     g->has_clip = !glbk__gbuffer_is_zero(d->world_to_clip, 16);

@@ -54,7 +54,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
             seed, ..) for the desc; for RSM_PATTERN_MIXED, of RSM_PATTERN_LOG_RADIAL with r_min 1 / 192. NULL
             if the count is 0
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or points are given to a pattern that needs none.
-            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT: a table is too large. GLBK_ERR_ALLOC */
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: a material or noise is out of range.
+            GLBK_ERR_LIMIT: a table is too large. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                           const glbk_gbuffer *gbuffer, glbk_rsm_map *const *maps,
@@ -66,7 +67,8 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
    so nothing is read back from the GPU.
    desc            NULL = all defaults; noise and interleave must be off
    interpolation   NULL = all defaults; its mask must be NULL
-   Errors          those of glbk_rsm_gather. GLBK_ERR_ORDER: the renderer was made without desc.interpolate */
+   Errors          those of glbk_rsm_gather. GLBK_ERR_MISMATCH: also if the renderer was made without
+                   desc.interpolate */
 
 GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer,
                                       const glbk_gbuffer *gbuffer, const gifilt_frame *frame,
@@ -78,8 +80,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *rend
    motion   where each pixel's surface was in the last frame, in pixels, in r and g; NULL = surfaces that
             moved are new
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field is out
-            of range. GLBK_ERR_MISMATCH: the G-buffer has another size. GLBK_ERR_ORDER: no light was gathered,
-            the light was filtered already, or the renderer was made without desc.denoise */
+            of range. GLBK_ERR_MISMATCH: the G-buffer has another size, or the renderer was made without
+            desc.denoise. GLBK_ERR_ORDER: no light was gathered, or the light was filtered already */
 
 GLBK_DEF void glbk_rsm_reset(glbk_rsm_renderer *renderer);
 /* Forgets all frames, so that glbk_rsm_denoise begins anew: for a cut, where no surface of the last frame is

@@ -10,8 +10,8 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const struct gl
    the renderer gathers and filters by compute.
    out      zeroed on errors
    Memory   on the GPU: 4 MB, and for each pixel 48 bytes, with interpolate 13 more, with denoise 96 more
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT, and
-            those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. Those of textures and targets */
 
 GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
                                          glbk_rsm_map *out);
@@ -20,8 +20,8 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
    side     texels a side of each face, 4..4096; 0 = 512, of maps with several faces 256
    out      zeroed on errors
    Memory   on the GPU: 60 bytes for each texel
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: side, or a light that rsm_map_create refuses.
-            GLBK_ERR_LIMIT, and those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or side is out of range. GLBK_ERR_DESC: a light that
+            rsm_map_create refuses. GLBK_ERR_LIMIT, and those of textures and targets */
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Draws your scene: for each object the function calls glbk_rsm_object, binds its vertex array and draws.

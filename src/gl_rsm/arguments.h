@@ -337,17 +337,17 @@ static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gat
                                   GLBK__RSM_TABLE);
     for (i = 0; i < side * side; i++)
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.noise", i, "",
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.noise", i, "",
                                             (double)d->noise[i], "0..1");
     for (i = 0; i < count; i++) {
         const rsm_material *m = &d->materials[i];
         int c;
         if (!(m->exponent >= 0.0f && m->exponent <= 1e4f))
-            return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i, ".exponent",
+            return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.materials", i, ".exponent",
                                             (double)m->exponent, "0..1e4");
         for (c = 0; c < 3; c++)
             if (!(m->specular[c] >= 0.0f && m->specular[c] <= 1.0f))
-                return glbk__rsm_refuse_element(ctx, GLBK_ERR_DESC, function, "desc.materials", i,
+                return glbk__rsm_refuse_element(ctx, GLBK_ERR_INPUT, function, "desc.materials", i,
                                                 ".specular", (double)m->specular[c], "0..1");
     }
     return GLBK_OK;

@@ -486,6 +486,7 @@ GLBK_DEF glbk_result glbk_rsm_interpolate(glbk_context *ctx, glbk_rsm_renderer *
     if (d.interleave != 1)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "desc.interleave", d.interleave, "0 or 1");
     if (!r->grids[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was made without desc.interpolate");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "renderer",
+                            "was made without desc.interpolate");
     return glbk__rsm_gather(&g, &d, &how);
 }

@@ -205,7 +205,7 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
     result = glbk__rsm_light_check(ctx, __func__, light, &checked);
     if (result != GLBK_OK) return result;
     if (side && (side < 4 || side > 4096))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "side", side, "0 or 4..4096");
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "side", side, "0 or 4..4096");
     out->light = checked;
     out->face_count = glbk__rsm_face_count(&out->light);
     out->side = side ? side : out->face_count > 1 ? 256 : 512;

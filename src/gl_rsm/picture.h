@@ -45,7 +45,7 @@ static glbk_result glbk__rsm_denoise_check(const glbk_context *ctx, const glbk_r
     const glbk_result result = glbk__rsm_gbuffer_check(ctx, function, r, gbuffer);
     if (result != GLBK_OK) return result;
     if (!r->history[0].name)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "renderer", "was made without desc.denoise");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was made without desc.denoise");
     if (!glbk__rsm_bounced(r))
         return glbk__refuse(ctx, GLBK_ERR_ORDER, function, "bounced light", "was not gathered");
     if (r->filtered)

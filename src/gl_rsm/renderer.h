@@ -67,14 +67,12 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
-    {
-        const glbk__rsm_range fields[] = { { "desc.width", (double)d->width, 1, (double)ctx->max_side },
-                                           { "desc.height", (double)d->height, 1, (double)ctx->max_side },
-                                           { "desc.lights_per_pass", (double)d->lights_per_pass, 0,
-                                             GLBK__RSM_LIST / 2 } };
-        result = glbk__rsm_in_range(ctx, __func__, fields, sizeof fields / sizeof fields[0]);
-        if (result != GLBK_OK) return result;
-    }
+    result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
+    if (d->lights_per_pass > GLBK__RSM_LIST / 2)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lights_per_pass", d->lights_per_pass, 0,
+                                  GLBK__RSM_LIST / 2);
     out->width = d->width;
     out->height = d->height;
     out->lights_per_pass = d->lights_per_pass ? d->lights_per_pass : 4096;

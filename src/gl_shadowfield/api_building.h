@@ -33,8 +33,9 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
 /* Makes a builder for one object.
    Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here the
             numbers that are read back of a batch, and while the call runs the mesh or the basis
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_INPUT: a
-            mesh that sfield_build refuses, or radiance that is out of range. GLBK_ERR_ALLOC. Those of
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or a pointer, count or stride of the mesh is out of range.
+            GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: an index of the mesh or radiance is out of
+            range, or no triangle can be used. GLBK_ERR_LIMIT: the mesh is too large. GLBK_ERR_ALLOC. Those of
             textures and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder,

@@ -10,7 +10,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_MISMATCH:
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, logarithms, own visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
             than 2^28 texels. GLBK_ERR_ALLOC */
 
@@ -34,8 +34,9 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
    Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and own visibility
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a number is out of range. GLBK_ERR_ALLOC.
-            Those of textures, targets and glbk_program_compile */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
+            targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                        const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,

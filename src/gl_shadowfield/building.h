@@ -138,22 +138,24 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
                                            const sfield_mesh *m)
 {
     const size_t corners = glbk__sfield_mesh_corners(m);
+    const char *count = m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count";
     glbk_sfield__logger log;
     size_t i;
 
-    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.positions", "is NULL");
+    if (!m->positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.positions", "is NULL");
     if (m->indices && m->indices16)
-        return glbk__refuse(ctx, GLBK_ERR_INPUT, function, "mesh.indices",
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.indices",
                             "and mesh.indices16 are both given");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_stride",
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");
-    if (!corners || corners % 3 || corners > 0x7fffffffu)
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function,
-                                  m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
-                                  (double)corners, "a multiple of 3, > 0 and below 2^31");
+    if (!corners || corners % 3)
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, count, (double)corners,
+                                  "a multiple of 3, > 0");
+    if (corners > 0x7fffffffu)
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, count, (double)corners, "below 2^31");
     if (m->vertex_count > 0xffffffffu)
-        return glbk__refuse_value(ctx, GLBK_ERR_INPUT, function, "mesh.vertex_count", (double)m->vertex_count,
+        return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)m->vertex_count,
                                   "below 2^32");
     log.log = ctx->system.log;
     log.user = ctx->system.user;
@@ -249,11 +251,11 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
 static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char *function,
                                              const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
 {
-    const glbk_result bad = GLBK_ERR_DESC, none = GLBK_ERR_ARGUMENT;
+    const glbk_result bad = GLBK_ERR_DESC;
     sfield_desc f;
     int haar;
 
-    if (!d) return glbk__refuse(ctx, none, function, "desc", "is NULL");
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
     memset(&f, 0, sizeof f);
     if (d->field) f = *d->field;
     haar = f.basis == SFIELD_BASIS_HAAR;
@@ -266,9 +268,9 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
         return glbk__refuse_value(ctx, bad, function, "desc.field->cube_side", f.cube_side,
                                   "0 or a power of two of 4..64");
     if (!d->mesh && !d->draw_fn)
-        return glbk__refuse(ctx, none, function, "desc.mesh", "is NULL, like desc.draw_fn");
+        return glbk__refuse(ctx, bad, function, "desc.mesh", "is NULL, like desc.draw_fn");
     if (d->mesh && d->source && !d->radiance)
-        return glbk__refuse(ctx, none, function, "desc.radiance", "is NULL");
+        return glbk__refuse(ctx, bad, function, "desc.radiance", "is NULL");
     if (d->mesh && d->source && f.frame_count > 1)
         return glbk__refuse_value(ctx, bad, function, "desc.field->frame_count", f.frame_count,
                                   "0 or 1 with a mesh: other frames are drawn by draw_fn");

@@ -254,9 +254,9 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
 {
     glbk_sfield__message name;
     size_t i;
-    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.algebra", "is NULL");
     if (d->field_count && !d->fields)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
     if (!d->entity_capacity || d->entity_capacity > 65535)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
                                   65535);
@@ -270,7 +270,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
             why = glbk__sfield_refuse(&info, bands);
         }
         if (why)
-            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function,
+            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_DESC, function,
                                 glbk__sfield_name(&name, "desc.fields", i, ""), why);
     }
     return GLBK_OK;

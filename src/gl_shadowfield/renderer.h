@@ -121,12 +121,12 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
 static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
                                                const glbk_sfield_renderer_desc *d)
 {
+    glbk_result result;
     if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
-    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
-    if (!d->width || d->width > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.width", d->width, 1, ctx->max_side);
-    if (!d->height || d->height > ctx->max_side)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.height", d->height, 1, ctx->max_side);
+    if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.algebra", "is NULL");
+    result = glbk__require_side(ctx, function, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);

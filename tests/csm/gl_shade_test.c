@@ -416,6 +416,9 @@ static void bad_lights_are_refused(void **state)
             lsamp_light_desc g = describe_gl(&d);
             lsamp_light_kind s = every_shape[i];
             lsamp_mesh none = { NULL, 3, 0, NULL, 0, NULL }, plane = { flat, 3, 0, NULL, 0, NULL };
+            const int textured = s == LSAMP_LIGHT_ENVIRONMENT || s == LSAMP_LIGHT_RECTANGLE || s == LSAMP_LIGHT_DISC ||
+                                 s == LSAMP_LIGHT_SPHERE;
+            glbk_result code = GLBK_ERR_DESC;
             int refused = 1;
             if (way == 0) g.kind = LSAMP_LIGHT_COUNT;
             if (way == 1) g.radiance[1] = -1;
@@ -427,6 +430,7 @@ static void bad_lights_are_refused(void **state)
             if (way == 7) g.texels = texels;                    /* without a size */
             if (way == 8) g.texels = texels, g.width = 2, g.height = 65537;
             if (way == 9) g.texels = texels, g.width = g.height = 65536;        /* not read: too many */
+            if (way == 9 && textured) code = GLBK_ERR_LIMIT;    /* others have no texels, or one row */
             if (way == 10)
                 g.direction[0] = 0, refused = s == LSAMP_LIGHT_SUN || s == LSAMP_LIGHT_SPOT || s == LSAMP_LIGHT_DISC;
             if (way == 11)
@@ -439,7 +443,8 @@ static void bad_lights_are_refused(void **state)
             if (way == 18) g.frame_count = 2;                         /* without texels */
             if (way == 15) g.cosine_power = 2, refused = s == LSAMP_LIGHT_ENVIRONMENT;
             if ((glbk_csm_light_texels(&g) == 0) != refused) fail_msg("shape %d, way %d", i, way);
-            if (refused) assert_int_equal(glbk_csm_light_write(&g, words), GLBK_ERR_DESC);
+            if (way == 14) code = GLBK_ERR_ARGUMENT;            /* a mesh without positions */
+            if (refused) assert_int_equal(glbk_csm_light_write(&g, words), code);
             if (!refused) assert_int_equal(glbk_csm_light_write(&g, NULL), GLBK_ERR_ARGUMENT);
             if (!refused && s == LSAMP_LIGHT_CALLBACK) {        /* a mesh without area has texels, but no light */
                 g.mesh = &plane;

@@ -295,14 +295,14 @@ static void refuses_what_is_not_a_block(void **state)
     assert_int_equal(glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps), GLBK_ERR_VERSION);
     words[1] = 1;
     assert_int_equal(glbk_csm_maps_create(&t->gl, NULL, 1, 1, &start, &maps), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_csm_maps_create(&t->gl, NULL, 0, UINT32_MAX, &start, &maps), GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_csm_maps_create(&t->gl, NULL, 0, UINT32_MAX, &start, &maps), GLBK_ERR_ARGUMENT);
     assert_int_equal(maps.blocks.name, 0);
     assert_glbk(t, glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps));
-    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_ARGUMENT);      /* scales unevenly */
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_INPUT);         /* scales unevenly */
     memcpy(bad.transform, identity, sizeof identity);
-    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 2), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 2), GLBK_ERR_LIMIT);
     bad.start = 100;
-    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_INPUT);
     glbk_csm_maps_free(&t->gl, &maps);
     glbk_csm_maps_free(&t->gl, &maps);
 }

@@ -258,7 +258,7 @@ static void bad_descs_of_a_context_are_refused(void **state)
     assert_string_equal(t->log, "glbk_init: desc.system.allocator has one of its two functions");
     desc.system.allocator.alloc_fn = NULL;
     desc.get_proc_fn = NULL;
-    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_DESC);
     assert_string_equal(t->log, "glbk_init: desc.get_proc_fn is NULL");
     desc = desc_of(t);
     l.missing = "glGetError";

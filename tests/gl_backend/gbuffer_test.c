@@ -789,7 +789,7 @@ static void what_is_refused(void **state)
     ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));                          /* one without an inverse */
     memcpy(in.world_to_clip, clip, sizeof clip);
     in.color_map = &small;
-    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_import(&t->gl, &g, &in));
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_gbuffer_import(&t->gl, &g, &in));
     assert_string_equal(t->log, "glbk_gbuffer_import: import.color_map has not the height of the G-buffer");
     in.color_map = NULL;
     in.normal_packing = GLBK_NORMAL_PACKING_COUNT;

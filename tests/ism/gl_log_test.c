@@ -337,8 +337,10 @@ static void a_wrong_shading_is_named(void **state)
     SAYS(glbk_ism_read(gl, NULL, rgba), GLBK_ERR_ARGUMENT, "glbk_ism_read: renderer is NULL");
     SAYS(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL), GLBK_ERR_ARGUMENT, "glbk_ism_renderer_create: out is NULL");
     gl->max_side = 8;
-    SAYS(glbk_ism_renderer_create(gl, 0, SIDE, &no_r), no, "glbk_ism_renderer_create: width is 0; it must be 1..8");
-    SAYS(glbk_ism_renderer_create(gl, SIDE, 9, &no_r), no, "glbk_ism_renderer_create: height is 9; it must be 1..8");
+    SAYS(glbk_ism_renderer_create(gl, 0, SIDE, &no_r), GLBK_ERR_ARGUMENT,
+         "glbk_ism_renderer_create: width is 0; it must be 1..8");
+    SAYS(glbk_ism_renderer_create(gl, SIDE, 9, &no_r), GLBK_ERR_LIMIT,
+         "glbk_ism_renderer_create: height is 9; it must be 1..8");
     glbk_gbuffer_free(gl, &seen);
     glbk_gbuffer_free(gl, &across);
     glbk_gbuffer_free(gl, &up);

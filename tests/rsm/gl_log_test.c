@@ -88,7 +88,8 @@ static void a_wrong_light_is_named(void **state)
 #define SPOT glbk_rsm_map_create(gl, &spot, 4, &m)
     SAYS(glbk_rsm_map_create(gl, &l, 4, NULL), GLBK_ERR_ARGUMENT, "glbk_rsm_map_create: out is NULL");
     SAYS(glbk_rsm_map_create(gl, NULL, 4, &m), GLBK_ERR_ARGUMENT, "glbk_rsm_map_create: light is NULL");
-    SAYS(glbk_rsm_map_create(gl, &l, 3, &m), no, "glbk_rsm_map_create: side is 3; it must be 0 or 4..4096");
+    SAYS(glbk_rsm_map_create(gl, &l, 3, &m), GLBK_ERR_ARGUMENT,
+         "glbk_rsm_map_create: side is 3; it must be 0 or 4..4096");
     SAYS_OF(l.kind, RSM_LIGHT_COUNT, MAP, no,
             "glbk_rsm_map_create: light.kind is 6; it must be one of rsm_light_kind");
     SAYS_OF(l.position[1], 2e9f, MAP, no, "glbk_rsm_map_create: light.position[1] is 2000000000; it must be -1e9..1e9");
@@ -156,7 +157,7 @@ static void a_wrong_renderer_desc_is_named(void **state)
     SAYS(glbk_rsm_renderer_create(gl, &d, NULL), GLBK_ERR_ARGUMENT, "glbk_rsm_renderer_create: out is NULL");
     SAYS(glbk_rsm_renderer_create(gl, NULL, &r), GLBK_ERR_ARGUMENT, "glbk_rsm_renderer_create: desc is NULL");
     SAYS_OF(d.width, 0, RENDERER, GLBK_ERR_DESC, "glbk_rsm_renderer_create: desc.width is 0; it must be 1..8");
-    SAYS_OF(d.height, 9, RENDERER, GLBK_ERR_DESC, "glbk_rsm_renderer_create: desc.height is 9; it must be 1..8");
+    SAYS_OF(d.height, 9, RENDERER, GLBK_ERR_LIMIT, "glbk_rsm_renderer_create: desc.height is 9; it must be 1..8");
     SAYS_OF(d.lights_per_pass, 32769, RENDERER, GLBK_ERR_DESC,
             "glbk_rsm_renderer_create: desc.lights_per_pass is 32769; it must be 0..32768");
 #undef RENDERER
@@ -212,7 +213,7 @@ static void tables_of_another_desc_are_named(void **state)
     GL_TEST(t, state)
     static float points[3 * 256], noise[4] = { 0, 0, 0, 2 };
     glbk_context *gl = &t->gl;
-    const glbk_result no = GLBK_ERR_DESC, other = GLBK_ERR_MISMATCH;
+    const glbk_result input = GLBK_ERR_INPUT, other = GLBK_ERR_MISMATCH;
     glbk_rsm_map *maps[1] = { &s.map };
     rsm_material lobes[2] = { { { 0.5f, 0.5f, 0.5f }, 10 }, { { 0.5f, 0.5f, 0.5f }, 10 } };
     rsm_gather_desc g;
@@ -229,15 +230,16 @@ static void tables_of_another_desc_are_named(void **state)
     g.noise = noise;
     SAYS_OF(g.noise_side, 1025, TABLES, GLBK_ERR_LIMIT,
             "glbk_rsm_tables_upload: desc.noise_side is 1025; it must be 1..1024");
-    SAYS_OF(g.noise_side, 2, TABLES, no, "glbk_rsm_tables_upload: desc.noise[3] is 2; it must be 0..1");
+    SAYS_OF(g.noise_side, 2, TABLES, input,
+            "glbk_rsm_tables_upload: desc.noise[3] is 2; it must be 0..1");
     g.noise = NULL;
     g.materials = lobes;
     SAYS_OF(g.material_count, 1025, TABLES, GLBK_ERR_LIMIT,
             "glbk_rsm_tables_upload: desc.material_count is 1025; it must be 0..1024");
     g.material_count = 2;
-    SAYS_OF(lobes[1].exponent, -1, TABLES, no,
+    SAYS_OF(lobes[1].exponent, -1, TABLES, input,
             "glbk_rsm_tables_upload: desc.materials[1].exponent is -1; it must be 0..1e4");
-    SAYS_OF(lobes[1].specular[2], 1.5f, TABLES, no,
+    SAYS_OF(lobes[1].specular[2], 1.5f, TABLES, input,
             "glbk_rsm_tables_upload: desc.materials[1].specular is 1.5; it must be 0..1");
     assert_glbk(t, TABLES);
     SAYS_OF(g.pattern, RSM_PATTERN_EQUATION3, GATHER, other,
@@ -296,13 +298,13 @@ static void a_wrong_filter_is_named(void **state)
     SAYS(GRID, no, "glbk_rsm_interpolate: desc.noise is not NULL: interpolated light has no noise");
     g.noise = NULL;
     SAYS_OF(g.interleave, 2, GRID, no, "glbk_rsm_interpolate: desc.interleave is 2; it must be 0 or 1");
-    SAYS(glbk_rsm_interpolate(gl, &s.bare, &s.seen, maps, 1, NULL, NULL), GLBK_ERR_ORDER,
+    SAYS(glbk_rsm_interpolate(gl, &s.bare, &s.seen, maps, 1, NULL, NULL), GLBK_ERR_MISMATCH,
          "glbk_rsm_interpolate: renderer was made without desc.interpolate");
     SAYS(FILTER, GLBK_ERR_ORDER, "glbk_rsm_denoise: bounced light was not gathered");
     SAYS(glbk_rsm_read(gl, &s.full, 1, rgba), GLBK_ERR_ORDER, "glbk_rsm_read: bounced light is not there yet");
     SAYS(glbk_rsm_read(gl, &s.full, 0, rgba), GLBK_ERR_ORDER, "glbk_rsm_read: direct light is not there yet");
     assert_glbk(t, glbk_rsm_gather(gl, &s.full, &s.seen, maps, 1, NULL));
-    SAYS(glbk_rsm_denoise(gl, &s.bare, &s.seen, &f, NULL), GLBK_ERR_ORDER,
+    SAYS(glbk_rsm_denoise(gl, &s.bare, &s.seen, &f, NULL), GLBK_ERR_MISMATCH,
          "glbk_rsm_denoise: renderer was made without desc.denoise");
     SAYS(glbk_rsm_denoise(gl, &s.full, &s.seen, &f, &unmade), GLBK_ERR_ARGUMENT,
          "glbk_rsm_denoise: motion was not created");

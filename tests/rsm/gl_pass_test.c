@@ -142,8 +142,8 @@ static void bad_arguments_are_refused(void **state)
         assert_int_equal(glbk_rsm_map_create(&t->gl, &bad, 16, &map), GLBK_ERR_DESC);
         assert_int_equal(map.texels.name, 0);
     }
-    assert_int_equal(glbk_rsm_map_create(&t->gl, &good, 3, &map), GLBK_ERR_DESC);
-    assert_int_equal(glbk_rsm_map_create(&t->gl, &good, 4097, &map), GLBK_ERR_DESC);
+    assert_int_equal(glbk_rsm_map_create(&t->gl, &good, 3, &map), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_rsm_map_create(&t->gl, &good, 4097, &map), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_rsm_map_create(&t->gl, NULL, 16, &map), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_rsm_map_draw(&t->gl, &r, &map, draw, NULL), GLBK_ERR_ARGUMENT);       /* no map yet */
     assert_int_equal(glbk_rsm_map_upload(&t->gl, &map, &texel), GLBK_ERR_ARGUMENT);

@@ -86,10 +86,10 @@ static void scenes_refuse_bad_arguments(void **state)
     REFUSED(glbk_sfield_scene_create(NULL, d, &w));
     LOGGED(t, "glbk_sfield_scene_create: out is NULL", glbk_sfield_scene_create(gl, d, NULL), GLBK_ERR_ARGUMENT);
     MAKES(w, glbk_sfield_scene_create(gl, NULL, &w));
-    WRONG(w, d->algebra, NULL, glbk_sfield_scene_create(gl, d, &w));
+    DESC_WRONG(w, d->algebra, NULL, glbk_sfield_scene_create(gl, d, &w));
     assert_string_equal(t->log, "glbk_sfield_scene_create: desc.algebra is NULL");
-    WRONG(w, d->fields, NULL, glbk_sfield_scene_create(gl, d, &w));
-    WRONG(w, s.field[1], NULL, glbk_sfield_scene_create(gl, d, &w));
+    DESC_WRONG(w, d->fields, NULL, glbk_sfield_scene_create(gl, d, &w));
+    DESC_WRONG(w, s.field[1], NULL, glbk_sfield_scene_create(gl, d, &w));
     assert_string_equal(t->log, "glbk_sfield_scene_create: desc.fields[1] is NULL");
     DESC_WRONG(w, d->entity_capacity, 0, glbk_sfield_scene_create(gl, d, &w));
     DESC_WRONG(w, d->entity_capacity, 65536, glbk_sfield_scene_create(gl, d, &w));
@@ -265,15 +265,15 @@ static void renderers_refuse_bad_arguments(void **state)
     {
         const uint32_t side = gl->max_side;
         gl->max_side = 8;
-        DESC_WRONG(r, d.width, 9, glbk_sfield_renderer_create(gl, &d, &r));
+        WRONG_IS(GLBK_ERR_LIMIT, r, d.width, 9, glbk_sfield_renderer_create(gl, &d, &r));
         assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.width is 9; it must be 1..8");
-        DESC_WRONG(r, d.height, 9, glbk_sfield_renderer_create(gl, &d, &r));
+        WRONG_IS(GLBK_ERR_LIMIT, r, d.height, 9, glbk_sfield_renderer_create(gl, &d, &r));
         assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.height is 9; it must be 1..8");
         gl->max_side = side;
     }
     DESC_WRONG(r, d.self_attribute, 13, glbk_sfield_renderer_create(gl, &d, &r));
     assert_string_equal(t->log, "glbk_sfield_renderer_create: desc.self_attribute is 13; it must be 0..12");
-    WRONG(r, d.algebra, NULL, glbk_sfield_renderer_create(gl, &d, &r));
+    DESC_WRONG(r, d.algebra, NULL, glbk_sfield_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &r));
     d.gloss = 0;
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &dull));

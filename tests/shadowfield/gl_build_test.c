@@ -484,7 +484,8 @@ static void bad_descs_are_named(void **state)
     GL_TEST(t, state)
     model m = model_box(1, 1, 1);
     float light[36] = { 0 };
-    const glbk_result desc = GLBK_ERR_DESC, input = GLBK_ERR_INPUT, argument = GLBK_ERR_ARGUMENT;
+    const glbk_result desc = GLBK_ERR_DESC, input = GLBK_ERR_INPUT, argument = GLBK_ERR_ARGUMENT,
+                      limit = GLBK_ERR_LIMIT;
     uint16_t indices16[3] = { 0, 1, 2 };
     glbk_sfield_builder b;
     recipe r;
@@ -504,18 +505,21 @@ static void bad_descs_are_named(void **state)
     CASE(r.field.basis = SFIELD_BASIS_COUNT, desc, "desc.field->basis is 3; it must be 0..2");
     CASE(r.field.frame_count = 2, desc,
          "desc.field->frame_count is 2; it must be 0 or 1 with a mesh: other frames are drawn by draw_fn");
-    CASE(r.d.mesh = NULL, argument, "desc.mesh is NULL, like desc.draw_fn");
-    CASE(r.d.radiance = NULL, argument, "desc.radiance is NULL");
-    CASE(r.mesh.positions = NULL, input, "mesh.positions is NULL");
-    CASE(r.mesh.indices16 = indices16, input, "mesh.indices and mesh.indices16 are both given");
-    CASE(r.mesh.index_count = 4, input, "mesh.index_count is 4; it must be a multiple of 3, > 0 and below 2^31");
-    CASE(r.mesh.index_count = 0, input, "mesh.index_count is 0; it must be a multiple of 3, > 0 and below 2^31");
-    CASE((r.mesh.indices = NULL, r.mesh.vertex_count = 7), input,
-         "mesh.vertex_count is 7; it must be a multiple of 3, > 0 and below 2^31");
-    CASE(r.mesh.vertex_stride = 13, input, "mesh.vertex_stride is 13; it must be 0, or a multiple of 4 of at least 12");
-    CASE(r.mesh.vertex_stride = 8, input, "mesh.vertex_stride is 8; it must be 0, or a multiple of 4 of at least 12");
+    CASE(r.d.mesh = NULL, desc, "desc.mesh is NULL, like desc.draw_fn");
+    CASE(r.d.radiance = NULL, desc, "desc.radiance is NULL");
+    CASE(r.mesh.positions = NULL, argument, "mesh.positions is NULL");
+    CASE(r.mesh.indices16 = indices16, argument, "mesh.indices and mesh.indices16 are both given");
+    CASE(r.mesh.index_count = 4, argument, "mesh.index_count is 4; it must be a multiple of 3, > 0");
+    CASE(r.mesh.index_count = 0, argument, "mesh.index_count is 0; it must be a multiple of 3, > 0");
+    CASE((r.mesh.indices = NULL, r.mesh.vertex_count = 7), argument,
+         "mesh.vertex_count is 7; it must be a multiple of 3, > 0");
+    CASE(r.mesh.index_count = (size_t)3 << 30, limit, "mesh.index_count is 3221225472; it must be below 2^31");
+    CASE(r.mesh.vertex_stride = 13, argument,
+         "mesh.vertex_stride is 13; it must be 0, or a multiple of 4 of at least 12");
+    CASE(r.mesh.vertex_stride = 8, argument,
+         "mesh.vertex_stride is 8; it must be 0, or a multiple of 4 of at least 12");
     if (sizeof(size_t) > 4)
-        CASE(r.mesh.vertex_count = (size_t)0x1000000 << 8, input,
+        CASE(r.mesh.vertex_count = (size_t)0x1000000 << 8, limit,
              "mesh.vertex_count is 4294967296; it must be below 2^32");
     CASE(r.mesh.vertex_count = 7, input, "mesh: index 2 of triangle 0 is 7, but the mesh has 7 vertices");
     CASE(light[35] = -1, input, "desc.radiance[35] is -1; it must be 0..1e18");
