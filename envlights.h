@@ -321,12 +321,13 @@ struct envlt_stats {                /* what envlt_create and envlt_follow counte
 
 /* ---- turning, jittering, matching ---- */
 
-ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16]);
+ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float matrix[16]);
 /* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
    lengths of extents do not change.
-   rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
+   matrix    a rotation: columns must be at right angles and of equal length within 1e-4, and of length 1
+             within 1e-3
    Errors    this call has no log.
-             ENVLT_ERR_ARGUMENT: rotation is NULL, or lights is NULL and count is not 0.
+             ENVLT_ERR_ARGUMENT: matrix is NULL, or lights is NULL and count is not 0.
              ENVLT_ERR_INPUT: the matrix is not a rotation, or a light's direction is not unit. */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
@@ -357,7 +358,7 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
 #define ENVLT_NO_LIGHT UINT32_MAX   /* stands for a texel that no light stands for: below the horizon with
                                        desc.hemisphere, or in a black map */
 
-ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
+ENVLT_DEF const uint32_t *envlt_strata(const envlt_lights *lights, size_t *count);
 /* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
    how many texels there are. The array is valid until the next envlt_follow or envlt_free.
    lights  NULL gives NULL and a count of 0
@@ -2710,7 +2711,7 @@ ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32
     return lights ? lights->list : NULL;
 }
 
-ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count)
+ENVLT_DEF const uint32_t *envlt_strata(const envlt_lights *lights, size_t *count)
 {
     if (count) *count = lights ? lights->texels : 0;
     return lights ? lights->strata : NULL;
@@ -3290,23 +3291,23 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
     return ENVLT_OK;
 }
 
-ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16])
+ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float matrix[16])
 {
     float scale;
     uint32_t i;
-    if ((!lights && count) || !rotation) return ENVLT_ERR_ARGUMENT;
-    if (!envlt__m4_is_rigid_uniform(rotation, &scale) || !(fabsf(scale - 1.0f) < 1e-3f))
+    if ((!lights && count) || !matrix) return ENVLT_ERR_ARGUMENT;
+    if (!envlt__m4_is_rigid_uniform(matrix, &scale) || !(fabsf(scale - 1.0f) < 1e-3f))
         return ENVLT_ERR_INPUT;
     if (!envlt__directions_fit(lights, count)) return ENVLT_ERR_INPUT;
     scale = 1.0f / scale;
     for (i = 0; i < count; i++) {
         envlt_light *l = &lights[i];
         envlt__v3_store(l->direction,
-                        envlt__v3_normalize(envlt__m4_direction(rotation, envlt__v3_load(l->direction))));
+                        envlt__v3_normalize(envlt__m4_direction(matrix, envlt__v3_load(l->direction))));
         envlt__v3_store(l->axis_u,
-                        envlt__v3_scale(envlt__m4_direction(rotation, envlt__v3_load(l->axis_u)), scale));
+                        envlt__v3_scale(envlt__m4_direction(matrix, envlt__v3_load(l->axis_u)), scale));
         envlt__v3_store(l->axis_v,
-                        envlt__v3_scale(envlt__m4_direction(rotation, envlt__v3_load(l->axis_v)), scale));
+                        envlt__v3_scale(envlt__m4_direction(matrix, envlt__v3_load(l->axis_v)), scale));
     }
     return ENVLT_OK;
 }

@@ -89,7 +89,7 @@
      3, importance sampling                envlights.h                                        -
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
-     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
+     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_views               T24
      3, Fig. 3, more lights, softer shadow envsh_maps_desc envsh_shade                        T23
      3, Fig. 4, smoothing                  envsh__filter_smooth                               image
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
@@ -108,7 +108,7 @@
      map_side      Fewer texels give jagged contact shadows and leaks through thin walls; memory grows with
                    the square of map_side.
      filter        PLAIN is sharp. SMOOTH and PCF, the paper's, blur every edge alike. PENUMBRA, the paper's
-                   future work, blurs by the light's extent and the distance of the blocker, and so needs the
+                   future work, blurs by the light's extent and the distance of the occluder, and so needs the
                    fewest lights for a picture.
      radius        PENUMBRA looks no farther than radius texels: with too few, shadows of a large sun stay
                    sharp far from their casters.
@@ -356,7 +356,7 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
     ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of the radius
                                        `radius`, turned by another angle at each point */
     ENVSH_FILTER_PENUMBRA,          /* taps on an ellipse as large as the penumbra, which is the light's
-                                       extent times the distance to the blockers that a first set of taps
+                                       extent times the distance to the occluders that a first set of taps
                                        finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
@@ -417,8 +417,8 @@ typedef struct envsh_view {         /* one light's shadow map, for a renderer or
     float    direction[3], irradiance[3];
     float    texel[2];              /* size of a texel in the world, in x and y */
     float    depth_range;           /* distance in the world from depth 0 to depth 1 */
-    float    spread[4];             /* the light's extent in texels of the tile, for a blocker whose depth is
-                                       less by 1: x, y of axis_u, then x, y of axis_v */
+    float    spread[4];             /* the light's extent in texels of the tile, for an occluder whose depth
+                                       is less by 1: x, y of axis_u, then x, y of axis_v */
     uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
@@ -436,7 +436,7 @@ typedef struct envsh_info {         /* the atlas */
 ENVSH_DEF void envsh_get_info(const envsh_maps *maps, envsh_info *out);
 /* Writes how the tiles lie in memory. Does nothing if a pointer is NULL. */
 
-ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *maps, uint32_t *count);
+ENVSH_DEF const envsh_view *envsh_views(const envsh_maps *maps, uint32_t *count);
 /* Returns an array with a view for each light of the last envsh_maps_begin, valid until the next, and writes
    how many there are.
    maps   NULL gives NULL and a count of 0
@@ -1214,7 +1214,7 @@ ENVSH_DEF void envsh_get_info(const envsh_maps *m, envsh_info *out)
     out->bytes = m->bytes;
 }
 
-ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *m, uint32_t *count)
+ENVSH_DEF const envsh_view *envsh_views(const envsh_maps *m, uint32_t *count)
 {
     if (count) *count = m ? m->count : 0;
     return m ? m->views : NULL;
@@ -1850,8 +1850,8 @@ typedef struct envsh__receiver {
 
 /* Sets how far the receiver's plane is followed towards the light. The plane goes on through walls that stand
    on the receiver's surface, so that it is not followed farther than three texels and the radius of a fixed
-   kernel. The penumbra's kernel needs less: what is taken for a blocker although it is the surface itself is
-   near, and a near blocker makes the kernel small. */
+   kernel. The penumbra's kernel needs less: what is taken for an occluder although it is the surface itself
+   is near, and a near occluder makes the kernel small. */
 static void envsh__set_limit(envsh__receiver *r, float radius)
 {
     r->limit = (radius + 3.0f) * r->texel_depth;
@@ -1998,7 +1998,7 @@ static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a,
 static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receiver *r, float c, float s)
 {
     const envsh_query *q = l->query;
-    float a[2], b[2], blockers = 0.0f;
+    float a[2], b[2], occluders = 0.0f;
     uint32_t i, found = 0;
     int32_t x, y;
     int known;
@@ -2011,11 +2011,11 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
         x = envsh__texel_index(r->x + u * a[0] + v * b[0]);
         y = envsh__texel_index(r->y + u * a[1] + v * b[1]);
         if (envsh__is_lit(l, r, x, y)) continue;
-        blockers += l->tile[(size_t)y * l->row + (size_t)x * l->step];
+        occluders += l->tile[(size_t)y * l->row + (size_t)x * l->step];
         found++;
     }
     if (!found) return 1.0f;
-    envsh__make_kernel(l, r->z - blockers / (float)found, a, b);
+    envsh__make_kernel(l, r->z - occluders / (float)found, a, b);
     return envsh__filter_taps(l, r, a, b, c, s);
 }
 

@@ -566,7 +566,7 @@ typedef struct ism_vpl {            /* a virtual point light */
     float    axis[3], exponent;     /* of the lobe; if the VPL is diffuse, the normal and 1 */
     float    area;                  /* m^2 of surface that the VPL stands for; 0 = estimated from the
                                        distances between VPLs */
-    float    side;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
+    float    edge;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
                                        ism_set_vpls */
     int32_t  directional;           /* not 0: the VPL is of a source of directions */
     uint32_t source, texel;         /* where the VPL comes from; texel = y * width + x */
@@ -587,7 +587,7 @@ ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
 /* Takes a list of yours in place of ism_choose. There are no near points then.
    vpls     positions must be finite, flux 0..1e30, normal and axis unit, exponent 0..1e5, area finite and not
-            negative; side, reach and window are not read
+            negative; edge, reach and window are not read
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or vpls is NULL.
             ISM_ERR_INPUT: a field of a VPL is out of range.
             ISM_ERR_LIMIT: count is above desc.vpl_count.
@@ -596,7 +596,7 @@ ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t coun
 #ifndef ISM_WITHOUT_NEAR_POINTS
 typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
     float position[3];
-    float side;                     /* m, of the square that the point becomes */
+    float edge;                     /* m, of the square that the point becomes */
     float normal[3];
     float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */
@@ -2743,8 +2743,8 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
-    v->side = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__side_task
-                               then writes the side */
+    v->edge = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__edge_task
+                               then writes the edge */
 }
 
 /* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
@@ -2756,7 +2756,7 @@ static void ism__flag_jumps(ism_maps *m)
     m->stats.jumped = 0;
     for (i = 0; i < m->vpl_count; i++) {
         ism_vpl *v = &m->vpls[i];
-        float limit = v->side;
+        float limit = v->edge;
         ism__v3 d;
         if (i >= m->previous_count) continue;
         d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
@@ -2765,17 +2765,17 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* Finds the side of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
+/* Finds the edge of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
    reaches no farther than its neighbours are. VPLs at one place, of a texel that was chosen twice, share a
    square of their areas' sum: two squares of one's area would be twice as bright as the surface. */
-static void ism__side_task(void *context, size_t index)
+static void ism__edge_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
     ism_vpl *v = &m->vpls[index];
     ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
     float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
     uint32_t i, k;
-    v->side = 0.0f;
+    v->edge = 0.0f;
     if (v->directional || v->exponent != 1.0f) return;
     for (i = 0; i < m->vpl_count; i++) {
         const ism_vpl *o = &m->vpls[i];
@@ -2792,7 +2792,7 @@ static void ism__side_task(void *context, size_t index)
     }
     most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
     area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
-    v->side = sqrtf(area);
+    v->edge = sqrtf(area);
 }
 
 /* Finds the squares of VPLs that were chosen or set, which have no near points yet. */
@@ -2801,7 +2801,7 @@ static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float fro
     uint32_t i;
     for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
     m->near_count = m->stats.near_points = 0;
-    if (!ism__run(m, part, from, to, m->vpl_count, ism__side_task, m))
+    if (!ism__run(m, part, from, to, m->vpl_count, ism__edge_task, m))
         return m->chosen = 0, ISM_ERR_CANCELLED;
     m->stats.vpls = m->vpl_count;
     m->chosen = 1;
@@ -2949,7 +2949,7 @@ static void ism__near_task(void *context, size_t index)
                               (float)(ISM__NEAR_RANK * (uint32_t)w->m->desc.near_point_count);
         if (!(area >= v.area) || !ism__finite(area)) area = v.area;
         most = 0.125f * ISM__PI * to->reach * to->reach;
-        to->side = sqrtf(area < most ? area : most);
+        to->edge = sqrtf(area < most ? area : most);
         to->vpl = (float)nearest;
     }
 }
@@ -5780,17 +5780,17 @@ typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
    the one it meets. A receiver that faces the square (fully from 120 degrees between the normals on) gets no
    more than from a point: it may be the back of a bent sheet close above the lit surface, to which the square
    reaches out, and depths cannot tell the two apart. *square is the light without this rule. */
-static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float side, float point,
+static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float edge, float point,
                                float *square)
 {
-    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
+    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * edge), y = ism__v3_scale(f->y, 0.5f * edge);
     float share, form, facing = -2.0f * ism__v3_dot(n, f->z);
     c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
     c[1] = ism__v3_sub(ism__v3_add(d, x), y);
     c[2] = ism__v3_add(ism__v3_add(d, x), y);
     c[3] = ism__v3_add(ism__v3_sub(d, x), y);
     form = ism__form_factor(n, c, 4, &share);
-    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (edge * edge * share) : 0.0f;
     if (!(facing > 0.0f) || !(form > point)) return form;
     return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
 }
@@ -5798,9 +5798,9 @@ static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, 
 /* Returns the light of a unit of flux from a virtual spherical light: the mean of both cosines over the cone
    that the sphere fills, whose radius is that of a disc of the VPL's area. After Hasan et al., "Virtual
    spherical lights for many-light rendering of glossy scenes", 2009. */
-static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
+static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float edge)
 {
-    float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
+    float r2 = edge * edge * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
     ism__v3 z = ism__v3_normalize(d), x, y;
     uint32_t k;
     least = d2 > r2 ? sqrtf(1.0f - r2 / d2) : -1.0f;
@@ -5833,7 +5833,7 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
                          const ism__pixel *px, float plain_kernel, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
-    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, share;
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->edge * v->edge, share;
     if (v->directional) {
         k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi
                                                                            afterwards */
@@ -5849,15 +5849,15 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     case ISM_NEAR_CLAMP: return k < w->s.clamp ? k : w->s.clamp;
     case ISM_NEAR_SPHERE:
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
-             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
+             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->edge) : k;
     case ISM_NEAR_PATCH:
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
-             ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
+             ? ism__patch_kernel(f, d, px->n, v->edge, k, plain) : k;
     case ISM_NEAR_GATHER:
         share = 1.0f - ism__nearness(d2, v->reach);
         if (!(share > 0.0f)) return *plain = 0.0f;
         if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2)
-            k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
+            k = ism__patch_kernel(f, d, px->n, v->edge, k, plain);
         *plain *= share;
         return k * share;
     default: return k;
@@ -5913,11 +5913,11 @@ static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, fl
     b = -ism__v3_dot(normal, d);
     if (!(a > 0.0f && b > 0.0f)) return 0.0f;
     *plain = k = a * b / (d2 * d2 + 1e-37f);
-    if (d2 < 9.0f * at->side * at->side) {
+    if (d2 < 9.0f * at->edge * at->edge) {
         ism__orientation f;
         f.z = normal;
         ism__v3_basis(f.z, &f.x, &f.y);
-        k = ism__patch_kernel(&f, d, px->n, at->side, k, plain);
+        k = ism__patch_kernel(&f, d, px->n, at->edge, k, plain);
     }
     *plain *= h;
     return k * h;

@@ -86,7 +86,7 @@
    A query at distance d finds the two shells around d and interpolates eight samples. The radii of shells
    grow by a factor; weights are linear in the solid angle of the bounding sphere (occlusion) or in (r/d)^2
    (sources). Beyond the last shell both fall as (r/d)^2, as small things do that are seen from afar. To shade
-   a point, T starts as BRDF x cosine x own visibility and is multiplied by the visibility of each entity,
+   a point, T starts as BRDF x cosine x self-visibility and is multiplied by the visibility of each entity,
    from near to far. A light adds its dot product with the T that stands when the light is reached; the
    environment is the farthest light.
 
@@ -125,7 +125,7 @@
      section 4.1  the double product                             sfield_sh_dot                        T2
      section 4.1  rotations                                      sfield_sh_rotation                   T9 T76
      figure 5     entities from near to far                      sfield_scene_entities, sfield_shade  T78
-     section 4.2  points that the viewer does not see            sfield_points (visible)              -
+     section 4.2  points that the viewer does not see            sfield_points (in_view)              -
      section 4.2  culling, with a count for each of its rules    sfield_scene_stats                   -
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
      section 5    lights that are videos, by key frames          sfield_desc (frame_count),
@@ -267,14 +267,14 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
+                                                  uint32_t height, const float to_world[16]);
 /* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
    rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
              latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
              NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
              Each texel is one radiance over its exact solid angle
-   rotation  a matrix from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+   to_world  a rotation from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */
@@ -328,7 +328,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        nothing */
     sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
                                        NULL = nothing is kept */
-    const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
+    const uint8_t      *in_view;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
     const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
                                        floats, in the world. 0 0 0: all results of the point are 0 */
@@ -635,7 +635,7 @@ typedef struct sfield_scene_desc {  /* zero it, then set what you care about */
 } sfield_scene_desc;
 
 typedef struct sfield_scene_stats { /* what sfield_shade counted */
-    uint64_t points;                /* points that were shaded; those left out by `visible` do not count */
+    uint64_t points;                /* points that were shaded; those left out by `in_view` do not count */
     uint64_t pairs;                 /* pairs of a point and an occluder on which the point does not lie */
     uint64_t culled_far;            /* pairs left out because the occluder is out of reach */
     uint64_t culled_horizon;        /* pairs left out because the occluder lies below the point's horizon */
@@ -646,7 +646,7 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
 } sfield_scene_stats;
 
-SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
 /* Gives the same environment another rotation, from the map's space to the world; all 0 = none. It costs the
    rotation of 3 vectors of coefficients, or of one cube map.
    Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (not a rotation) */
@@ -5443,7 +5443,7 @@ struct sfield_scene {
 typedef struct sfield__last {       /* a tile or a point, when its results were kept */
     uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
     float    middle[3], extent;     /* a sphere about the points */
-    uint32_t visible, active;       /* bits: points that were visible; those that can be shaded: others give
+    uint32_t in_view, active;       /* bits: points that were in view; those that can be shaded: others give
                                        0 */
     int      has;                   /* which results */
 } sfield__last;
@@ -5483,7 +5483,7 @@ typedef struct sfield__listing {    /* what is kept at a sample, and how much of
 
 typedef struct sfield__strand {     /* an entity in the order */
     uint32_t item, lanes, count;
-    int      light;                 /* its number, -1 an occluder, -2 the own visibility */
+    int      light;                 /* its number, -1 an occluder, -2 the self-visibility */
     float    d2[SFIELD__LANES];
     sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2
                                        frames */
@@ -8228,25 +8228,25 @@ static int sfield__rotation_good(const float *m)
     return !m || sfield__m4_is_zero(m) || sfield__m4_is_rigid_uniform(m, &scale);
 }
 
-static void sfield__set_turn(sfield_scene *s, const float *rotation)
+static void sfield__set_turn(sfield_scene *s, const float *to_world)
 {
     uint32_t i;
     float scale = 1;
     sfield__m4_set_identity(s->sky_turn);
-    if (rotation && sfield__m4_is_rigid_uniform(rotation, &scale))
-        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : rotation[i] / scale;
+    if (to_world && sfield__m4_is_rigid_uniform(to_world, &scale))
+        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : to_world[i] / scale;
     sfield__turn_sky(s);
 }
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16])
+                                                  uint32_t height, const float to_world[16])
 {
     uint32_t c;
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_environment");
-    if (!sfield__rotation_good(rotation))
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
+    if (!sfield__rotation_good(to_world))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "to_world", "is no rotation");
     if (rgb && (!sfield__check_value(&log, width >= 1 && width <= 65536, "width", width, "1..65536") ||
                 !sfield__check_value(&log, height >= 1 && height <= 65536, "height", height, "1..65536")))
         return SFIELD_ERR_ARGUMENT;
@@ -8258,19 +8258,19 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
     for (c = 0; c < 3 && s->algebra; c++)
         (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1,
                                 s->sky_still + c * s->planes);
-    sfield__set_turn(s, rotation);
+    sfield__set_turn(s, to_world);
     return SFIELD_OK;
 }
 
-SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float to_world[16])
 {
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_turn");
-    if (!rotation) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "rotation", "is NULL");
-    if (!sfield__rotation_good(rotation))
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
-    sfield__set_turn(s, rotation);
+    if (!to_world) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "to_world", "is NULL");
+    if (!sfield__rotation_good(to_world))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "to_world", "is no rotation");
+    sfield__set_turn(s, to_world);
     return SFIELD_OK;
 }
 
@@ -8452,11 +8452,11 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
-/* Returns the bits of the points that are visible, as the caller says. */
-static uint32_t sfield__visible_bits(const sfield_points *set, size_t first, uint32_t count)
+/* Returns the bits of the points that are in view, as the caller says. */
+static uint32_t sfield__bits_in_view(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
-    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
+    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->in_view || set->in_view[first + l]) << l;
     return bits;
 }
 
@@ -8469,16 +8469,16 @@ static int sfield__is_near(const sfield__last *last, const float *c, float reach
 }
 
 /* Returns whether the results of a unit (a tile or a point) in the last frame still hold. They do if nothing
-   changed but occluders that were, and are, out of its reach, and if the same points are visible: which of
+   changed but occluders that were, and are, out of its reach, and if the same points are in view: which of
    these share samples of a field decides the last bits. The test costs a few comparisons for each occluder
    that moved. */
 static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t set_hash,
-                                size_t unit, uint32_t visible)
+                                size_t unit, uint32_t in_view)
 {
     sfield__last *last = &set->cache->last[unit];
     uint32_t i;
     const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    if (!last->seen || ((visible ^ last->visible) & last->active) || (has & ~last->has)) return 0;
+    if (!last->seen || ((in_view ^ last->in_view) & last->active) || (has & ~last->has)) return 0;
     if (last->seen == sfield__hash(set_hash, s->now_hash)) return 1;
     if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
@@ -8490,19 +8490,19 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
     return 1;
 }
 
-/* Writes the results of the last frame again, 0 for points that are not visible. Returns how many are. */
+/* Writes the results of the last frame again, 0 for points that are not in view. Returns how many are. */
 static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
-                                       uint32_t visible)
+                                       uint32_t in_view)
 {
     const float *result = set->cache->result + 4 * first;
     uint32_t l, k;
-    visible &= set->cache->last[unit].active;
+    in_view &= set->cache->last[unit].active;
     for (l = 0; l < count; l++, result += 4) {
-        const int here = visible >> l & 1;
+        const int here = in_view >> l & 1;
         for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
         if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
     }
-    return sfield__popcount(visible);
+    return sfield__popcount(in_view);
 }
 
 /* Keeps the results that were just written for a unit of points. */
@@ -8532,7 +8532,7 @@ typedef struct sfield__tile {
     const sfield_points *set;
     size_t    first;                            /* number of the first point */
     uint32_t  lanes;                            /* how many points there are */
-    uint32_t  active, visible;                  /* bits: points that can be shaded; those of them that the
+    uint32_t  active, in_view;                  /* bits: points that can be shaded; those of them that the
                                                    caller sees */
     float     p[48], n[48], view[48];           /* planes, world */
     float     middle[3], extent;                /* a sphere about all lanes */
@@ -8607,7 +8607,7 @@ static void sfield__load_lanes(sfield__tile *t)
     const float *m = !set->entity ? NULL : t->s->item[set->entity - 1].e.transform;
     const float *turn = m ? t->s->item[set->entity - 1].turn : NULL;
     uint32_t l, k;
-    t->active = t->visible = 0;
+    t->active = t->in_view = 0;
     for (l = 0; l < SFIELD__LANES; l++) {
         size_t i = t->first + (l < t->lanes ? l : 0);
         sfield__v3 p = sfield__v3_load(sfield__row(set->positions, set->position_stride, i));
@@ -8623,7 +8623,7 @@ static void sfield__load_lanes(sfield__tile *t)
         if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
             sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {
             t->active |= 1u << l;
-            if (!set->visible || set->visible[i]) t->visible |= 1u << l;
+            if (!set->in_view || set->in_view[i]) t->in_view |= 1u << l;
         } else {
             p = sfield__v3_make(0, 0, 0);
             n = v = sfield__v3_make(0, 1, 0);
@@ -8671,8 +8671,8 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
 }
 
 /* Returns whether light j is the entity that the points lie on. All of its light comes from below their
-   horizon, or is hidden by their own visibility: what would be added is ringing, of the strongest light there
-   is. */
+   horizon, or is hidden by their self-visibility: what would be added is ringing, of the strongest light
+   there is. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;
@@ -9023,7 +9023,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
     uint32_t group[SFIELD__LANES], frame[2];
     uint32_t i, k, c, l;
-    const uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
+    const uint32_t count = sfield__group_lanes(at, t->in_view, group, t->s->simd);
     float weight[2][SFIELD__LANES], own[SFIELD__LANES];
     const float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
     for (l = 0; l < SFIELD__LANES; l++) {
@@ -9106,7 +9106,7 @@ static void sfield__store_rgb(const sfield__tile *t, const float *rgb, float fac
     uint32_t l, c;
     for (l = 0; l < t->lanes; l++)
         for (c = 0; c < 3; c++)
-            out[3 * (t->first + l) + c] = t->visible >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
+            out[3 * (t->first + l) + c] = t->in_view >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
 }
 
 static void sfield__write_outputs(sfield__tile *t)
@@ -9125,7 +9125,7 @@ static void sfield__write_outputs(sfield__tile *t)
         sfield__store_rgb(t, rgb, 1, set->gloss);
     }
     for (l = 0; l < t->lanes && set->ambient; l++)
-        set->ambient[t->first + l] = t->visible >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
+        set->ambient[t->first + l] = t->in_view >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
 }
 
 /* ==== src/shadowfield/shade_order.h ==== */
@@ -9218,12 +9218,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
 }
 
 /* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
-static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
+static int sfield__repeat_tile(sfield__tile *t, uint32_t in_view)
 {
     const size_t unit = t->first / SFIELD__LANES;
     uint64_t points, lights;
-    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, visible)) return 0;
-    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, visible);
+    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, in_view)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, in_view);
     lights = points * sfield__lights_of(t->s, t->set, t->sky);
     t->stats.points += points;
     t->stats.lights += lights;
@@ -9232,14 +9232,14 @@ static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
 }
 
 /* Keeps the results that were written, for the next frame. */
-static void sfield__keep_tile_results(const sfield__tile *t, uint32_t visible)
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t in_view)
 {
     sfield__last now;
     memset(&now, 0, sizeof now);
     now.seen = sfield__hash(t->set_hash, t->s->now_hash);
     memcpy(now.middle, t->middle, sizeof now.middle);
     now.extent = t->extent;
-    now.visible = visible;
+    now.in_view = in_view;
     now.active = t->active;
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
@@ -9284,7 +9284,7 @@ static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, 
         if (sfield__is_own(t, j)) continue;
         t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
         needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->visible);
+        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->in_view);
     }
     return needed;
 }
@@ -9297,11 +9297,11 @@ static void sfield__shade_tile(sfield__tile *t)
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
 #ifndef SFIELD_WITHOUT_CACHE
-    const uint32_t visible = cache ? sfield__visible_bits(t->set, t->first, t->lanes) : 0;
-    if (cache && sfield__repeat_tile(t, visible)) return;
+    const uint32_t in_view = cache ? sfield__bits_in_view(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, in_view)) return;
 #endif
     sfield__load_lanes(t);
-    if (!t->visible) {
+    if (!t->in_view) {
         memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
         sfield__write_outputs(t);
         return;
@@ -9309,8 +9309,8 @@ static void sfield__shade_tile(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) sfield__fetch_kept(t, cache);
 #endif
-    t->stats.points += sfield__popcount(t->visible);
-    t->stats.lights += (uint64_t)sfield__popcount(t->visible) * sfield__lights_of(s, t->set, t->sky);
+    t->stats.points += sfield__popcount(t->in_view);
+    t->stats.lights += (uint64_t)sfield__popcount(t->in_view) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
     if (sfield__find_needed(t, cache, slots)) {
@@ -9326,7 +9326,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) sfield__keep_tile_results(t, visible);
+    if (cache) sfield__keep_tile_results(t, in_view);
 #endif
 }
 
@@ -9402,7 +9402,7 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
     for (l = 0; l < t->lanes; l++)
         for (k = 0; k < 3 * s->coefs; k++)
             out[(t->first + l) * 3 * s->coefs + k] =
-                t->visible >> l & 1 ? sum[k * SFIELD__LANES + l] : 0.0f;
+                t->in_view >> l & 1 ? sum[k * SFIELD__LANES + l] : 0.0f;
 }
 
 typedef struct sfield__job {
@@ -9850,9 +9850,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, visible = sfield__visible_bits(set, index, 1);
-    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, visible)) {
-        const uint32_t points = sfield__repeat_results(set, index, index, 1, visible);
+    uint32_t k, in_view = sfield__bits_in_view(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, in_view)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, in_view);
         p->stats.points += points;
         p->stats.lights += points * lights;
         p->stats.reused += points * lights;
@@ -9869,7 +9869,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         n[k] = one.n[16 * k];
     }
     p->rgb = rgb;
-    if (one.visible) {
+    if (one.in_view) {
         p->stats.points++;
         p->stats.lights += lights;
         sfield__light_point(p, index, x, n, hash, &ambient);
@@ -9882,7 +9882,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         memset(&now, 0, sizeof now);
         now.seen = sfield__hash(p->set_hash, s->now_hash);
         memcpy(now.middle, x, sizeof now.middle);
-        now.visible = visible;
+        now.in_view = in_view;
         now.active = one.active;
         sfield__keep_results(set, index, index, 1, &now);
     }
@@ -10037,7 +10037,7 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
             const sfield_scene_stats then = p->stats;
             uint64_t hidden = 0;
             float x[3], n[3];
-            if (!(left & tile.visible & 1u << l)) continue;
+            if (!(left & tile.in_view & 1u << l)) continue;
             for (k = 0; k < 3; k++) {
                 x[k] = tile.p[16 * k + l];
                 n[k] = tile.n[16 * k + l];
@@ -10120,7 +10120,7 @@ static uint64_t sfield__scratch_haar(const sfield_scene *s)
 }
 
 /* Returns the entity of a set if it is rotated and only receives, so has no table for a resampling, and the
-   set's own visibility, in wavelets, needs one; else NULL. */
+   set's self-visibility, in wavelets, needs one; else NULL. */
 static sfield__item *sfield__find_unmapped(const sfield_scene *s, const sfield_points *p)
 {
     sfield__item *it = !p->entity || !p->count || !p->self || s->algebra ? NULL : &s->item[p->entity - 1];

@@ -83,7 +83,7 @@ static int make_views(rig *r, uint32_t k)
     result = envsh_maps_create(&layout, r->count, &r->layout);
     if (result == ENVSH_OK)
         result = envsh_maps_begin(r->layout, &all, bounds);
-    r->views = envsh_get_views(r->layout, NULL);
+    r->views = envsh_views(r->layout, NULL);
     envlt_free(lights);
     return result == ENVSH_OK ? 0 : bn_failed("shadow maps", envsh_result_text(result));
 }

@@ -48,7 +48,7 @@ static int write_picture(const char *path, const envlt_lights *lights)
     static unsigned char rgb[3 * WIDTH * HEIGHT];
     uint32_t count;
     const envlt_light *list = envlt_get_lights(lights, &count);
-    const uint32_t *strata = envlt_get_strata(lights, NULL);
+    const uint32_t *strata = envlt_strata(lights, NULL);
     FILE *file = fopen(path, "wb");
     if (!file) return 0;
     for (size_t t = 0; t < WIDTH * HEIGHT; t++)

@@ -103,7 +103,7 @@ int main(int count, char **values)
     if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;
     if (envsh_maps_create(&desc, LIGHTS, &maps) != ENVSH_OK) return fprintf(stderr, "no maps\n"), 1;
     if (envsh_maps_begin(maps, &lights, bounds) != ENVSH_OK) return fprintf(stderr, "no lights\n"), 1;
-    views = envsh_get_views(maps, NULL);
+    views = envsh_views(maps, NULL);
     for (uint32_t i = 0; i < LIGHTS; i++) {
         draw_balls(&views[i], depth[i]);
         envsh_maps_set(maps, i, depth[i], 0);

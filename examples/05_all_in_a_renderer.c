@@ -712,7 +712,7 @@ static int see_from_sky(app *a)
     const envsh_view *views;
     envsh_result result = envsh_maps_begin(a->sky_fit, &lights, envsh_bounds_of(&mesh, 1, NULL));
     if (result != ENVSH_OK) return failed("envshadow", envsh_result_text(result));
-    views = envsh_get_views(a->sky_fit, &count);
+    views = envsh_views(a->sky_fit, &count);
     GL(glbk_envsh_maps_render(&a->gl, &a->sky_maps, views, count, draw_for_sky, a));
     return 0;
 }

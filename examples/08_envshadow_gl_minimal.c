@@ -121,7 +121,7 @@ static glbk_result frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *
     world[6] = sinf(angle);
     world[9] = -world[6];
     envsh_maps_begin(layout, &all, envsh_bounds_of(mesh, 1, world));
-    views = envsh_get_views(layout, &count);
+    views = envsh_views(layout, &count);
     result = glbk_envsh_maps_render(gl, maps, views, count, draw, NULL);
     gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: the maps have bound others */
     if (result == GLBK_OK) result = glbk_begin(gl, &screen, program);

@@ -31,7 +31,7 @@ enum { RINGS = 40, SIDES = 48, CORNERS = RINGS * SIDES };
 typedef struct vertex {
     float position[3];
     float normal[3];
-    float self[COEFS];                              /* own visibility x cosine */
+    float self[COEFS];                              /* self-visibility x cosine */
 } vertex;
 
 static vertex   bowl[CORNERS];
@@ -128,7 +128,7 @@ typedef struct stage {
     sfield_field        *fields[2];                 /* bowl, lamp */
 } stage;
 
-/* Position and normal, and own visibility where renderers of gl_shadowfield.h look for it. */
+/* Position and normal, and self-visibility where renderers of gl_shadowfield.h look for it. */
 static void make_arrays(stage *s)
 {
     glbk_functions *gl = &s->gl.gl;
@@ -139,7 +139,7 @@ static void make_arrays(stage *s)
         gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->buffers[i]);
         gl->BufferData(GLBK_GL_ARRAY_BUFFER, i ? (ptrdiff_t)sizeof bowl : (ptrdiff_t)sizeof floor_corners,
                        i ? bowl : floor_corners, GLBK_GL_STATIC_DRAW);
-        for (uint32_t k = 0; k < 6; k++) {          /* 0 and 1: position, normal; 4 to 7: own visibility */
+        for (uint32_t k = 0; k < 6; k++) {          /* 0 and 1: position, normal; 4 to 7: self-visibility */
             const size_t at = k < 2 ? 12 * (size_t)k : 24 + 16 * (size_t)(k - 2);
             gl->EnableVertexAttribArray(k < 2 ? k : k + 2);
             gl->VertexAttribPointer(k < 2 ? k : k + 2, k < 2 ? 3 : 4, GLBK_GL_FLOAT, 0, sizeof(vertex),
@@ -183,7 +183,7 @@ static glbk_result draw_gbuffer(stage *s, const float bowl_to_world[16])
     result = glbk_gbuffer_object(&s->gl, &s->seen, &thing);
     if (result != GLBK_OK) return result;
     draw_bowl(s);
-    /* The bowl once more, for its own visibility. */
+    /* The bowl once more, for its self-visibility. */
     result = glbk_sfield_self_begin(&s->gl, &s->renderer, &s->seen);
     if (result == GLBK_OK) result = glbk_sfield_self_object(&s->gl, &s->renderer, thing.world);
     if (result == GLBK_OK) draw_bowl(s);

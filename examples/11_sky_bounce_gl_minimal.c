@@ -159,7 +159,7 @@ static glbk_result make_light(app *a)
     by_flux.sample_count = BOUNCES;
     by_flux.near_limit = 0.25f;
     envsh_maps_begin(a->layout, &all, envsh_bounds_of(&mesh, 1, NULL));
-    views = envsh_get_views(a->layout, &count);
+    views = envsh_views(a->layout, &count);
     result = glbk_envsh_maps_render(&a->gl, &a->maps, views, count, draw_casters, a);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(&a->gl, &a->rsm, map, draw_reflectors, a);
     return result == GLBK_OK ? glbk_rsm_gather(&a->gl, &a->rsm, NULL, &map, 1, &by_flux) : result;

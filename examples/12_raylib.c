@@ -237,7 +237,7 @@ static glbk_result make_maps(shadows *g, scene *s)
     all.stride = sizeof *list;
     if (envsh_maps_begin(g->layout, &all, envsh_bounds_of(meshes, casters, worlds[0])) != ENVSH_OK)
         return GLBK_ERR_ARGUMENT;
-    views = envsh_get_views(g->layout, &count);
+    views = envsh_views(g->layout, &count);
     return glbk_envsh_maps_render(&g->gl, &g->maps, views, count, draw_casters, s);
 }
 

@@ -323,7 +323,7 @@ static glbk_result light_of_sky(app *a)
     memcpy(worlds[1], unit, sizeof worlds[1]);
     fitted = envsh_maps_begin(a->sky_layout, &all, envsh_bounds_of(casters, 2, worlds[0]));
     if (fitted != ENVSH_OK) return fail("envshadow", envsh_result_text(fitted)), GLBK_ERR_INPUT;
-    frame.views = envsh_get_views(a->sky_layout, &frame.view_count);
+    frame.views = envsh_views(a->sky_layout, &frame.view_count);
     frame.draw_fn = draw_casters;
     frame.user = a;
     return glbk_envsh_illuminate(&a->gl, &a->envsh, &a->gbuffer, &a->sky_maps, &frame);

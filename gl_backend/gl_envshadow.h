@@ -257,7 +257,7 @@ struct glbk_envsh_renderer {            /* read only; zeroed = none */
 GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_view *views,
                                             uint32_t count, glbk_envsh_draw_fn draw_fn, void *user);
 /* Draws the shadow maps of a frame, and what is known of their cells.
-   views    those of envsh_get_views, of an envsh_maps_desc with the same map_side and guard as the desc of
+   views    those of envsh_views, of an envsh_maps_desc with the same map_side and guard as the desc of
             these maps. Where the views say that their tiles lie plays no part
    count    at most the capacity; 0 = no light
    draw_fn  draws what casts shadows; user is given to it
@@ -673,7 +673,7 @@ static const struct { char s0[218]; char end; } glbk__glsl_lib_envsh_scene_glsl 
     "}glbk_envsh_scene;\n", 0
 };
 
-static const struct { char s0[3970]; char s1[2892]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
+static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
     "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
     "#error \"envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED\"\n"
     "#endif\n"
@@ -829,18 +829,18 @@ static const struct { char s0[3970]; char s1[2892]; char end; } glbk__glsl_lib_e
     "}\n"
     "\n\n\nfloat envsh_penumbra(envsh_query q,envsh_view v,envsh_receiver r,vec2 cs)\n"
     "{\n"
-    "float blockers=.0,found=.0,stored;\n"
+    "float occluders=.0,found=.0,stored;\n"
     "vec2 a,b;\n"
     "envsh_kernel(q,v,r.z,a,b);\n"
     "int known=envsh_decide(q,v,r,abs(a)+abs(b));\n"
     "if(known>=0)return float(known);\n"
     "for(uint i=0u;i<q.taps;i++)\n"
     "if(!envsh_lit(q,v,r,envsh_tap(r,i,a,b,cs),stored)){\n"
-    "blockers+=stored;\n"
+    "occluders+=stored;\n"
     "found+=1.;\n"
     "}\n"
     "if(found==.0)return 1.;\n"
-    "envsh_kernel(q,v,r.z-blockers/found,a,b);\n"
+    "envsh_kernel(q,v,r.z-occluders/found,a,b);\n"
     "return envsh_taps(q,v,r,a,b,cs);\n"
     "}\n"
     "\n\nfloat envsh_plane_limit(envsh_query q,envsh_view v)\n"

@@ -777,7 +777,7 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "vec3 flux;\n"
     "vec3 axis;\n"
     "float exponent;\n"
-    "float side;\n"
+    "float edge;\n"
     "float reach;\n"
     "bool sky;\n"
     "uint window;\n"
@@ -802,7 +802,7 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "l.sky=a.w<.0;\n"
     "l.exponent=l.sky?1.:a.w;\n"
     "l.normal=b.xyz;\n"
-    "l.side=b.w;\n"
+    "l.edge=b.w;\n"
     "l.flux=c.xyz;\n"
     "l.reach=glbk_ism_frame.near_point_count>0u?c.w:.0;\n"
     "l.axis=l.exponent!=1.?d.xyz:l.normal;\n"
@@ -1181,17 +1181,17 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "share=sqrt(dot(area,area))/(8.*sqrt(dot(x,x)*dot(y,y)));\n"
     "return sum*.159154943;\n"
     "}\n"
-    "\n\n\nfloat ism_patch_kernel(mat3 basis,float side,vec3 d,vec3 n,float point,out float square)\n"
+    "\n\n\nfloat ism_patch_kernel(mat3 basis,float edge,vec3 d,vec3 n,float point,out float square)\n"
     "{\n"
-    "float share,form=ism_form_factor(n,d,basis[0]*(.5*side),basis[1]*(.5*side),share);\n"
+    "float share,form=ism_form_factor(n,d,basis[0]*(.5*edge),basis[1]*(.5*edge),share);\n"
     "float facing= -2.*dot(n,basis[2]);\n"
-    "square=form=form>.0&&share>.0?form*COHSM_PI/(side*side*share):.0;\n"
+    "square=form=form>.0&&share>.0?form*COHSM_PI/(edge*edge*share):.0;\n"
     "if(!(facing>.0)|| !(form>point))return form;\n"
     "return form+min(facing,1.)*(point-form);\n"
     "}\n"
-    "\n\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float side)\n"
+    "\n\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float edge)\n"
     "{\n"
-    "float r2=side*side*(1./COHSM_PI),d2=dot(d,d),sum=.0;\n"
+    "float r2=edge*edge*(1./COHSM_PI),d2=dot(d,d),sum=.0;\n"
     "float least=d2>r2?sqrt(1.-r2/d2): -1.;\n"
     "mat3 basis=ism_basis_of(cohsm_normalize(d));\n"
     "for(int k=0;k<16;k++){\n"
@@ -1213,7 +1213,7 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "{\n"
     "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,.0);\n"
     "vec3 d=l.position-p;\n"
-    "float d2=dot(d,d),a=dot(n,d),b= -dot(l.normal,d),area=l.side*l.side;\n"
+    "float d2=dot(d,d),a=dot(n,d),b= -dot(l.normal,d),area=l.edge*l.edge;\n"
     "plain=a>.0&&b>.0?a*b/(d2*d2+1e-37):.0;\n"
     "if(l.exponent!=1.){\n"
     "float c= -dot(l.axis,d)/sqrt(d2);\n"
@@ -1226,15 +1226,15 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "#if ISM_NEAR == 1\n"
     "if(!(area>.0&&d2<9.*area))return plain;\n"
     "float point=plain;\n"
-    "return ism_patch_kernel(l.basis,l.side,d,n,point,plain);\n"
+    "return ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "#elif ISM_NEAR == 6\n"
     "float share=1.-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
     "if(!(share>.0))return plain=.0;\n"
-    "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.basis,l.side,d,n,point,plain);\n"
+    "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "plain*=share;\n"
     "return k*share;\n"
     "#elif ISM_NEAR == 2\n"
-    "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.side):plain;\n",
+    "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.edge):plain;\n",
     "#elif ISM_NEAR == 3\n"
     "return min(plain,most);\n"
     "#else\n"
@@ -1265,7 +1265,7 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "\n\n\nvec4 ism_scaled(vec4 sum,uint set_count){return sum*(float(set_count)/COHSM_PI);}\n"
     "\n\n\nstruct ism_near_point{\n"
     "vec3 position,normal,flux;\n"
-    "float side;\n"
+    "float edge;\n"
     "float reach;\n"
     "uint vpl;\n"
     "};\n"
@@ -1277,7 +1277,7 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(at+2u),0);\n"
     "ism_near_point q;\n"
     "q.position=a.xyz;\n"
-    "q.side=a.w;\n"
+    "q.edge=a.w;\n"
     "q.normal=b.xyz;\n"
     "q.reach=b.w;\n"
     "q.flux=c.xyz;\n"
@@ -1312,7 +1312,7 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "if(!(h>.0))return .0;\n"
     "float point=dot(n,d)* -dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
     "plain=point;\n"
-    "if(d2<9.*q.side*q.side)k=ism_patch_kernel(ism_basis_of(q.normal),q.side,d,n,point,plain);\n"
+    "if(d2<9.*q.edge*q.edge)k=ism_patch_kernel(ism_basis_of(q.normal),q.edge,d,n,point,plain);\n"
     "plain*=h;\n"
     "return k*h;\n"
     "}\n"
@@ -2315,7 +2315,7 @@ static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v
     if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
     if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
     if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "side", v->side, 3e38f, "finite and not negative");
+        result = glbk__ism_check_number(&e, "edge", v->edge, 3e38f, "finite and not negative");
     if (result == GLBK_OK)
         result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
     if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
@@ -2332,7 +2332,7 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
     if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
     if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
     if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "side", p->side, 3e38f, "finite and not negative");
+        result = glbk__ism_check_number(&e, "edge", p->edge, 3e38f, "finite and not negative");
     if (result == GLBK_OK)
         result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
     if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;
@@ -2740,7 +2740,7 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
     memcpy(to, v->position, 12);
     to[3] = v->directional ? -1 : v->exponent;
     memcpy(to + 4, v->normal, 12);
-    to[7] = v->side;
+    to[7] = v->edge;
     memcpy(to + 8, v->flux, 12);
     to[11] = v->reach;
     memcpy(to + 12, v->axis, 12);

@@ -92,7 +92,7 @@
 
        position, normal   world space; the normal is unit
        own                the entity that the point lies on, counted from 1; 0 = none
-       t                  from sfield_cosine, or own visibility x cosine, turned into the world
+       t                  from sfield_cosine, or self-visibility x cosine, turned into the world
        g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
 
    The result has light (irradiance, W/m^2; times albedo / pi it is radiance), gloss, and open, the first
@@ -101,7 +101,7 @@
    Conventions
 
    The fields of a scene are uploaded once, into one table, with the terms of the product; entities and the
-   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and own visibility
+   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and self-visibility
    are shadowfield.h's, and so are the numbers of entities: they count from 1, 0 is none. The points that are
    shaded are the pixels of a G-buffer (gl_gbuffer.h): of the screen, or vertices.
 
@@ -117,7 +117,7 @@
      section 3.1  an object occlusion field       glbk_sfield_builder_see  sfield_build           T72
      section 3.1  a source radiance field         glbk_sfield_builder_see  sfield_build_emissive  T73
      section 3.1  S_d, the environment            sfield_sky               sfield_scene_sky       -
-     section 3.1  O_p, own visibility             glbk_sfield_self_object  sfield_build_self      -
+     section 3.1  O_p, self-visibility             glbk_sfield_self_object  sfield_build_self      -
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
@@ -169,7 +169,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
-            a field of wavelets, logarithms, own visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
+            a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
             than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *scene,
@@ -191,7 +191,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
-   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and own visibility
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
             targets and glbk_program_compile */
@@ -233,10 +233,10 @@ typedef struct glbk_sfield_renderer_desc {
     const sfield_algebra *algebra;      /* of the scene's bands; it is read until glbk_sfield_renderer_create
                                            returns */
     int      gloss;                     /* not 0: lobes of the G-buffer's Phong materials are shaded, too */
-    int      self;                      /* not 0: there is room for own visibility, 32 bytes a pixel; for 5 to
-                                           8 bands 64 to 128 */
-    uint32_t self_attribute;            /* location of a mesh's first four coefficients of own visibility; the
-                                           next locations have the other coefficients; 1..12, 0 = 4 */
+    int      self;                      /* not 0: there is room for self-visibility, 32 bytes a pixel; for 5
+                                           to 8 bands 64 to 128 */
+    uint32_t self_attribute;            /* location of a mesh's first four coefficients of self-visibility;
+                                           the next locations have the other coefficients; 1..12, 0 = 4 */
     int      product_in_table;          /* not 0: shaders read the terms of the product from the table, as
                                            from 5 bands on anyway. 0: they are written into the program, which
                                            takes longer to compile and runs several times as fast */
@@ -273,20 +273,20 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain
    by it. */
 
-/* ---- own visibility: what a point's own object leaves open ----
+/* ---- self-visibility: what a point's own object leaves open ----
 
    Fields say what other objects hide of a point; what its own object hides is recorded for the vertices of
-   its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for own
-   visibility, and keeps it from frame to frame until it is given anew; pixels without it take the cosine. Own
-   visibility is in the space of the entity that the G-buffer names there, and turns with the entity. Behind
-   the draws of the G-buffer come these:
+   its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for
+   self-visibility, and keeps it from frame to frame until it is given anew; pixels without it take the
+   cosine. Self-visibility is in the space of the entity that the G-buffer names there, and turns with the
+   entity. Behind the draws of the G-buffer come these:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
        glbk_sfield_self_object(gl, &renderer, surface.world);   // for each object with it, and your draw */
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                             const glbk_gbuffer *gbuffer);
-/* Forgets own visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
+/* Forgets self-visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
    into the G-buffer, whose depth and matrix the pass uses. The first call compiles a program.
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_ORDER: the G-buffer was not
             drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer has no desc.self, the
@@ -302,7 +302,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row,
                                              uint32_t row_count, const float *const *self);
-/* Writes own visibility of whole rows of pixels from memory, for a G-buffer that was uploaded. Coefficients
+/* Writes self-visibility of whole rows of pixels from memory, for a G-buffer that was uploaded. Coefficients
    are kept with 16 bits, off by 5e-5.
    self     renderer->width x row_count pointers: bands^2 coefficients from sfield_self, mixed as you like, or
             NULL where nothing is known
@@ -344,7 +344,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
                                            share of the cosine-weighted sphere */
     glbk_texture gloss;                 /* rgb times the specular colour is radiance; none without
                                            desc.gloss */
-    glbk_texture self;                  /* own visibility; none without desc.self */
+    glbk_texture self;                  /* self-visibility; none without desc.self */
     glbk_target  target;                /* of light and gloss */
     glbk_target  self_target;           /* private, like all that follows but width, height and compute */
     glbk_program shade;
@@ -449,11 +449,11 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
 
 /* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
 
-/* Programs that shade read the two tables, and own visibility of a picture. */
+/* Programs that shade read the two tables, and self-visibility of a picture. */
 #define GLBK_SFIELD_SCENE_TEXTURES(X)                                                       \
     X(usampler2DArray, glbk_sfield_table, 0)        /* terms of the product, fields */      \
     X(usampler2DArray, glbk_sfield_moving, 7)       /* sky, entities, rotations */          \
-    X(usampler2DArray, glbk_sfield_self, 3)         /* own visibility of a picture */
+    X(usampler2DArray, glbk_sfield_self, 3)         /* self-visibility of a picture */
 
 /* Programs that build read samples of tiles, texels of cubes, and integrals of the basis over texels. */
 #define GLBK_SFIELD_BUILD_TEXTURES(X)                                                       \
@@ -478,7 +478,7 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
 
 #define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
 
-/* This block has an object whose own visibility is drawn. */
+/* This block has an object whose self-visibility is drawn. */
 #define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                       \
     X(mat4, world, 1)               /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */
@@ -1213,13 +1213,13 @@ static const struct { char s0[1235]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n", 0
 };
 
-static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3992]; char s1[1846]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
     "#define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)\n"
     "#define SFIELD_BATCH 8\n"
-    "#define SFIELD_BLOCKERS 4\n"
+    "#define SFIELD_OCCLUDERS 4\n"
     "\nstruct sfield_sums{\n"
     "vec3 light;\n"
     "vec3 gloss;\n"
@@ -1273,15 +1273,15 @@ static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_s
     "}\n"
     "}\n"
     "}\n"
-    "\n\nstruct sfield_blockers{\n"
-    "vec4 cone[SFIELD_BLOCKERS];\n"
+    "\n\nstruct sfield_occluders{\n"
+    "vec4 cone[SFIELD_OCCLUDERS];\n"
     "int count;\n"
     "};\n"
-    "\n\n\nbool sfield_hidden(sfield_blockers b,vec3 v,float sin_a)\n"
+    "\n\n\nbool sfield_hidden(sfield_occluders b,vec3 v,float sin_a)\n"
     "{\n"
     "float cos_a=sqrt(max(1.-sin_a*sin_a,.0));\n"
     "bool hidden=false;\n"
-    "for(int i=0;i<SFIELD_BLOCKERS;i++){\n"
+    "for(int i=0;i<SFIELD_OCCLUDERS;i++){\n"
     "float cos_b=b.cone[i].w,sin_b=sqrt(max(1.-cos_b*cos_b,.0));\n"
     "bool within=dot(v,b.cone[i].xyz)>=cos_a*cos_b+sin_a*sin_b;\n"
     "hidden=hidden||(i<b.count&&sin_a<sin_b&&within);\n"
@@ -1292,7 +1292,7 @@ static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_s
     "{\n"
     "return sfield_turn(entity,position-sphere.xyz)/sphere.w;\n"
     "}\n"
-    "\n\n\nbool sfield_occlusion(uint entity,vec3 position,vec3 normal,inout sfield_blockers met,\n"
+    "\n\n\nbool sfield_occlusion(uint entity,vec3 position,vec3 normal,inout sfield_occluders met,\n"
     "out float o[SFIELD_COEFS])\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
@@ -1303,8 +1303,8 @@ static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_s
     "float d=length(v),factor=clamp(4.*(1.-d*inversesqrt(place.w)),.0,1.);\n"
     "if(!(factor>.0)|| !(dot(v,normal)> -radius))return false;\n"
     "if(radius<d&&sfield_hidden(met,v/d,radius/d))return false;\n"
-    "if(inscribed>.0&&inscribed<d&&factor>=1.&&met.count<SFIELD_BLOCKERS){\n"
-    "for(int i=0;i<SFIELD_BLOCKERS;i++)\n"
+    "if(inscribed>.0&&inscribed<d&&factor>=1.&&met.count<SFIELD_OCCLUDERS){\n"
+    "for(int i=0;i<SFIELD_OCCLUDERS;i++)\n"
     "if(i==met.count)met.cone[i]=vec4(v/d,sqrt(1.-inscribed*inscribed/(d*d)));\n"
     "met.count++;\n"
     "}\n"
@@ -1364,9 +1364,9 @@ static const struct { char s0[3984]; char s1[1844]; char end; } glbk__glsl_lib_s
     "if(own-1u<count&&uintBitsToFloat(SFIELD_MOVING(sfield_at(own-1u)+1u).w)>.0)left--;\n"
     "bool sky=glbk_sfield_contents.wants_sky!=0u,more=left>0u||sky;\n"
     "float d2=.0,o[SFIELD_COEFS],key[SFIELD_BATCH];\n"
-    "sfield_blockers met;\n"
+    "sfield_occluders met;\n"
     "met.count=0;\n"
-    "for(int i=0;i<SFIELD_BLOCKERS;i++)met.cone[i]=vec4(.0);\n"
+    "for(int i=0;i<SFIELD_OCCLUDERS;i++)met.cone[i]=vec4(.0);\n"
     "while(more){\n"
     "sfield_find(position,own,d2,id,first,key,name);\n"
     "for(uint i=0u;i<min(uint(SFIELD_BATCH),2u*count+1u)&&more;i++){\n"
@@ -2410,11 +2410,11 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
     glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_sfield_contents, &s->contents);
 }
 
-/* ==== src/gl_shadowfield/own.h ==== */
+/* ==== src/gl_shadowfield/self_visibility.h ==== */
 
-/* ---- sfield: own visibility ---- */
+/* ---- sfield: self-visibility ---- */
 
-/* Makes the texture of own visibility, in which nothing is recorded yet. */
+/* Makes the texture of self-visibility, in which nothing is recorded yet. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -2449,7 +2449,7 @@ static uint32_t glbk__sfield_short(float x)
     return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
 }
 
-/* Checks that a renderer has own visibility. */
+/* Checks that a renderer has self-visibility. */
 static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function,
                                            const glbk_sfield_renderer *r)
 {

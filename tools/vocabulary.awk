@@ -30,7 +30,7 @@ BEGIN {
     # Words that stand nowhere in a name: of a type, a value, a function, a field, a parameter, a macro.
     set_pairs("camera=view cameras=views luminaire=light luminaires=lights blocker=caster blockers=casters resolution=_side " \
         "pitch=_stride degrees=radians destroy=free delete=free release=free len=_bytes_or_count cnt=_count nb=_count num=_count " \
-        "dir=direction dirs=directions idx=index interleaving=interleave interleaved=interleave proj=projection", nowhere)
+        "dir=direction dirs=directions wo=to_eye wi=direction idx=index interleaving=interleave interleaved=interleave proj=projection", nowhere)
     # What a name must not be as a whole: world_to_clip ends with one of these words.
     set_pairs("clip=world_to_clip", instead_whole)
     set_pairs("num_=count nb_=count n_=count max_num_=count", instead_front)
@@ -38,7 +38,7 @@ BEGIN {
     # no kind of the struct.
     set_pairs("rows=rows clip_depth=clip_depth clip_y=clip_y light_kind=kind", named_after)
     # The matrices, by the way that they go. cohsm_view's and sfield_sh_rotation's go to pixels and nowhere.
-    split_into("transform transforms world_to_clip to_world rotation world matrix before", matrices)
+    split_into("transform transforms world_to_clip to_world world matrix before", matrices)
     # Counts without _count: orders and their like, times in frames, and bits, which are no elements.
     split_into("bands layers levels bytes passes units dimensions lazy_frames depth_bits flags phases remembers", bare)
     # Structs of arrays that are neither meshes nor receivers: pictures of a renderer, texels of a source.
@@ -156,11 +156,12 @@ function take_statement(text, from,    name, body, head) {
         sub(/^[^{]*[{] ?/, "", body); sub(/ ?[}][^}]*$/, "", body)
         if (text ~ /^typedef enum/) { if (from == "have") check_enum(name, body); return }
         structs[from, name] = body
+        if (from == "have") types[name] = 1
         if (from == "have") check_struct(name, body)
         return
     }
     if (from == "wanted") return
-    if (text ~ /^typedef struct [a-z_0-9]+ [a-z_0-9]+;$/) { name = $0; return }
+    if (text ~ /^typedef struct [a-z_0-9]+ [a-z_0-9]+;$/) { name = text; sub(/;$/, "", name); sub(/.* /, "", name); types[name] = 1; return }
     if (text ~ /^typedef .*\(\*[a-z_0-9]+\)/) { check_callback_type(text); return }
     if (text ~ /^(struct|enum|typedef) / && text !~ /\(/) return
     if (text ~ /\(/) check_function(text)
@@ -240,6 +241,9 @@ function check_name(where, name, whole,    word, n, type) {
             complain(where ": " name ": the table has another word, " instead[word])
         }
     if (name ~ /(^|_)occlusion$/ && whole ~ /^const float \*/) complain(where ": " name ": a share of light that arrives is called open")
+    if (name == "visible" && whole !~ /float \*/) complain(where ": visible: an answer is floats; what the camera sees is in_view")
+    if (name == "visibility" && prefix != "sfield") complain(where ": visibility: the answers for samples are called visible")
+    if (name == "side" && whole ~ /^(const )?float /) complain(where ": " name ": a length in the world is no side but an edge")
     if (name in instead_whole) complain(where ": " name ": the table has another word, " instead_whole[name])
     for (word in instead_front) if (index(name, word) == 1) complain(where ": " name ": the table has _" instead_front[word])
     if (name ~ /cone/ && name != "cone_half_angle") complain(where ": " name ": a cone is given by its cone_half_angle")
@@ -349,6 +353,12 @@ END {
         if (vectors && !no_simd) complain("has intrinsics and no " upper "_NO_SIMD")
         if (prefix in asked && !((prefix "_get_info") in functions)) complain("has no " prefix "_get_info")
         if (!((prefix "_result_text") in functions)) complain("has no " prefix "_result_text")
+    }
+    for (i = 1; i <= function_count; i++) {
+        name = order[i]
+        if (name !~ /_get_/) continue
+        sub(/_get_/, "_", name)
+        if (!(name in types)) complain(order[i] ": there is no type " name ", which alone would need get_")
     }
     same_start(prefix "_mesh"); same_start(prefix "_points")
     for (i = 1; i <= function_count; i++) {

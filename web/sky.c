@@ -239,7 +239,7 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     if (pg_model_update(&sky.model, gl, error) != 0 || make_lights((uint32_t)knobs[COUNT], error) != 0 ||
         place_lights(stage->sky_turn, error) != 0)
         return -1;
-    frame.views = envsh_get_views(sky.layout, &frame.view_count);
+    frame.views = envsh_views(sky.layout, &frame.view_count);
     frame.draw_fn = draw_casters;
     frame.query = &query;
     query.filter = knobs[FILTER] > 0 ? ENVSH_FILTER_PENUMBRA : ENVSH_FILTER_PLAIN;

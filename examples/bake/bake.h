@@ -21,7 +21,7 @@ typedef struct bk_mesh {
     char      node[64];
 } bk_mesh;
 
-/* Points on it, for its own visibility. */
+/* Points on it, for its self-visibility. */
 typedef struct bk_points { float *positions, *normals, offset; size_t count; } bk_points;
 
 /* What a shard takes, relative to others: its units', and of each row of units that it touches what it needs however

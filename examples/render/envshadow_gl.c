@@ -152,7 +152,7 @@ int es_gl_frame(es_state *s, const rd_job *job, char *error)
 {
     es_gl *g = s->gl;
     uint32_t count;
-    const envsh_view *views = envsh_get_views(s->maps, &count);
+    const envsh_view *views = envsh_views(s->maps, &count);
     envsh_query query = s->query;
     glbk_result result = upload_pixels(g, job->gbuffer);
     g->renderer.begun = 0;

@@ -1,7 +1,7 @@
 /* shadowfield.c - the technique "shadowfield": precomputed shadow fields, evaluated at points of each object and
    interpolated in its triangles; flat receivers (the ground) are evaluated pixel by pixel.
 
-   One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
+   One occlusion field for each distinct mesh, its self-visibility at each point, a source field for each area light and
    emissive object, which is one entity with what it hides: its light does not fall on its own points; built again
    where their shape changes with time. Suns and skies are the environment. Spots and points become spheres of the
    size `lamp_radius`. */

@@ -171,12 +171,13 @@ struct envlt_stats {                /* what envlt_create and envlt_follow counte
 
 /* ---- turning, jittering, matching ---- */
 
-ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16]);
+ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float matrix[16]);
 /* Turns directions and extents of lights with the environment (Knuth and Fuhrmann, section 3), in place. The
    lengths of extents do not change.
-   rotation  columns must be at right angles and of equal length within 1e-4, and of length 1 within 1e-3
+   matrix    a rotation: columns must be at right angles and of equal length within 1e-4, and of length 1
+             within 1e-3
    Errors    this call has no log.
-             ENVLT_ERR_ARGUMENT: rotation is NULL, or lights is NULL and count is not 0.
+             ENVLT_ERR_ARGUMENT: matrix is NULL, or lights is NULL and count is not 0.
              ENVLT_ERR_INPUT: the matrix is not a rotation, or a light's direction is not unit. */
 
 ENVLT_DEF envlt_result envlt_jitter(const envlt_lights *lights, uint32_t frame, uint32_t seed,
@@ -207,7 +208,7 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
 #define ENVLT_NO_LIGHT UINT32_MAX   /* stands for a texel that no light stands for: below the horizon with
                                        desc.hemisphere, or in a black map */
 
-ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count);
+ENVLT_DEF const uint32_t *envlt_strata(const envlt_lights *lights, size_t *count);
 /* Returns an array that has for each texel of the map the index of its light, or ENVLT_NO_LIGHT, and writes
    how many texels there are. The array is valid until the next envlt_follow or envlt_free.
    lights  NULL gives NULL and a count of 0

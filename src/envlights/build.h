@@ -221,7 +221,7 @@ ENVLT_DEF const envlt_light *envlt_get_lights(const envlt_lights *lights, uint32
     return lights ? lights->list : NULL;
 }
 
-ENVLT_DEF const uint32_t *envlt_get_strata(const envlt_lights *lights, size_t *count)
+ENVLT_DEF const uint32_t *envlt_strata(const envlt_lights *lights, size_t *count)
 {
     if (count) *count = lights ? lights->texels : 0;
     return lights ? lights->strata : NULL;

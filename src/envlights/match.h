@@ -80,23 +80,23 @@ ENVLT_DEF envlt_result envlt_match(const envlt_light *previous, uint32_t previou
     return ENVLT_OK;
 }
 
-ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float rotation[16])
+ENVLT_DEF envlt_result envlt_rotate(envlt_light *lights, uint32_t count, const float matrix[16])
 {
     float scale;
     uint32_t i;
-    if ((!lights && count) || !rotation) return ENVLT_ERR_ARGUMENT;
-    if (!envlt__m4_is_rigid_uniform(rotation, &scale) || !(fabsf(scale - 1.0f) < 1e-3f))
+    if ((!lights && count) || !matrix) return ENVLT_ERR_ARGUMENT;
+    if (!envlt__m4_is_rigid_uniform(matrix, &scale) || !(fabsf(scale - 1.0f) < 1e-3f))
         return ENVLT_ERR_INPUT;
     if (!envlt__directions_fit(lights, count)) return ENVLT_ERR_INPUT;
     scale = 1.0f / scale;
     for (i = 0; i < count; i++) {
         envlt_light *l = &lights[i];
         envlt__v3_store(l->direction,
-                        envlt__v3_normalize(envlt__m4_direction(rotation, envlt__v3_load(l->direction))));
+                        envlt__v3_normalize(envlt__m4_direction(matrix, envlt__v3_load(l->direction))));
         envlt__v3_store(l->axis_u,
-                        envlt__v3_scale(envlt__m4_direction(rotation, envlt__v3_load(l->axis_u)), scale));
+                        envlt__v3_scale(envlt__m4_direction(matrix, envlt__v3_load(l->axis_u)), scale));
         envlt__v3_store(l->axis_v,
-                        envlt__v3_scale(envlt__m4_direction(rotation, envlt__v3_load(l->axis_v)), scale));
+                        envlt__v3_scale(envlt__m4_direction(matrix, envlt__v3_load(l->axis_v)), scale));
     }
     return ENVLT_OK;
 }

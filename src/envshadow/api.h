@@ -191,7 +191,7 @@ typedef enum envsh_filter {         /* which texels of a map answer for a point 
     ENVSH_FILTER_PCF,               /* the paper's percentage closer filtering: taps on a disc of the radius
                                        `radius`, turned by another angle at each point */
     ENVSH_FILTER_PENUMBRA,          /* taps on an ellipse as large as the penumbra, which is the light's
-                                       extent times the distance to the blockers that a first set of taps
+                                       extent times the distance to the occluders that a first set of taps
                                        finds */
     ENVSH_FILTER_COUNT
 } envsh_filter;
@@ -252,8 +252,8 @@ typedef struct envsh_view {         /* one light's shadow map, for a renderer or
     float    direction[3], irradiance[3];
     float    texel[2];              /* size of a texel in the world, in x and y */
     float    depth_range;           /* distance in the world from depth 0 to depth 1 */
-    float    spread[4];             /* the light's extent in texels of the tile, for a blocker whose depth is
-                                       less by 1: x, y of axis_u, then x, y of axis_v */
+    float    spread[4];             /* the light's extent in texels of the tile, for an occluder whose depth
+                                       is less by 1: x, y of axis_u, then x, y of axis_v */
     uint32_t x, y, page, channel;   /* where the tile lies in the atlas; x, y are texels of its corner */
     uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
@@ -271,7 +271,7 @@ typedef struct envsh_info {         /* the atlas */
 ENVSH_DEF void envsh_get_info(const envsh_maps *maps, envsh_info *out);
 /* Writes how the tiles lie in memory. Does nothing if a pointer is NULL. */
 
-ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *maps, uint32_t *count);
+ENVSH_DEF const envsh_view *envsh_views(const envsh_maps *maps, uint32_t *count);
 /* Returns an array with a view for each light of the last envsh_maps_begin, valid until the next, and writes
    how many there are.
    maps   NULL gives NULL and a count of 0

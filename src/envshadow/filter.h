@@ -21,8 +21,8 @@ typedef struct envsh__receiver {
 
 /* Sets how far the receiver's plane is followed towards the light. The plane goes on through walls that stand
    on the receiver's surface, so that it is not followed farther than three texels and the radius of a fixed
-   kernel. The penumbra's kernel needs less: what is taken for a blocker although it is the surface itself is
-   near, and a near blocker makes the kernel small. */
+   kernel. The penumbra's kernel needs less: what is taken for an occluder although it is the surface itself
+   is near, and a near occluder makes the kernel small. */
 static void envsh__set_limit(envsh__receiver *r, float radius)
 {
     r->limit = (radius + 3.0f) * r->texel_depth;
@@ -169,7 +169,7 @@ static void envsh__make_kernel(const envsh__lookup *l, float distance, float *a,
 static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receiver *r, float c, float s)
 {
     const envsh_query *q = l->query;
-    float a[2], b[2], blockers = 0.0f;
+    float a[2], b[2], occluders = 0.0f;
     uint32_t i, found = 0;
     int32_t x, y;
     int known;
@@ -182,11 +182,11 @@ static float envsh__filter_penumbra(const envsh__lookup *l, const envsh__receive
         x = envsh__texel_index(r->x + u * a[0] + v * b[0]);
         y = envsh__texel_index(r->y + u * a[1] + v * b[1]);
         if (envsh__is_lit(l, r, x, y)) continue;
-        blockers += l->tile[(size_t)y * l->row + (size_t)x * l->step];
+        occluders += l->tile[(size_t)y * l->row + (size_t)x * l->step];
         found++;
     }
     if (!found) return 1.0f;
-    envsh__make_kernel(l, r->z - blockers / (float)found, a, b);
+    envsh__make_kernel(l, r->z - occluders / (float)found, a, b);
     return envsh__filter_taps(l, r, a, b, c, s);
 }
 

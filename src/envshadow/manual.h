@@ -89,7 +89,7 @@
      3, importance sampling                envlights.h                                        -
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
-     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_get_views               T24
+     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_views               T24
      3, Fig. 3, more lights, softer shadow envsh_maps_desc envsh_shade                        T23
      3, Fig. 4, smoothing                  envsh__filter_smooth                               image
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24
@@ -108,7 +108,7 @@
      map_side      Fewer texels give jagged contact shadows and leaks through thin walls; memory grows with
                    the square of map_side.
      filter        PLAIN is sharp. SMOOTH and PCF, the paper's, blur every edge alike. PENUMBRA, the paper's
-                   future work, blurs by the light's extent and the distance of the blocker, and so needs the
+                   future work, blurs by the light's extent and the distance of the occluder, and so needs the
                    fewest lights for a picture.
      radius        PENUMBRA looks no farther than radius texels: with too few, shadows of a large sun stay
                    sharp far from their casters.

@@ -169,7 +169,7 @@ ENVSH_DEF void envsh_get_info(const envsh_maps *m, envsh_info *out)
     out->bytes = m->bytes;
 }
 
-ENVSH_DEF const envsh_view *envsh_get_views(const envsh_maps *m, uint32_t *count)
+ENVSH_DEF const envsh_view *envsh_views(const envsh_maps *m, uint32_t *count)
 {
     if (count) *count = m ? m->count : 0;
     return m ? m->views : NULL;

@@ -32,7 +32,7 @@ struct cohsm_surface {          // a material at a point; its axes are t, b and 
     vec3  t;
     vec3  b;
     vec3  n;
-    vec3  wo;                   // unit, to the eye, along these axes
+    vec3  to_eye;                   // unit, to the eye, along these axes
     vec3  diffuse;
     vec3  f0;                   // GGX: what is reflected along the normal
     float alpha;                // GGX; 0: cosine lobes
@@ -67,7 +67,7 @@ vec3 cohsm_schlick(vec3 f0, float cosine)
 // Adds a cosine lobe about c times the mirrored view, unless there is no room; returns its albedo, about.
 float cohsm_add_lobe(inout cohsm_surface s, vec3 c, float exponent, vec3 scale)
 {
-    vec3 a = c * s.wo;
+    vec3 a = c * s.to_eye;
     float size = sqrt(dot(a, a));
     if (!(size > 0.0) || s.lobe_count >= COHSM_LOBES) return 0.0;
     a /= size;
@@ -91,7 +91,7 @@ float cohsm_specular_init(inout cohsm_surface s, const in cohsm_material m)
         s.f0 = vec3(0.04) * (1.0 - m.metallic) + m.diffuse * m.metallic;
         s.diffuse = m.diffuse * (1.0 - m.metallic);
         s.lobe_count = 1;
-        float share = cohsm_mean(cohsm_schlick(s.f0, s.wo.z));
+        float share = cohsm_mean(cohsm_schlick(s.f0, s.to_eye.z));
         s.scales[0] = vec4(0.0, 0.0, 0.0, share);
         return share;
     }
@@ -108,8 +108,8 @@ float cohsm_specular_init(inout cohsm_surface s, const in cohsm_material m)
     return sum;
 }
 
-// Returns a material at a point. normal and wo have about unit length, tangent any; 0 is none.
-cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tangent, vec3 wo)
+// Returns a material at a point. normal and to_eye have about unit length, tangent any; 0 is none.
+cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tangent, vec3 to_eye)
 {
     cohsm_surface s;
     s.n = cohsm_normalize(normal);
@@ -119,9 +119,9 @@ cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tang
         s.b = cross(s.n, s.t);
     } else
         cohsm_basis(s.n, s.t, s.b);
-    s.wo = cohsm_to_axes(s, cohsm_normalize(wo));
-    if (s.wo.z < 1e-3) s.wo = cohsm_normalize(vec3(s.wo.xy, 1e-3));
-    s.wo.z = min(s.wo.z, 1.0);
+    s.to_eye = cohsm_to_axes(s, cohsm_normalize(to_eye));
+    if (s.to_eye.z < 1e-3) s.to_eye = cohsm_normalize(vec3(s.to_eye.xy, 1e-3));
+    s.to_eye.z = min(s.to_eye.z, 1.0);
     s.diffuse = m.diffuse;
     s.f0 = vec3(0.0);
     s.alpha = 0.0;
@@ -147,13 +147,13 @@ cohsm_surface cohsm_surface_at(const in cohsm_material m, vec3 normal, vec3 tang
 // Adds GGX to a response: with Smith's height-correlated shadowing, and the density of visible normals.
 void cohsm_ggx(cohsm_surface s, vec3 wi, inout cohsm_response r)
 {
-    vec3 h = cohsm_normalize(s.wo + wi);
+    vec3 h = cohsm_normalize(s.to_eye + wi);
     float a2 = s.alpha * s.alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (COHSM_PI * q * q);
-    float go = sqrt(a2 + (1.0 - a2) * s.wo.z * s.wo.z), gi = sqrt(a2 + (1.0 - a2) * wi.z * wi.z);
-    vec3 f = cohsm_schlick(s.f0, clamp(dot(s.wo, h), 0.0, 1.0));
-    r.specular = f * (0.5 * d / (wi.z * go + s.wo.z * gi));
+    float go = sqrt(a2 + (1.0 - a2) * s.to_eye.z * s.to_eye.z), gi = sqrt(a2 + (1.0 - a2) * wi.z * wi.z);
+    vec3 f = cohsm_schlick(s.f0, clamp(dot(s.to_eye, h), 0.0, 1.0));
+    r.specular = f * (0.5 * d / (wi.z * go + s.to_eye.z * gi));
     r.diffuse *= 1.0 - f;
-    r.specular_pdf = 0.5 * d / (s.wo.z + go);
+    r.specular_pdf = 0.5 * d / (s.to_eye.z + go);
 }
 
 // Returns f and the densities of the diffuse and the specular part for wi, a direction along the axes.
@@ -188,12 +188,12 @@ float cohsm_brdf_pdf(cohsm_surface s, const in cohsm_response r)
 // 2023).
 vec3 cohsm_ggx_draw(cohsm_surface s, vec2 u)
 {
-    vec3 o = cohsm_normalize(vec3(s.wo.xy * s.alpha, s.wo.z));
+    vec3 o = cohsm_normalize(vec3(s.to_eye.xy * s.alpha, s.to_eye.z));
     float z = (1.0 - u.x) * (1.0 + o.z) - o.z, r = cohsm_safe_sqrt(1.0 - z * z);
     vec2 sc = cohsm_sincos(2.0 * COHSM_PI * u.y);
     vec3 h = vec3(r * sc.y, r * sc.x, z) + o;
     h = cohsm_normalize(vec3(h.xy * s.alpha, h.z));
-    return cohsm_normalize(h * (2.0 * dot(s.wo, h)) - s.wo);
+    return cohsm_normalize(h * (2.0 * dot(s.to_eye, h)) - s.to_eye);
 }
 
 // Returns a direction of a cosine lobe.

@@ -3,7 +3,7 @@
 GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_view *views,
                                             uint32_t count, glbk_envsh_draw_fn draw_fn, void *user);
 /* Draws the shadow maps of a frame, and what is known of their cells.
-   views    those of envsh_get_views, of an envsh_maps_desc with the same map_side and guard as the desc of
+   views    those of envsh_views, of an envsh_maps_desc with the same map_side and guard as the desc of
             these maps. Where the views say that their tiles lie plays no part
    count    at most the capacity; 0 = no light
    draw_fn  draws what casts shadows; user is given to it

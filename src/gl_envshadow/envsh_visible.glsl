@@ -207,18 +207,18 @@ void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 
 // what is in the way, over which the stratum spreads.
 float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
 {
-    float blockers = 0.0, found = 0.0, stored;
+    float occluders = 0.0, found = 0.0, stored;
     vec2 a, b;
     envsh_kernel(q, v, r.z, a, b);
     int known = envsh_decide(q, v, r, abs(a) + abs(b));
     if (known >= 0) return float(known);
     for (uint i = 0u; i < q.taps; i++)
         if (!envsh_lit(q, v, r, envsh_tap(r, i, a, b, cs), stored)) {
-            blockers += stored;
+            occluders += stored;
             found += 1.0;
         }
     if (found == 0.0) return 1.0;
-    envsh_kernel(q, v, r.z - blockers / found, a, b);
+    envsh_kernel(q, v, r.z - occluders / found, a, b);
     return envsh_taps(q, v, r, a, b, cs);
 }
 

@@ -211,7 +211,7 @@ static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v
     if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
     if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
     if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "side", v->side, 3e38f, "finite and not negative");
+        result = glbk__ism_check_number(&e, "edge", v->edge, 3e38f, "finite and not negative");
     if (result == GLBK_OK)
         result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
     if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
@@ -228,7 +228,7 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
     if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
     if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
     if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "side", p->side, 3e38f, "finite and not negative");
+        result = glbk__ism_check_number(&e, "edge", p->edge, 3e38f, "finite and not negative");
     if (result == GLBK_OK)
         result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
     if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;

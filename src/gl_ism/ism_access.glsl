@@ -11,7 +11,7 @@ struct ism_vpl {
     vec3  flux;                 // W
     vec3  axis;                 // of its lobe
     float exponent;             // of its lobe
-    float side;                 // of the square that the VPL stands for
+    float edge;                 // of the square that the VPL stands for
     float reach;                // distance within which near points take the VPL's place; 0 = none do
     bool  sky;                  // whether the VPL is directional
     uint  window;               // of its tile
@@ -40,7 +40,7 @@ ism_vpl ism_read_vpl(uint v)
     l.sky = a.w < 0.0;
     l.exponent = l.sky ? 1.0 : a.w;
     l.normal = b.xyz;
-    l.side = b.w;
+    l.edge = b.w;
     l.flux = c.xyz;
     l.reach = glbk_ism_frame.near_point_count > 0u ? c.w : 0.0;
     l.axis = l.exponent != 1.0 ? d.xyz : l.normal;

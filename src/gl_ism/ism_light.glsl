@@ -91,19 +91,19 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 
 // Returns the kernel of a VPL's square. To receivers that face the square it is no brighter than the point,
 // since the backs of bent sheets face it; square gets the kernel without that rule.
-float ism_patch_kernel(mat3 basis, float side, vec3 d, vec3 n, float point, out float square)
+float ism_patch_kernel(mat3 basis, float edge, vec3 d, vec3 n, float point, out float square)
 {
-    float share, form = ism_form_factor(n, d, basis[0] * (0.5 * side), basis[1] * (0.5 * side), share);
+    float share, form = ism_form_factor(n, d, basis[0] * (0.5 * edge), basis[1] * (0.5 * edge), share);
     float facing = -2.0 * dot(n, basis[2]);
-    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (side * side * share) : 0.0;
+    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (edge * edge * share) : 0.0;
     if (!(facing > 0.0) || !(form > point)) return form;
     return form + min(facing, 1.0) * (point - form);
 }
 
 // Returns the kernel of a sphere of the area of a VPL's square, by 16 directions to it.
-float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
+float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float edge)
 {
-    float r2 = side * side * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;
+    float r2 = edge * edge * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;
     float least = d2 > r2 ? sqrt(1.0 - r2 / d2) : -1.0;
     mat3 basis = ism_basis_of(cohsm_normalize(d));
     for (int k = 0; k < 16; k++) {
@@ -130,7 +130,7 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
     if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
     vec3 d = l.position - p;
-    float d2 = dot(d, d), a = dot(n, d), b = -dot(l.normal, d), area = l.side * l.side;
+    float d2 = dot(d, d), a = dot(n, d), b = -dot(l.normal, d), area = l.edge * l.edge;
     plain = a > 0.0 && b > 0.0 ? a * b / (d2 * d2 + 1e-37) : 0.0;
     if (l.exponent != 1.0) {
         float c = -dot(l.axis, d) / sqrt(d2);
@@ -143,15 +143,15 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #if ISM_NEAR == 1
     if (!(area > 0.0 && d2 < 9.0 * area)) return plain;
     float point = plain;
-    return ism_patch_kernel(l.basis, l.side, d, n, point, plain);
+    return ism_patch_kernel(l.basis, l.edge, d, n, point, plain);
 #elif ISM_NEAR == 6
     float share = 1.0 - ism_nearness(d2, l.reach), k = plain, point = plain;
     if (!(share > 0.0)) return plain = 0.0;
-    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.basis, l.side, d, n, point, plain);
+    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.basis, l.edge, d, n, point, plain);
     plain *= share;
     return k * share;
 #elif ISM_NEAR == 2
-    return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;
+    return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.edge) : plain;
 #elif ISM_NEAR == 3
     return min(plain, most);
 #else
@@ -195,7 +195,7 @@ vec4 ism_scaled(vec4 sum, uint set_count) { return sum * (float(set_count) / COH
 
 struct ism_near_point {
     vec3  position, normal, flux;
-    float side;                 // of the square that the point stands for
+    float edge;                 // of the square that the point stands for
     float reach;                // distance within which the point takes the VPL's place
     uint  vpl;                  // the VPL whose map says whether the point is seen
 };
@@ -209,7 +209,7 @@ ism_near_point ism_read_near(uint i)
     vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);
     ism_near_point q;
     q.position = a.xyz;
-    q.side = a.w;
+    q.edge = a.w;
     q.normal = b.xyz;
     q.reach = b.w;
     q.flux = c.xyz;
@@ -254,7 +254,7 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
     if (!(h > 0.0)) return 0.0;
     float point = dot(n, d) * -dot(q.normal, d) / (d2 * d2 + 1e-37), k = point;
     plain = point;
-    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_basis_of(q.normal), q.side, d, n, point, plain);
+    if (d2 < 9.0 * q.edge * q.edge) k = ism_patch_kernel(ism_basis_of(q.normal), q.edge, d, n, point, plain);
     plain *= h;
     return k * h;
 }

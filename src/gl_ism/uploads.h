@@ -138,7 +138,7 @@ static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *
     memcpy(to, v->position, 12);
     to[3] = v->directional ? -1 : v->exponent;
     memcpy(to + 4, v->normal, 12);
-    to[7] = v->side;
+    to[7] = v->edge;
     memcpy(to + 8, v->flux, 12);
     to[11] = v->reach;
     memcpy(to + 12, v->axis, 12);

@@ -27,20 +27,20 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain
    by it. */
 
-/* ---- own visibility: what a point's own object leaves open ----
+/* ---- self-visibility: what a point's own object leaves open ----
 
    Fields say what other objects hide of a point; what its own object hides is recorded for the vertices of
-   its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for own
-   visibility, and keeps it from frame to frame until it is given anew; pixels without it take the cosine. Own
-   visibility is in the space of the entity that the G-buffer names there, and turns with the entity. Behind
-   the draws of the G-buffer come these:
+   its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for
+   self-visibility, and keeps it from frame to frame until it is given anew; pixels without it take the
+   cosine. Self-visibility is in the space of the entity that the G-buffer names there, and turns with the
+   entity. Behind the draws of the G-buffer come these:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
        glbk_sfield_self_object(gl, &renderer, surface.world);   // for each object with it, and your draw */
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                             const glbk_gbuffer *gbuffer);
-/* Forgets own visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
+/* Forgets self-visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
    into the G-buffer, whose depth and matrix the pass uses. The first call compiles a program.
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_ORDER: the G-buffer was not
             drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer has no desc.self, the
@@ -56,7 +56,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row,
                                              uint32_t row_count, const float *const *self);
-/* Writes own visibility of whole rows of pixels from memory, for a G-buffer that was uploaded. Coefficients
+/* Writes self-visibility of whole rows of pixels from memory, for a G-buffer that was uploaded. Coefficients
    are kept with 16 bits, off by 5e-5.
    self     renderer->width x row_count pointers: bands^2 coefficients from sfield_self, mixed as you like, or
             NULL where nothing is known
@@ -98,7 +98,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
                                            share of the cosine-weighted sphere */
     glbk_texture gloss;                 /* rgb times the specular colour is radiance; none without
                                            desc.gloss */
-    glbk_texture self;                  /* own visibility; none without desc.self */
+    glbk_texture self;                  /* self-visibility; none without desc.self */
     glbk_target  target;                /* of light and gloss */
     glbk_target  self_target;           /* private, like all that follows but width, height and compute */
     glbk_program shade;

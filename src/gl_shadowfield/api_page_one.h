@@ -11,7 +11,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
-            a field of wavelets, logarithms, own visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
+            a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
             than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *scene,
@@ -33,7 +33,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
-   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and own visibility
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
             targets and glbk_program_compile */
@@ -75,10 +75,10 @@ typedef struct glbk_sfield_renderer_desc {
     const sfield_algebra *algebra;      /* of the scene's bands; it is read until glbk_sfield_renderer_create
                                            returns */
     int      gloss;                     /* not 0: lobes of the G-buffer's Phong materials are shaded, too */
-    int      self;                      /* not 0: there is room for own visibility, 32 bytes a pixel; for 5 to
-                                           8 bands 64 to 128 */
-    uint32_t self_attribute;            /* location of a mesh's first four coefficients of own visibility; the
-                                           next locations have the other coefficients; 1..12, 0 = 4 */
+    int      self;                      /* not 0: there is room for self-visibility, 32 bytes a pixel; for 5
+                                           to 8 bands 64 to 128 */
+    uint32_t self_attribute;            /* location of a mesh's first four coefficients of self-visibility;
+                                           the next locations have the other coefficients; 1..12, 0 = 4 */
     int      product_in_table;          /* not 0: shaders read the terms of the product from the table, as
                                            from 5 bands on anyway. 0: they are written into the program, which
                                            takes longer to compile and runs several times as fast */

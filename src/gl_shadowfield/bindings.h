@@ -1,10 +1,10 @@
 /* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
 
-/* Programs that shade read the two tables, and own visibility of a picture. */
+/* Programs that shade read the two tables, and self-visibility of a picture. */
 #define GLBK_SFIELD_SCENE_TEXTURES(X)                                                       \
     X(usampler2DArray, glbk_sfield_table, 0)        /* terms of the product, fields */      \
     X(usampler2DArray, glbk_sfield_moving, 7)       /* sky, entities, rotations */          \
-    X(usampler2DArray, glbk_sfield_self, 3)         /* own visibility of a picture */
+    X(usampler2DArray, glbk_sfield_self, 3)         /* self-visibility of a picture */
 
 /* Programs that build read samples of tiles, texels of cubes, and integrals of the basis over texels. */
 #define GLBK_SFIELD_BUILD_TEXTURES(X)                                                       \
@@ -29,7 +29,7 @@
 
 #define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
 
-/* This block has an object whose own visibility is drawn. */
+/* This block has an object whose self-visibility is drawn. */
 #define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                       \
     X(mat4, world, 1)               /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */

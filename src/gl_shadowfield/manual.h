@@ -92,7 +92,7 @@
 
        position, normal   world space; the normal is unit
        own                the entity that the point lies on, counted from 1; 0 = none
-       t                  from sfield_cosine, or own visibility x cosine, turned into the world
+       t                  from sfield_cosine, or self-visibility x cosine, turned into the world
        g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
 
    The result has light (irradiance, W/m^2; times albedo / pi it is radiance), gloss, and open, the first
@@ -101,7 +101,7 @@
    Conventions
 
    The fields of a scene are uploaded once, into one table, with the terms of the product; entities and the
-   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and own visibility
+   sky stand in another one, so that moving them leaves the fields alone. Fields, entities and self-visibility
    are shadowfield.h's, and so are the numbers of entities: they count from 1, 0 is none. The points that are
    shaded are the pixels of a G-buffer (gl_gbuffer.h): of the screen, or vertices.
 
@@ -117,7 +117,7 @@
      section 3.1  an object occlusion field       glbk_sfield_builder_see  sfield_build           T72
      section 3.1  a source radiance field         glbk_sfield_builder_see  sfield_build_emissive  T73
      section 3.1  S_d, the environment            sfield_sky               sfield_scene_sky       -
-     section 3.1  O_p, own visibility             glbk_sfield_self_object  sfield_build_self      -
+     section 3.1  O_p, self-visibility             glbk_sfield_self_object  sfield_build_self      -
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73

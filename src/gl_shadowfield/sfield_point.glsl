@@ -4,8 +4,8 @@
 #define SFIELD_SELF 0
 #endif
 
-// Writes own visibility x cosine of a pixel, in the world: recorded numbers, two a word in 1/32767 of 1.5, or
-// else the cosine. The first coefficient is 0 where nothing was recorded.
+// Writes self-visibility x cosine of a pixel, in the world: recorded numbers, two a word in 1/32767 of 1.5,
+// or else the cosine. The first coefficient is 0 where nothing was recorded.
 void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
 {
     sfield_cosine(p.normal, t);

@@ -1,4 +1,4 @@
-// Writes own visibility of one object, of at most 4 bands, interpolated between the vertices.
+// Writes self-visibility of one object, of at most 4 bands, interpolated between the vertices.
 // with: sfield_self.vert
 in vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;
 layout(location = 0) out uvec4 sfield_out_self0;

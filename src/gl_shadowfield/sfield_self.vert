@@ -1,4 +1,4 @@
-// Draws own visibility x cosine of objects that were drawn into the G-buffer, at the same places. Four
+// Draws self-visibility x cosine of objects that were drawn into the G-buffer, at the same places. Four
 // attributes have four coefficients each.
 // uses: sfield_bindings
 #ifndef SFIELD_POSITION

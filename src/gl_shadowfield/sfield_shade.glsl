@@ -11,7 +11,7 @@
 #endif
 #define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)
 #define SFIELD_BATCH 8              // entities that are found at a time
-#define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
+#define SFIELD_OCCLUDERS 4           // inscribed spheres that are remembered
 
 struct sfield_sums {
     vec3 light;                     // irradiance, W/m^2; times albedo / pi it is radiance
@@ -82,18 +82,18 @@ void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, o
 }
 
 // These are the inscribed spheres of occluders that were met, as cones: axis, cosine of the half angle.
-struct sfield_blockers {
-    vec4 cone[SFIELD_BLOCKERS];
+struct sfield_occluders {
+    vec4 cone[SFIELD_OCCLUDERS];
     int count;
 };
 
 // Returns whether a bounding sphere, in direction v and with a half angle of that sine, is inside one of the
 // cones.
-bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
+bool sfield_hidden(sfield_occluders b, vec3 v, float sin_a)
 {
     float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
     bool hidden = false;
-    for (int i = 0; i < SFIELD_BLOCKERS; i++) {
+    for (int i = 0; i < SFIELD_OCCLUDERS; i++) {
         float cos_b = b.cone[i].w, sin_b = sqrt(max(1.0 - cos_b * cos_b, 0.0));
         bool within = dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b;
         hidden = hidden || (i < b.count && sin_a < sin_b && within);
@@ -109,7 +109,7 @@ vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
 
 // Writes alpha of an occluder, in the world, and returns whether any of it counts. The occluder fades over
 // the last quarter of its reach, and hides nothing below the horizon or behind an inscribed sphere.
-bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met,
+bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_occluders met,
                       out float o[SFIELD_COEFS])
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
@@ -120,8 +120,8 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
     float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);
     if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;
     if (radius < d && sfield_hidden(met, v / d, radius / d)) return false;
-    if (inscribed > 0.0 && inscribed < d && factor >= 1.0 && met.count < SFIELD_BLOCKERS) {
-        for (int i = 0; i < SFIELD_BLOCKERS; i++)
+    if (inscribed > 0.0 && inscribed < d && factor >= 1.0 && met.count < SFIELD_OCCLUDERS) {
+        for (int i = 0; i < SFIELD_OCCLUDERS; i++)
             if (i == met.count) met.cone[i] = vec4(v / d, sqrt(1.0 - inscribed * inscribed / (d * d)));
         met.count++;
     }
@@ -184,7 +184,7 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 }
 
 // Returns the light at a point of the world with a unit normal. own is the entity that the point lies on,
-// counted from 1, which neither hides the point, since t does, nor lights it; 0 is none. t is own visibility
+// counted from 1, which neither hides the point, since t does, nor lights it; 0 is none. t is self-visibility
 // x cosine, in the world: that of sfield_cosine, or recorded and turned. g is t x Phong's lobe, and is used
 // if SFIELD_GLOSS is 1.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
@@ -196,9 +196,9 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     if (own - 1u < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own - 1u) + 1u).w) > 0.0) left--;
     bool sky = glbk_sfield_contents.wants_sky != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
-    sfield_blockers met;
+    sfield_occluders met;
     met.count = 0;
-    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);
+    for (int i = 0; i < SFIELD_OCCLUDERS; i++) met.cone[i] = vec4(0.0);
     while (more) {
         sfield_find(position, own, d2, id, first, key, name);
         for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {

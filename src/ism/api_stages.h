@@ -51,7 +51,7 @@ typedef struct ism_vpl {            /* a virtual point light */
     float    axis[3], exponent;     /* of the lobe; if the VPL is diffuse, the normal and 1 */
     float    area;                  /* m^2 of surface that the VPL stands for; 0 = estimated from the
                                        distances between VPLs */
-    float    side;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
+    float    edge;                  /* m, of the square that ISM_NEAR_PATCH takes; set by ism_choose and
                                        ism_set_vpls */
     int32_t  directional;           /* not 0: the VPL is of a source of directions */
     uint32_t source, texel;         /* where the VPL comes from; texel = y * width + x */
@@ -72,7 +72,7 @@ ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
 /* Takes a list of yours in place of ism_choose. There are no near points then.
    vpls     positions must be finite, flux 0..1e30, normal and axis unit, exponent 0..1e5, area finite and not
-            negative; side, reach and window are not read
+            negative; edge, reach and window are not read
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or vpls is NULL.
             ISM_ERR_INPUT: a field of a VPL is out of range.
             ISM_ERR_LIMIT: count is above desc.vpl_count.
@@ -81,7 +81,7 @@ ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t coun
 #ifndef ISM_WITHOUT_NEAR_POINTS
 typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
     float position[3];
-    float side;                     /* m, of the square that the point becomes */
+    float edge;                     /* m, of the square that the point becomes */
     float normal[3];
     float reach;                    /* m, as a VPL's */
     float flux[3];                  /* W */

@@ -22,17 +22,17 @@ typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
    the one it meets. A receiver that faces the square (fully from 120 degrees between the normals on) gets no
    more than from a point: it may be the back of a bent sheet close above the lit surface, to which the square
    reaches out, and depths cannot tell the two apart. *square is the light without this rule. */
-static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float side, float point,
+static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float edge, float point,
                                float *square)
 {
-    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
+    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * edge), y = ism__v3_scale(f->y, 0.5f * edge);
     float share, form, facing = -2.0f * ism__v3_dot(n, f->z);
     c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
     c[1] = ism__v3_sub(ism__v3_add(d, x), y);
     c[2] = ism__v3_add(ism__v3_add(d, x), y);
     c[3] = ism__v3_add(ism__v3_sub(d, x), y);
     form = ism__form_factor(n, c, 4, &share);
-    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (edge * edge * share) : 0.0f;
     if (!(facing > 0.0f) || !(form > point)) return form;
     return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
 }
@@ -40,9 +40,9 @@ static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, 
 /* Returns the light of a unit of flux from a virtual spherical light: the mean of both cosines over the cone
    that the sphere fills, whose radius is that of a disc of the VPL's area. After Hasan et al., "Virtual
    spherical lights for many-light rendering of glossy scenes", 2009. */
-static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
+static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float edge)
 {
-    float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
+    float r2 = edge * edge * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
     ism__v3 z = ism__v3_normalize(d), x, y;
     uint32_t k;
     least = d2 > r2 ? sqrtf(1.0f - r2 / d2) : -1.0f;
@@ -75,7 +75,7 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
                          const ism__pixel *px, float plain_kernel, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
-    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, share;
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->edge * v->edge, share;
     if (v->directional) {
         k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi
                                                                            afterwards */
@@ -91,15 +91,15 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     case ISM_NEAR_CLAMP: return k < w->s.clamp ? k : w->s.clamp;
     case ISM_NEAR_SPHERE:
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
-             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
+             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->edge) : k;
     case ISM_NEAR_PATCH:
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
-             ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
+             ? ism__patch_kernel(f, d, px->n, v->edge, k, plain) : k;
     case ISM_NEAR_GATHER:
         share = 1.0f - ism__nearness(d2, v->reach);
         if (!(share > 0.0f)) return *plain = 0.0f;
         if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2)
-            k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
+            k = ism__patch_kernel(f, d, px->n, v->edge, k, plain);
         *plain *= share;
         return k * share;
     default: return k;
@@ -155,11 +155,11 @@ static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, fl
     b = -ism__v3_dot(normal, d);
     if (!(a > 0.0f && b > 0.0f)) return 0.0f;
     *plain = k = a * b / (d2 * d2 + 1e-37f);
-    if (d2 < 9.0f * at->side * at->side) {
+    if (d2 < 9.0f * at->edge * at->edge) {
         ism__orientation f;
         f.z = normal;
         ism__v3_basis(f.z, &f.x, &f.y);
-        k = ism__patch_kernel(&f, d, px->n, at->side, k, plain);
+        k = ism__patch_kernel(&f, d, px->n, at->edge, k, plain);
     }
     *plain *= h;
     return k * h;

@@ -99,7 +99,7 @@ static void ism__near_task(void *context, size_t index)
                               (float)(ISM__NEAR_RANK * (uint32_t)w->m->desc.near_point_count);
         if (!(area >= v.area) || !ism__finite(area)) area = v.area;
         most = 0.125f * ISM__PI * to->reach * to->reach;
-        to->side = sqrtf(area < most ? area : most);
+        to->edge = sqrtf(area < most ? area : most);
         to->vpl = (float)nearest;
     }
 }

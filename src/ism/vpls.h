@@ -38,8 +38,8 @@ static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source,
     if (s->areas && !v->directional)
         v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
-    v->side = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__side_task
-                               then writes the side */
+    v->edge = spacing;      /* the distance to the farthest neighbour, for ism__flag_jumps; ism__edge_task
+                               then writes the edge */
 }
 
 /* Marks the VPLs that jumped: they are of another source than in the last frame, or farther than a texel from
@@ -51,7 +51,7 @@ static void ism__flag_jumps(ism_maps *m)
     m->stats.jumped = 0;
     for (i = 0; i < m->vpl_count; i++) {
         ism_vpl *v = &m->vpls[i];
-        float limit = v->side;
+        float limit = v->edge;
         ism__v3 d;
         if (i >= m->previous_count) continue;
         d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
@@ -60,17 +60,17 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* Finds the side of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
+/* Finds the edge of the square that a VPL becomes for receivers near by. The square has the VPL's area, but
    reaches no farther than its neighbours are. VPLs at one place, of a texel that was chosen twice, share a
    square of their areas' sum: two squares of one's area would be twice as bright as the surface. */
-static void ism__side_task(void *context, size_t index)
+static void ism__edge_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
     ism_vpl *v = &m->vpls[index];
     ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
     float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
     uint32_t i, k;
-    v->side = 0.0f;
+    v->edge = 0.0f;
     if (v->directional || v->exponent != 1.0f) return;
     for (i = 0; i < m->vpl_count; i++) {
         const ism_vpl *o = &m->vpls[i];
@@ -87,7 +87,7 @@ static void ism__side_task(void *context, size_t index)
     }
     most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
     area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
-    v->side = sqrtf(area);
+    v->edge = sqrtf(area);
 }
 
 /* Finds the squares of VPLs that were chosen or set, which have no near points yet. */
@@ -96,7 +96,7 @@ static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float fro
     uint32_t i;
     for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
     m->near_count = m->stats.near_points = 0;
-    if (!ism__run(m, part, from, to, m->vpl_count, ism__side_task, m))
+    if (!ism__run(m, part, from, to, m->vpl_count, ism__edge_task, m))
         return m->chosen = 0, ISM_ERR_CANCELLED;
     m->stats.vpls = m->vpl_count;
     m->chosen = 1;

@@ -69,23 +69,23 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
 /* ---- materials, direction by direction ---- */
 
 LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const float normal[3],
-                                       const float tangent[3], const float wo[3], const float wi[3],
-                                       float f[3], float *pdf);
-/* Writes f(wo, wi), the BRDF in 1/sr without the cosine, and the density per solid angle with which
-   lsamp_brdf_sample draws wi.
-   tangent  unit; made orthogonal to normal. NULL = any direction
-   wo, wi   unit, away from the surface. f is 0 if wi points below the surface; a wo below the surface is
-            lifted to just above it
-   f        receives red, green, blue
+                                       const float tangent[3], const float to_eye[3],
+                                       const float direction[3], float f[3], float *pdf);
+/* Writes f(wo, wi), the BRDF in 1/sr without the cosine, for wo = to_eye and wi = direction, and the density
+   per solid angle with which lsamp_brdf_sample draws the direction.
+   tangent    unit; made orthogonal to normal. NULL = any direction
+   to_eye     unit, away from the surface; below it, it is lifted to just above
+   direction  unit, away from the surface; f is 0 if it points below
+   f          receives red, green, blue
    Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_INPUT (a vector that is not unit, material). There is no log,
             for this is called for each direction: lsamp_sample's log names what is wrong with a material */
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
-                                         const float tangent[3], const float wo[3], const float u[2],
-                                         float wi[3], float f[3], float *pdf);
-/* Draws a direction wi from the material's density P_f, and writes f and the density as lsamp_brdf_eval
-   does. A *pdf of 0 says that there is no sample, because the drawn direction points below the surface or the
-   material is black; wi is the normal then.
+                                         const float tangent[3], const float to_eye[3], const float u[2],
+                                         float direction[3], float f[3], float *pdf);
+/* Draws a direction from the material's density P_f, and writes f and the density as lsamp_brdf_eval does. A
+   *pdf of 0 says that there is no sample, because the drawn direction points below the surface or the
+   material is black; the direction is the normal then.
    u        random numbers in [0, 1): u[0] chooses the lobe by Russian roulette and is then stretched to 0..1
             again
    Errors   those of lsamp_brdf_eval; LSAMP_ERR_INPUT also for u. There is no log */

@@ -59,11 +59,11 @@ LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const 
    Cost    time grows with points x samples */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
-                                        const float *visibility, float *radiance, size_t radiance_stride);
+                                        const float *visible, float *radiance, size_t radiance_stride);
 /* Adds weight x visibility of each point's samples to its radiance.
    count       of points; sample_count is the number of samples of each
    weights     those of lsamp_sample
-   visibility  one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
+   visible     one float for each sample, 0..1; NULL: all samples are lit. Values below 0, such as
                COHSM_REFUSED of csm.h, count as 0
    radiance    3 floats for each point, W/(sr m^2), radiance_stride bytes apart (a multiple of 4, >= 12;
                0 = 12); set them to 0 before the first light
@@ -178,9 +178,9 @@ typedef enum lsamp_material_kind {
     LSAMP_MATERIAL_DEFAULT,         /* = LSAMP_MATERIAL_LAMBERT */
     LSAMP_MATERIAL_LAMBERT,         /* diffuse / pi */
     LSAMP_MATERIAL_PHONG,           /* Lambert + specular (n + 2) / (2 pi) cos^n(angle between w and the
-                                       mirrored wo) */
-    LSAMP_MATERIAL_LAFORTUNE,       /* Lambert + the sum over lobes of scale max(0, w . C wo)^n (Lafortune et
-                                       al. 1997) */
+                                       mirrored to_eye) */
+    LSAMP_MATERIAL_LAFORTUNE,       /* Lambert + the sum over lobes of scale max(0, w . C to_eye)^n (Lafortune
+                                       et al. 1997) */
     LSAMP_MATERIAL_METAL_ROUGH,     /* as in glTF: diffuse (1 - metallic) (1 - F) / pi + GGX, with F0 from
                                        0.04 to diffuse by metallic */
     LSAMP_MATERIAL_COUNT

@@ -7,7 +7,7 @@ typedef struct lsamp__cosine_lobe { /* scale max(0, axis . wi)^exponent */
 
 typedef struct lsamp__surface {  /* a material at one point; all directions are along the axes t, b, n */
     lsamp__v3 t, b, n;           /* tangent, bitangent and normal, orthonormal */
-    lsamp__v3 wo;                /* the direction to the eye */
+    lsamp__v3 to_eye;                /* the direction to the eye */
     lsamp__v3 diffuse;           /* the albedo of the diffuse part */
     lsamp__v3 f0;                /* METAL_ROUGH: the reflectance along the normal */
     float     alpha;             /* METAL_ROUGH: of GGX; 0: the specular part consists of cosine lobes */
@@ -90,11 +90,11 @@ static int lsamp__material_valid(const lsamp_material *m, lsamp__fault *f)
     return m->kind != LSAMP_MATERIAL_LAFORTUNE || lsamp__lobes_valid(m, f);
 }
 
-/* Adds a lobe about C wo, and returns roughly its albedo, which only steers the roulette. */
+/* Adds a lobe about C to_eye, and returns roughly its albedo, which only steers the roulette. */
 static float lsamp__add_lobe(lsamp__surface *s, lsamp__v3 c, float exponent, lsamp__v3 scale)
 {
     lsamp__cosine_lobe *lobe = &s->lobes[s->lobe_count];
-    lsamp__v3 a = lsamp__v3_mul(c, s->wo);
+    lsamp__v3 a = lsamp__v3_mul(c, s->to_eye);
     float length = lsamp__v3_length(a), albedo;
 
     if (!(length > 0.0f)) return 0.0f;
@@ -120,7 +120,7 @@ static float lsamp__specular_init(lsamp__surface *s, const lsamp_material *m)
         s->f0 = lsamp__v3_madd(lsamp__v3_scale(s->f0, 1.0f - m->metallic), base, m->metallic);
         s->diffuse = lsamp__v3_scale(base, 1.0f - m->metallic);
         s->lobe_count = 1;
-        s->lobe_share[0] = sum = lsamp__mean3(lsamp__schlick(s->f0, s->wo.z));
+        s->lobe_share[0] = sum = lsamp__mean3(lsamp__schlick(s->f0, s->to_eye.z));
     } else if (m->kind == LSAMP_MATERIAL_PHONG) {
         float norm = (m->exponent + 2.0f) / (2.0f * LSAMP__PI);
         sum = lsamp__add_lobe(s, lsamp__v3_make(-1.0f, -1.0f, 1.0f), m->exponent,
@@ -134,7 +134,7 @@ static float lsamp__specular_init(lsamp__surface *s, const lsamp_material *m)
 }
 
 static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsamp__v3 n, const float *tangent,
-                                lsamp__v3 wo)
+                                lsamp__v3 to_eye)
 {
     lsamp__v3 t = tangent ? lsamp__v3_load(tangent) : lsamp__v3_make(0.0f, 0.0f, 0.0f);
     float specular, diffuse;
@@ -148,12 +148,12 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
     } else {
         lsamp__v3_basis(s->n, &s->t, &s->b);
     }
-    s->wo = lsamp__to_axes(s, lsamp__v3_normalize(wo));
-    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of a normal that was interpolated */
-        s->wo.z = 1e-3f;
-        s->wo = lsamp__v3_normalize(s->wo);
+    s->to_eye = lsamp__to_axes(s, lsamp__v3_normalize(to_eye));
+    if (s->to_eye.z < 1e-3f) {       /* the eye may be below the horizon of a normal that was interpolated */
+        s->to_eye.z = 1e-3f;
+        s->to_eye = lsamp__v3_normalize(s->to_eye);
     }
-    if (s->wo.z > 1.0f) s->wo.z = 1.0f;
+    if (s->to_eye.z > 1.0f) s->to_eye.z = 1.0f;
     s->diffuse = lsamp__v3_load(m->diffuse);
     s->alpha = 0.0f;
     s->lobe_count = 0;
@@ -174,16 +174,17 @@ static void lsamp__surface_init(lsamp__surface *s, const lsamp_material *m, lsam
    hx^2 + hy^2, which keeps the digits of narrow peaks. The density is that of visible normals. */
 static void lsamp__ggx_response(const lsamp__surface *s, lsamp__v3 wi, lsamp__response *r)
 {
-    lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->wo, wi)), f;
+    lsamp__v3 h = lsamp__v3_normalize(lsamp__v3_add(s->to_eye, wi)), f;
     float a2 = s->alpha * s->alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (LSAMP__PI * q * q);
-    float go = sqrtf(a2 + (1.0f - a2) * s->wo.z * s->wo.z), gi = sqrtf(a2 + (1.0f - a2) * wi.z * wi.z);
-    float vh = lsamp__v3_dot(s->wo, h);
+    float go = sqrtf(a2 + (1.0f - a2) * s->to_eye.z * s->to_eye.z);
+    float gi = sqrtf(a2 + (1.0f - a2) * wi.z * wi.z);
+    float vh = lsamp__v3_dot(s->to_eye, h);
 
     vh = vh > 0.0f ? vh < 1.0f ? vh : 1.0f : 0.0f;
     f = lsamp__schlick(s->f0, vh);
-    r->specular = lsamp__v3_scale(f, 0.5f * d / (wi.z * go + s->wo.z * gi));
+    r->specular = lsamp__v3_scale(f, 0.5f * d / (wi.z * go + s->to_eye.z * gi));
     r->diffuse = lsamp__v3_mul(r->diffuse, lsamp__v3_make(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));
-    r->specular_pdf = 0.5f * d / (s->wo.z + go);
+    r->specular_pdf = 0.5f * d / (s->to_eye.z + go);
 }
 
 static lsamp__response lsamp__brdf_response(const lsamp__surface *s, lsamp__v3 wi)
@@ -221,15 +222,15 @@ static lsamp__v3 lsamp__ggx_draw(const lsamp__surface *s, float u, float v)
 {
     float a = s->alpha, z, r;
     float sn, cs, d;
-    lsamp__v3 o = lsamp__v3_normalize(lsamp__v3_make(s->wo.x * a, s->wo.y * a, s->wo.z)), h;
+    lsamp__v3 o = lsamp__v3_normalize(lsamp__v3_make(s->to_eye.x * a, s->to_eye.y * a, s->to_eye.z)), h;
 
     z = (1.0f - u) * (1.0f + o.z) - o.z;
     r = lsamp__safe_sqrt(1.0f - z * z);
     lsamp__sincos(2.0f * LSAMP__PI * v, &sn, &cs);
     h = lsamp__v3_add(lsamp__v3_make(r * cs, r * sn, z), o);
     h = lsamp__v3_normalize(lsamp__v3_make(h.x * a, h.y * a, h.z));
-    d = 2.0f * lsamp__v3_dot(s->wo, h);
-    return lsamp__v3_normalize(lsamp__v3_sub(lsamp__v3_scale(h, d), s->wo));
+    d = 2.0f * lsamp__v3_dot(s->to_eye, h);
+    return lsamp__v3_normalize(lsamp__v3_sub(lsamp__v3_scale(h, d), s->to_eye));
 }
 
 static lsamp__v3 lsamp__lobe_draw(const lsamp__cosine_lobe *lobe, float u, float v)
@@ -259,15 +260,15 @@ static lsamp__v3 lsamp__brdf_draw(const lsamp__surface *s, float diffuse_share, 
 }
 
 static lsamp_result lsamp__brdf_prepare(lsamp__surface *s, const lsamp_material *m, const float *normal,
-                                        const float *tangent, const float *wo)
+                                        const float *tangent, const float *to_eye)
 {
     lsamp__fault fault;          /* stays here, since these calls have no log */
 
-    if (!m || !normal || !wo) return LSAMP_ERR_ARGUMENT;
-    if (!lsamp__is_unit(normal) || !lsamp__is_unit(wo) || (tangent && !lsamp__is_unit(tangent)) ||
+    if (!m || !normal || !to_eye) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(normal) || !lsamp__is_unit(to_eye) || (tangent && !lsamp__is_unit(tangent)) ||
         !lsamp__material_valid(m, &fault))
         return LSAMP_ERR_INPUT;
-    lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(wo));
+    lsamp__surface_init(s, m, lsamp__v3_load(normal), tangent, lsamp__v3_load(to_eye));
     return LSAMP_OK;
 }
 
@@ -280,33 +281,34 @@ static void lsamp__brdf_result(const lsamp__surface *s, lsamp__v3 wi, float *f, 
 }
 
 LSAMP_DEF lsamp_result lsamp_brdf_eval(const lsamp_material *material, const float normal[3],
-                                       const float tangent[3], const float wo[3], const float wi[3],
+                                       const float tangent[3], const float to_eye[3],
+                                       const float direction[3],
                                        float f[3], float *pdf)
 {
     lsamp__surface s;
-    lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
+    lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, to_eye);
 
     if (result != LSAMP_OK) return result;
-    if (!wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
-    if (!lsamp__is_unit(wi)) return LSAMP_ERR_INPUT;
-    lsamp__brdf_result(&s, lsamp__to_axes(&s, lsamp__v3_normalize(lsamp__v3_load(wi))), f, pdf);
+    if (!direction || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__is_unit(direction)) return LSAMP_ERR_INPUT;
+    lsamp__brdf_result(&s, lsamp__to_axes(&s, lsamp__v3_normalize(lsamp__v3_load(direction))), f, pdf);
     return LSAMP_OK;
 }
 
 LSAMP_DEF lsamp_result lsamp_brdf_sample(const lsamp_material *material, const float normal[3],
-                                         const float tangent[3], const float wo[3], const float u[2],
-                                         float wi[3], float f[3], float *pdf)
+                                         const float tangent[3], const float to_eye[3], const float u[2],
+                                         float direction[3], float f[3], float *pdf)
 {
     lsamp__surface s;
     lsamp__v3 w;
-    lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, wo);
+    lsamp_result result = lsamp__brdf_prepare(&s, material, normal, tangent, to_eye);
 
     if (result != LSAMP_OK) return result;
-    if (!u || !wi || !f || !pdf) return LSAMP_ERR_ARGUMENT;
+    if (!u || !direction || !f || !pdf) return LSAMP_ERR_ARGUMENT;
     if (!lsamp__in(u[0], 0.0f, LSAMP__BELOW_1) || !lsamp__in(u[1], 0.0f, LSAMP__BELOW_1))
         return LSAMP_ERR_INPUT;
     w = lsamp__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     lsamp__brdf_result(&s, w, f, pdf);
-    lsamp__v3_store(wi, *pdf > 0.0f ? lsamp__from_axes(s.t, s.b, s.n, w) : s.n);
+    lsamp__v3_store(direction, *pdf > 0.0f ? lsamp__from_axes(s.t, s.b, s.n, w) : s.n);
     return LSAMP_OK;
 }

@@ -283,7 +283,7 @@ LSAMP_DEF lsamp_result lsamp_sample(const lsamp_sample_desc *desc, const lsamp_l
 /* ---- accumulate: sums over samples and frames ---- */
 
 LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, const float *weights,
-                                        const float *visibility, float *radiance, size_t radiance_stride)
+                                        const float *visible, float *radiance, size_t radiance_stride)
 {
     size_t i, c, at = 0;
     uint32_t k;
@@ -298,7 +298,7 @@ LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t sample_count, con
             const float *w = weights + at * 3u;
             double v;
             if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
-            v = visibility ? (double)visibility[at] : 1.0;
+            v = visible ? (double)visible[at] : 1.0;
             if (!(v > 0.0)) continue;       /* also of COHSM_REFUSED */
             for (c = 0; c < 3; c++) sum[c] += v * (double)w[c];
         }

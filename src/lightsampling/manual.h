@@ -82,7 +82,7 @@
    share:
 
        lsamp_sample      for each point S directions towards one light, each with its weight f L cos / (pdf S)
-       visibility        yours: one float a sample, 1 lit, 0 hidden; a sample of weight 0 needs none
+       visible           yours: one float a sample, 1 lit, 0 hidden; a sample of weight 0 needs none
        lsamp_accumulate  adds weight x visibility up
 
    Several lights are several calls. Calls on the same light may run on several threads at once.

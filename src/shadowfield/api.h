@@ -72,14 +72,14 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16]);
+                                                  uint32_t height, const float to_world[16]);
 /* Sets the distant light, and takes all suns away. Call it once: the scene keeps a cube map made from it.
    rgb       radiance in W/(sr m^2), 3 floats for each of width x height (1..65536) texels of a
              latitude-longitude map: the first row looks to +Y, the centre to +X, and +Z lies right of it.
              NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
              Each texel is one radiance over its exact solid angle
-   rotation  a matrix from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (rotation), SFIELD_ERR_ALLOC */
+   to_world  a rotation from the map's space to the world; NULL or all 0 = none
+   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */
@@ -133,7 +133,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        nothing */
     sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
                                        NULL = nothing is kept */
-    const uint8_t      *visible;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
+    const uint8_t      *in_view;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
     const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
                                        floats, in the world. 0 0 0: all results of the point are 0 */

@@ -28,7 +28,7 @@ typedef struct sfield_scene_desc {  /* zero it, then set what you care about */
 } sfield_scene_desc;
 
 typedef struct sfield_scene_stats { /* what sfield_shade counted */
-    uint64_t points;                /* points that were shaded; those left out by `visible` do not count */
+    uint64_t points;                /* points that were shaded; those left out by `in_view` do not count */
     uint64_t pairs;                 /* pairs of a point and an occluder on which the point does not lie */
     uint64_t culled_far;            /* pairs left out because the occluder is out of reach */
     uint64_t culled_horizon;        /* pairs left out because the occluder lies below the point's horizon */
@@ -39,7 +39,7 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
 } sfield_scene_stats;
 
-SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
 /* Gives the same environment another rotation, from the map's space to the world; all 0 = none. It costs the
    rotation of 3 vectors of coefficients, or of one cube map.
    Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (not a rotation) */

@@ -86,7 +86,7 @@
    A query at distance d finds the two shells around d and interpolates eight samples. The radii of shells
    grow by a factor; weights are linear in the solid angle of the bounding sphere (occlusion) or in (r/d)^2
    (sources). Beyond the last shell both fall as (r/d)^2, as small things do that are seen from afar. To shade
-   a point, T starts as BRDF x cosine x own visibility and is multiplied by the visibility of each entity,
+   a point, T starts as BRDF x cosine x self-visibility and is multiplied by the visibility of each entity,
    from near to far. A light adds its dot product with the T that stands when the light is reached; the
    environment is the farthest light.
 
@@ -125,7 +125,7 @@
      section 4.1  the double product                             sfield_sh_dot                        T2
      section 4.1  rotations                                      sfield_sh_rotation                   T9 T76
      figure 5     entities from near to far                      sfield_scene_entities, sfield_shade  T78
-     section 4.2  points that the viewer does not see            sfield_points (visible)              -
+     section 4.2  points that the viewer does not see            sfield_points (in_view)              -
      section 4.2  culling, with a count for each of its rules    sfield_scene_stats                   -
      section 4.2  lazy occlusion updating                        sfield_cache_create                  T79
      section 5    lights that are videos, by key frames          sfield_desc (frame_count),

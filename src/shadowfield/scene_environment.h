@@ -109,25 +109,25 @@ static int sfield__rotation_good(const float *m)
     return !m || sfield__m4_is_zero(m) || sfield__m4_is_rigid_uniform(m, &scale);
 }
 
-static void sfield__set_turn(sfield_scene *s, const float *rotation)
+static void sfield__set_turn(sfield_scene *s, const float *to_world)
 {
     uint32_t i;
     float scale = 1;
     sfield__m4_set_identity(s->sky_turn);
-    if (rotation && sfield__m4_is_rigid_uniform(rotation, &scale))
-        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : rotation[i] / scale;
+    if (to_world && sfield__m4_is_rigid_uniform(to_world, &scale))
+        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : to_world[i] / scale;
     sfield__turn_sky(s);
 }
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *rgb, uint32_t width,
-                                                  uint32_t height, const float rotation[16])
+                                                  uint32_t height, const float to_world[16])
 {
     uint32_t c;
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_environment");
-    if (!sfield__rotation_good(rotation))
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
+    if (!sfield__rotation_good(to_world))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "to_world", "is no rotation");
     if (rgb && (!sfield__check_value(&log, width >= 1 && width <= 65536, "width", width, "1..65536") ||
                 !sfield__check_value(&log, height >= 1 && height <= 65536, "height", height, "1..65536")))
         return SFIELD_ERR_ARGUMENT;
@@ -139,19 +139,19 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
     for (c = 0; c < 3 && s->algebra; c++)
         (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1,
                                 s->sky_still + c * s->planes);
-    sfield__set_turn(s, rotation);
+    sfield__set_turn(s, to_world);
     return SFIELD_OK;
 }
 
-SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float to_world[16])
 {
     sfield__logger log;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_turn");
-    if (!rotation) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "rotation", "is NULL");
-    if (!sfield__rotation_good(rotation))
-        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
-    sfield__set_turn(s, rotation);
+    if (!to_world) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "to_world", "is NULL");
+    if (!sfield__rotation_good(to_world))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "to_world", "is no rotation");
+    sfield__set_turn(s, to_world);
     return SFIELD_OK;
 }
 

@@ -50,7 +50,7 @@ struct sfield_scene {
 typedef struct sfield__last {       /* a tile or a point, when its results were kept */
     uint64_t seen;                  /* hash of all that they depend on; 0 = nothing kept */
     float    middle[3], extent;     /* a sphere about the points */
-    uint32_t visible, active;       /* bits: points that were visible; those that can be shaded: others give
+    uint32_t in_view, active;       /* bits: points that were in view; those that can be shaded: others give
                                        0 */
     int      has;                   /* which results */
 } sfield__last;

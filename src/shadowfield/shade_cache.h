@@ -121,11 +121,11 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 
 enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
 
-/* Returns the bits of the points that are visible, as the caller says. */
-static uint32_t sfield__visible_bits(const sfield_points *set, size_t first, uint32_t count)
+/* Returns the bits of the points that are in view, as the caller says. */
+static uint32_t sfield__bits_in_view(const sfield_points *set, size_t first, uint32_t count)
 {
     uint32_t l, bits = 0;
-    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->visible || set->visible[first + l]) << l;
+    for (l = 0; l < count; l++) bits |= (uint32_t)(!set->in_view || set->in_view[first + l]) << l;
     return bits;
 }
 
@@ -138,16 +138,16 @@ static int sfield__is_near(const sfield__last *last, const float *c, float reach
 }
 
 /* Returns whether the results of a unit (a tile or a point) in the last frame still hold. They do if nothing
-   changed but occluders that were, and are, out of its reach, and if the same points are visible: which of
+   changed but occluders that were, and are, out of its reach, and if the same points are in view: which of
    these share samples of a field decides the last bits. The test costs a few comparisons for each occluder
    that moved. */
 static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set, uint64_t set_hash,
-                                size_t unit, uint32_t visible)
+                                size_t unit, uint32_t in_view)
 {
     sfield__last *last = &set->cache->last[unit];
     uint32_t i;
     const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    if (!last->seen || ((visible ^ last->visible) & last->active) || (has & ~last->has)) return 0;
+    if (!last->seen || ((in_view ^ last->in_view) & last->active) || (has & ~last->has)) return 0;
     if (last->seen == sfield__hash(set_hash, s->now_hash)) return 1;
     if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
@@ -159,19 +159,19 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
     return 1;
 }
 
-/* Writes the results of the last frame again, 0 for points that are not visible. Returns how many are. */
+/* Writes the results of the last frame again, 0 for points that are not in view. Returns how many are. */
 static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
-                                       uint32_t visible)
+                                       uint32_t in_view)
 {
     const float *result = set->cache->result + 4 * first;
     uint32_t l, k;
-    visible &= set->cache->last[unit].active;
+    in_view &= set->cache->last[unit].active;
     for (l = 0; l < count; l++, result += 4) {
-        const int here = visible >> l & 1;
+        const int here = in_view >> l & 1;
         for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
         if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
     }
-    return sfield__popcount(visible);
+    return sfield__popcount(in_view);
 }
 
 /* Keeps the results that were just written for a unit of points. */

@@ -39,7 +39,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
     uint32_t group[SFIELD__LANES], frame[2];
     uint32_t i, k, c, l;
-    const uint32_t count = sfield__group_lanes(at, t->visible, group, t->s->simd);
+    const uint32_t count = sfield__group_lanes(at, t->in_view, group, t->s->simd);
     float weight[2][SFIELD__LANES], own[SFIELD__LANES];
     const float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
     for (l = 0; l < SFIELD__LANES; l++) {
@@ -122,7 +122,7 @@ static void sfield__store_rgb(const sfield__tile *t, const float *rgb, float fac
     uint32_t l, c;
     for (l = 0; l < t->lanes; l++)
         for (c = 0; c < 3; c++)
-            out[3 * (t->first + l) + c] = t->visible >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
+            out[3 * (t->first + l) + c] = t->in_view >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
 }
 
 static void sfield__write_outputs(sfield__tile *t)
@@ -141,5 +141,5 @@ static void sfield__write_outputs(sfield__tile *t)
         sfield__store_rgb(t, rgb, 1, set->gloss);
     }
     for (l = 0; l < t->lanes && set->ambient; l++)
-        set->ambient[t->first + l] = t->visible >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
+        set->ambient[t->first + l] = t->in_view >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
 }

@@ -86,12 +86,12 @@ static void sfield__chain_logarithms(sfield__tile *t)
 }
 
 /* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
-static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
+static int sfield__repeat_tile(sfield__tile *t, uint32_t in_view)
 {
     const size_t unit = t->first / SFIELD__LANES;
     uint64_t points, lights;
-    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, visible)) return 0;
-    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, visible);
+    if (!sfield__is_untouched(t->s, t->set, t->set_hash, unit, in_view)) return 0;
+    points = sfield__repeat_results(t->set, unit, t->first, t->lanes, in_view);
     lights = points * sfield__lights_of(t->s, t->set, t->sky);
     t->stats.points += points;
     t->stats.lights += lights;
@@ -100,14 +100,14 @@ static int sfield__repeat_tile(sfield__tile *t, uint32_t visible)
 }
 
 /* Keeps the results that were written, for the next frame. */
-static void sfield__keep_tile_results(const sfield__tile *t, uint32_t visible)
+static void sfield__keep_tile_results(const sfield__tile *t, uint32_t in_view)
 {
     sfield__last now;
     memset(&now, 0, sizeof now);
     now.seen = sfield__hash(t->set_hash, t->s->now_hash);
     memcpy(now.middle, t->middle, sizeof now.middle);
     now.extent = t->extent;
-    now.visible = visible;
+    now.in_view = in_view;
     now.active = t->active;
     sfield__keep_results(t->set, t->first / SFIELD__LANES, t->first, t->lanes, &now);
 }
@@ -152,7 +152,7 @@ static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, 
         if (sfield__is_own(t, j)) continue;
         t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
         needed += t->needed[j];
-        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->visible);
+        if (!t->needed[j]) t->stats.reused += sfield__popcount(t->in_view);
     }
     return needed;
 }
@@ -165,11 +165,11 @@ static void sfield__shade_tile(sfield__tile *t)
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
     sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
 #ifndef SFIELD_WITHOUT_CACHE
-    const uint32_t visible = cache ? sfield__visible_bits(t->set, t->first, t->lanes) : 0;
-    if (cache && sfield__repeat_tile(t, visible)) return;
+    const uint32_t in_view = cache ? sfield__bits_in_view(t->set, t->first, t->lanes) : 0;
+    if (cache && sfield__repeat_tile(t, in_view)) return;
 #endif
     sfield__load_lanes(t);
-    if (!t->visible) {
+    if (!t->in_view) {
         memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
         sfield__write_outputs(t);
         return;
@@ -177,8 +177,8 @@ static void sfield__shade_tile(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_CACHE
     if (cache) sfield__fetch_kept(t, cache);
 #endif
-    t->stats.points += sfield__popcount(t->visible);
-    t->stats.lights += (uint64_t)sfield__popcount(t->visible) * sfield__lights_of(s, t->set, t->sky);
+    t->stats.points += sfield__popcount(t->in_view);
+    t->stats.lights += (uint64_t)sfield__popcount(t->in_view) * sfield__lights_of(s, t->set, t->sky);
     sfield__find_candidates(t);
     sfield__find_masks(t);
     if (sfield__find_needed(t, cache, slots)) {
@@ -194,7 +194,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
     sfield__write_outputs(t);
 #ifndef SFIELD_WITHOUT_CACHE
-    if (cache) sfield__keep_tile_results(t, visible);
+    if (cache) sfield__keep_tile_results(t, in_view);
 #endif
 }
 
@@ -270,7 +270,7 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
     for (l = 0; l < t->lanes; l++)
         for (k = 0; k < 3 * s->coefs; k++)
             out[(t->first + l) * 3 * s->coefs + k] =
-                t->visible >> l & 1 ? sum[k * SFIELD__LANES + l] : 0.0f;
+                t->in_view >> l & 1 ? sum[k * SFIELD__LANES + l] : 0.0f;
 }
 
 typedef struct sfield__job {

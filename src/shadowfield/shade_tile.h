@@ -8,7 +8,7 @@ typedef struct sfield__tile {
     const sfield_points *set;
     size_t    first;                            /* number of the first point */
     uint32_t  lanes;                            /* how many points there are */
-    uint32_t  active, visible;                  /* bits: points that can be shaded; those of them that the
+    uint32_t  active, in_view;                  /* bits: points that can be shaded; those of them that the
                                                    caller sees */
     float     p[48], n[48], view[48];           /* planes, world */
     float     middle[3], extent;                /* a sphere about all lanes */
@@ -83,7 +83,7 @@ static void sfield__load_lanes(sfield__tile *t)
     const float *m = !set->entity ? NULL : t->s->item[set->entity - 1].e.transform;
     const float *turn = m ? t->s->item[set->entity - 1].turn : NULL;
     uint32_t l, k;
-    t->active = t->visible = 0;
+    t->active = t->in_view = 0;
     for (l = 0; l < SFIELD__LANES; l++) {
         size_t i = t->first + (l < t->lanes ? l : 0);
         sfield__v3 p = sfield__v3_load(sfield__row(set->positions, set->position_stride, i));
@@ -99,7 +99,7 @@ static void sfield__load_lanes(sfield__tile *t)
         if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
             sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {
             t->active |= 1u << l;
-            if (!set->visible || set->visible[i]) t->visible |= 1u << l;
+            if (!set->in_view || set->in_view[i]) t->in_view |= 1u << l;
         } else {
             p = sfield__v3_make(0, 0, 0);
             n = v = sfield__v3_make(0, 1, 0);
@@ -147,8 +147,8 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
 }
 
 /* Returns whether light j is the entity that the points lie on. All of its light comes from below their
-   horizon, or is hidden by their own visibility: what would be added is ringing, of the strongest light there
-   is. */
+   horizon, or is hidden by their self-visibility: what would be added is ringing, of the strongest light
+   there is. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;

@@ -145,7 +145,7 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
             const sfield_scene_stats then = p->stats;
             uint64_t hidden = 0;
             float x[3], n[3];
-            if (!(left & tile.visible & 1u << l)) continue;
+            if (!(left & tile.in_view & 1u << l)) continue;
             for (k = 0; k < 3; k++) {
                 x[k] = tile.p[16 * k + l];
                 n[k] = tile.n[16 * k + l];

@@ -329,9 +329,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
-    uint32_t k, visible = sfield__visible_bits(set, index, 1);
-    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, visible)) {
-        const uint32_t points = sfield__repeat_results(set, index, index, 1, visible);
+    uint32_t k, in_view = sfield__bits_in_view(set, index, 1);
+    if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, in_view)) {
+        const uint32_t points = sfield__repeat_results(set, index, index, 1, in_view);
         p->stats.points += points;
         p->stats.lights += points * lights;
         p->stats.reused += points * lights;
@@ -348,7 +348,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         n[k] = one.n[16 * k];
     }
     p->rgb = rgb;
-    if (one.visible) {
+    if (one.in_view) {
         p->stats.points++;
         p->stats.lights += lights;
         sfield__light_point(p, index, x, n, hash, &ambient);
@@ -361,7 +361,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         memset(&now, 0, sizeof now);
         now.seen = sfield__hash(p->set_hash, s->now_hash);
         memcpy(now.middle, x, sizeof now.middle);
-        now.visible = visible;
+        now.in_view = in_view;
         now.active = one.active;
         sfield__keep_results(set, index, index, 1, &now);
     }

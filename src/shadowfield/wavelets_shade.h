@@ -36,7 +36,7 @@ static uint64_t sfield__scratch_haar(const sfield_scene *s)
 }
 
 /* Returns the entity of a set if it is rotated and only receives, so has no table for a resampling, and the
-   set's own visibility, in wavelets, needs one; else NULL. */
+   set's self-visibility, in wavelets, needs one; else NULL. */
 static sfield__item *sfield__find_unmapped(const sfield_scene *s, const sfield_points *p)
 {
     sfield__item *it = !p->entity || !p->count || !p->self || s->algebra ? NULL : &s->item[p->entity - 1];

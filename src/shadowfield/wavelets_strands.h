@@ -13,7 +13,7 @@ typedef struct sfield__listing {    /* what is kept at a sample, and how much of
 
 typedef struct sfield__strand {     /* an entity in the order */
     uint32_t item, lanes, count;
-    int      light;                 /* its number, -1 an occluder, -2 the own visibility */
+    int      light;                 /* its number, -1 an occluder, -2 the self-visibility */
     float    d2[SFIELD__LANES];
     sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2
                                        frames */

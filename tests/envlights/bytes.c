@@ -58,7 +58,7 @@ static int bytes_case(int i, char *line, size_t size)
     fill_map(rgb, cube ? 600 : 800, 1);
     if (envlt_create(&d, &map, &l, NULL) != ENVLT_OK) return 0;
     list = envlt_get_lights(l, &count);
-    strata = envlt_get_strata(l, &texels);
+    strata = envlt_strata(l, &texels);
     a = hash_words(hash_words(2166136261u, list, count * sizeof *list), strata, texels * 4);
     envlt_jitter(l, 3, 9, moved);
     b = hash_words(2166136261u, moved, count * sizeof *moved);

@@ -146,7 +146,7 @@ static void lights_are_checked(void **state)
     memcpy(copy, list, count * sizeof *copy);
     assert_null(envlt_get_lights(NULL, &n));
     assert_int_equal(n, 0);
-    assert_null(envlt_get_strata(NULL, &texels));
+    assert_null(envlt_strata(NULL, &texels));
     assert_int_equal(texels, 0);
     envlt_free(NULL);
     assert_int_equal(envlt_jitter(NULL, 0, 0, copy), ENVLT_ERR_ARGUMENT);
@@ -205,8 +205,8 @@ static void lights_are_checked(void **state)
                      ENVLT_OK);
     assert_null(envlt_get_lights(NULL, NULL));
     assert_ptr_equal(envlt_get_lights(good, NULL), list);
-    assert_null(envlt_get_strata(NULL, NULL));
-    assert_non_null(envlt_get_strata(good, NULL));
+    assert_null(envlt_strata(NULL, NULL));
+    assert_non_null(envlt_strata(good, NULL));
     free(rest);
     assert_string_equal(envlt_result_text((envlt_result)99), "unknown result");
     assert_string_equal(envlt_result_text(ENVLT_OK), "ok");

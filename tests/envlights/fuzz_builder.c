@@ -38,7 +38,7 @@ static void check_lights(const envlt_lights *l, const sky *s, int hemisphere)
     uint32_t count;
     const envlt_light *list = envlt_get_lights(l, &count);
     size_t texels;
-    const uint32_t *strata = envlt_get_strata(l, &texels);
+    const uint32_t *strata = envlt_strata(l, &texels);
     double sum = 0, exact = 0, omega = 0;
     if (texels != s->texels) abort();
     for (uint32_t i = 0; i < count; i++) {

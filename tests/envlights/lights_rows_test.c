@@ -220,7 +220,7 @@ static double strata_error(const sky *s, const envlt_lights *l)
     uint32_t count;
     const envlt_light *list = envlt_get_lights(l, &count);
     size_t texels;
-    const uint32_t *strata = envlt_get_strata(l, &texels);
+    const uint32_t *strata = envlt_strata(l, &texels);
     static double sums[1024][4];
     double worst = 0, total = 0;
     assert_int_equal(texels, s->texels);
@@ -906,7 +906,7 @@ static void a_stratum_that_the_sun_takes(void **state)
         for (size_t c = 0; c < 3; c++) s.rgb[3 * from + c] = 1e4f;
         l = build(&d, &s.map, NULL);
         lights_are_whole(&s, l, K, 1);
-        strata = envlt_get_strata(l, NULL);
+        strata = envlt_strata(l, NULL);
         while (strata[at] != K - 1) at++;                       /* the last stratum: nothing lies beyond it */
         for (size_t c = 0; c < 3; c++) s.rgb[3 * from + c] = spare ? 1 : 0;
         for (size_t c = 0; c < 3; c++) s.rgb[3 * at + c] = 1e4f;

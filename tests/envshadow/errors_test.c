@@ -126,9 +126,9 @@ static void atlas_is_checked(void **state)
         envsh_get_info(NULL, &atlas);
         envsh_get_info(m, NULL);
         assert_memory_equal(&atlas, &before, sizeof atlas);
-        assert_null(envsh_get_views(NULL, &n));
+        assert_null(envsh_views(NULL, &n));
         assert_int_equal(n, 0);
-        assert_ptr_equal(envsh_get_views(m, NULL), envsh_get_views(m, &n));
+        assert_ptr_equal(envsh_views(m, NULL), envsh_views(m, &n));
         assert_int_equal(n, count);
     }
     envsh_maps_free(m);
@@ -210,7 +210,7 @@ static void lights_are_checked(void **state)
     assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_OK);
     l.axes_u = l.axes_v = NULL;                     /* lights without extent */
     assert_int_equal(envsh_maps_begin(maps, &l, box), ENVSH_OK);
-    assert_true(envsh_get_views(maps, NULL)->spread[0] == 0);
+    assert_true(envsh_views(maps, NULL)->spread[0] == 0);
     l.axes_u = u;                                   /* half of an extent */
     REFUSES(envsh_maps_begin(maps, &l, box), ENVSH_ERR_ARGUMENT);
     l = two;
@@ -817,7 +817,7 @@ static void queries_are_checked(void **state)
     assert_int_equal(envsh_cost_cluster(&cost, 8, 0), 1);
     {
         const float tile[64] = { 0 };
-        const envsh_view *v = envsh_get_views(maps, NULL);
+        const envsh_view *v = envsh_views(maps, NULL);
         q = good_query;
         q.tap_count = 65;
         const envsh_tile good_tile = { v, tile, 32, 4, 8 }, no_view = { NULL, tile, 32, 4, 8 },

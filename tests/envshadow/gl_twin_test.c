@@ -91,7 +91,7 @@ static rig make_rig(gl_test *t, sky_fn fn, uint32_t k, uint32_t size)
     assert_int_equal(envsh_maps_create(&md, r.count, &r.layout), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(r.layout, AS_LIGHTS(r.list, r.count), bounds), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(r.maps, AS_LIGHTS(r.list, r.count), bounds), ENVSH_OK);
-    r.views = envsh_get_views(r.layout, NULL);
+    r.views = envsh_views(r.layout, NULL);
     make_things();
     mesh = soup_mesh(&things);
     assert_int_equal(envsh_maps_draw(r.maps, &mesh, NULL), ENVSH_OK);
@@ -240,7 +240,7 @@ static void tiles_are_those_of_the_rasteriser(void **state)
         render_maps(t, &m, &r);
         for (i = 0; i < r.count; i++) {
             read_tile(t, &reader, &m, i, depth);
-            wrong += compare_tile(&atlas, &envsh_get_views(r.maps, NULL)[i], depth, coarse, &covered);
+            wrong += compare_tile(&atlas, &envsh_views(r.maps, NULL)[i], depth, coarse, &covered);
         }
         printf("%u tiles%s: %zu of %zu texels covered, %zu differ\n", (unsigned)r.count,
                ways[way].rgba ? " in rgba" : "", covered, all, wrong);

@@ -261,7 +261,7 @@ static void raster_equals_rays(void **state)
     random_triangles(40);
     draw(m, list, n);
     envsh_get_info(m, &atlas);
-    views = envsh_get_views(m, &count);
+    views = envsh_views(m, &count);
     assert_int_equal(count, n);
     assert_int_equal(atlas.channel_count, 4);
     for (uint32_t i = 0; i < n; i++)
@@ -309,7 +309,7 @@ static void a_ground_without_end_is_flat(void **state)
         assert_int_equal(envsh_maps_draw(m, &mesh, NULL), ENVSH_OK);
         assert_int_equal(envsh_maps_end(m), ENVSH_OK);
         envsh_get_info(m, &atlas);
-        views = envsh_get_views(m, NULL);
+        views = envsh_views(m, NULL);
         for (uint32_t i = 0; i < n; i++) {
             const float *l = views[i].lookup;
             /* x and z of the ground from texels: two equations */
@@ -369,7 +369,7 @@ static void shortcuts_change_nothing(void **state)
         const envsh_view *views;
         draw(m, list, n);
         envsh_get_info(m, &atlas);
-        views = envsh_get_views(m, NULL);
+        views = envsh_views(m, NULL);
         r.positions = points;
         r.normals = normals;
         r.count = POINTS;
@@ -564,7 +564,7 @@ static void texels_are_snapped(void **state)
         }
         assert_int_equal(envsh_maps_begin(m, AS_LIGHTS(list, n), box), ENVSH_OK);
         for (uint32_t i = 0; i < n; i++) {
-            const envsh_view *v = envsh_get_views(m, NULL) + i;
+            const envsh_view *v = envsh_views(m, NULL) + i;
             if (step == 0) memcpy(first[i], v->lookup, sizeof first[i]);
             for (int r = 0; r < 2; r++) {
                 double shift = (double)v->lookup[4 * r + 3] - (double)first[i][r][3];
@@ -639,7 +639,7 @@ static void clip_spaces_meet_the_lookup(void **state)
         assert_int_equal(envsh_maps_create(&d, K, &m), ENVSH_OK);
         assert_int_equal(envsh_maps_begin(m, AS_LIGHTS(list, K), box), ENVSH_OK);
         assert_int_equal(envsh_maps_end(m), ENVSH_OK);
-        views = envsh_get_views(m, &count);
+        views = envsh_views(m, &count);
         for (uint32_t i = 0; i < 100 * count; i++) {
             const envsh_view *v = &views[i % count];
             double p[4] = { 0, 0, 0, 1 }, clip[4], at[3];

@@ -252,7 +252,7 @@ static void run_envsh(gl_test *t, turn *out)
     glbk_surface s;
     memset(&s, 0, sizeof s);
     s.material.diffuse[0] = s.material.diffuse[1] = s.material.diffuse[2] = 1;
-    frame.views = envsh_get_views(x.envsh.layout, &frame.view_count);
+    frame.views = envsh_views(x.envsh.layout, &frame.view_count);
     assert_glbk(t, glbk_gbuffer_begin(&t->gl, &x.envsh.seen, view, eye));
     assert_glbk(t, glbk_gbuffer_object(&t->gl, &x.envsh.seen, &s));
     draw_room(&t->gl, 1);

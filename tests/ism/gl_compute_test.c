@@ -133,7 +133,7 @@ static void send_vpls(gl_test *t, pair *p, uint32_t count)
         }
         for (int k = 0; k < 3; k++) l->normal[k] = l->axis[k] = n[k] / sqrtf(length);
         l->exponent = i % 4 == 1 ? between(1, 20) : 1;
-        l->side = i % 3 ? 0.4f : 0;
+        l->edge = i % 3 ? 0.4f : 0;
         l->directional = i % 4 == 2;
         if (i % 3 == 1)             /* cuts below 32; in one axis alone where i is even */
             l->window = i * 2654435761u >> 8 & (i % 2 ? 0x7df7dfu : 0x01f01fu);
@@ -160,7 +160,7 @@ static void send_near(gl_test *t, pair *p, uint32_t vpls, uint32_t count)
             to->flux[k] = between(0.01f, 0.1f);
         }
         for (int k = 0; k < 3; k++) to->normal[k] /= sqrtf(length);
-        to->side = i % 3 ? 0.1f : 0;
+        to->edge = i % 3 ? 0.1f : 0;
         to->reach = between(0.8f, 1.6f);
         to->vpl = (float)(i % vpls);
     }

@@ -153,8 +153,8 @@ static void a_wrong_vpl_is_named(void **state)
     SAYS_OF(v[0].axis[1], 0, VPLS(2), no,
             "glbk_ism_vpls_upload: vpls[0].axis has the length 0; it must be 1 (0.97..1.03)");
     SAYS_OF(v[1].exponent, -1, VPLS(2), no, "glbk_ism_vpls_upload: vpls[1].exponent is -1; it must be 0..1e5");
-    SAYS_OF(v[1].side, -0.5f, VPLS(2), no,
-            "glbk_ism_vpls_upload: vpls[1].side is -0.5; it must be finite and not negative");
+    SAYS_OF(v[1].edge, -0.5f, VPLS(2), no,
+            "glbk_ism_vpls_upload: vpls[1].edge is -0.5; it must be finite and not negative");
     SAYS_OF(v[1].reach, NAN, VPLS(2), no,
             "glbk_ism_vpls_upload: vpls[1].reach is not a number; it must be finite and not negative");
     SAYS_OF(v[1].window, 1u << 24, VPLS(2), no,
@@ -186,8 +186,8 @@ static void a_wrong_near_point_is_named(void **state)
     SAYS_OF(p[1].normal[1], INFINITY, NEAR(2), no,
             "glbk_ism_near_points_upload: points[1].normal[1] is infinity; it must be finite");
     SAYS_OF(p[1].flux[2], -3, NEAR(2), no, "glbk_ism_near_points_upload: points[1].flux[2] is -3; it must be 0..1e30");
-    SAYS_OF(p[1].side, -1, NEAR(2), no,
-            "glbk_ism_near_points_upload: points[1].side is -1; it must be finite and not negative");
+    SAYS_OF(p[1].edge, -1, NEAR(2), no,
+            "glbk_ism_near_points_upload: points[1].edge is -1; it must be finite and not negative");
     SAYS_OF(p[1].reach, -1, NEAR(2), no,
             "glbk_ism_near_points_upload: points[1].reach is -1; it must be finite and not negative");
     SAYS_OF(p[1].vpl, 1, NEAR(2), no,

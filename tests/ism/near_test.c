@@ -127,7 +127,7 @@ static void no_flux_is_lost(void **state)
         for (i = 0; i < n; i++) {
             sum += (double)p[i].flux[0];
             assert_true(fabs((double)p[i].flux[1] * (double)n - 16) < 1e-4 && p[i].normal[1] >= 1);
-            assert_true(p[i].reach > 0 && p[i].vpl >= 0 && p[i].vpl < 50 && p[i].side > 0);
+            assert_true(p[i].reach > 0 && p[i].vpl >= 0 && p[i].vpl < 50 && p[i].edge > 0);
         }
         assert_true(fabs(sum - 16) < 1e-4);
         stats = util_stats(m);
@@ -195,7 +195,7 @@ static void sums_to_the_letter(void **state)
     d.near_point_count = 5;
     d.seed = 3;
     m = choose(&d, &s, 1, &view);
-    for (i = 0; i < 37; i++) m->vpls[i].side = 0;
+    for (i = 0; i < 37; i++) m->vpls[i].edge = 0;
     points = ism_near_points(m, &n);
     vpls = ism_vpls(m, &count);
     for (way = 0; way < 3; way++) {

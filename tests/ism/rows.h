@@ -391,7 +391,7 @@ static double transmitted(const ism_mesh *m, uint32_t side, uint32_t points, uin
     return sum;
 }
 
-static void a_blocker_between_two_squares(void **state)
+static void an_occluder_between_two_squares(void **state)
 {
     ROW_TEST(state)
     const float a[3] = { -0.05f, 0.5f, -0.05f }, u[3] = { 1.1f, 0, 0 }, v[3] = { 0, 0, 1.1f };
@@ -408,9 +408,9 @@ static void a_blocker_between_two_squares(void **state)
     soup_quad(&mesh, ha, hu, hv, 8);
     m = soup_mesh(&mesh);
     half = transmitted(&m, 6, 16384, 128);  /* discs of 1 cm: a silhouette grows by about their radius */
-    CONFORM("T50", "full blocker: transmitted", 0, full, 1e-4);
+    CONFORM("T50", "full occluder: transmitted", 0, full, 1e-4);
     /* the edge grows by a disc and part of a texel, 0.02 of the width of 1 */
-    CONFORM("T50", "half-plane blocker: share transmitted", 0.5, half / transmitted(NULL, 6, 8, 8), 0.03);
+    CONFORM("T50", "half-plane occluder: share transmitted", 0.5, half / transmitted(NULL, 6, 8, 8), 0.03);
 }
 
 /* An engine whose VPLs of one source are chosen and their maps drawn. */
@@ -641,7 +641,7 @@ static void t45_a_closed_furnace_gains_half_of_the_last_bounce(void **state)
 #define ISM_ROWS(test)                                                                                          \
     test(t42_t43_form_factors_equal_their_closed_forms), test(maps_of_the_hemisphere),                          \
     test(a_fine_surface_does_not_hide_itself), test(splats_cover_a_sphere), test(tiles_are_apart),              \
-    test(a_blocker_between_two_squares), test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below),     \
+    test(an_occluder_between_two_squares), test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below),     \
     test(clamping_is_known), test(t45_a_closed_furnace_gains_half_of_the_last_bounce)
 
 #endif

@@ -143,8 +143,8 @@ static void squares_reach_to_their_neighbours(void **state)
     for (k = 0; k < 4; k++) {
         assert_int_equal(ism_set_vpls(m, list, counts[k]), ISM_OK);
         for (i = 0; i < counts[k]; i++) {
-            if (!near_to((double)ism_vpls(m, &n)[i].side, side_of(i, counts[k]), 1e-5))
-                fail_msg("%d of %d: %g, not %g", (int)i, (int)counts[k], (double)ism_vpls(m, &n)[i].side,
+            if (!near_to((double)ism_vpls(m, &n)[i].edge, side_of(i, counts[k]), 1e-5))
+                fail_msg("%d of %d: %g, not %g", (int)i, (int)counts[k], (double)ism_vpls(m, &n)[i].edge,
                          side_of(i, counts[k]));
         }
         assert_int_equal(n, counts[k]);
@@ -178,7 +178,7 @@ static double form_of(vec n, const vec *corner, double *share)
 static double kernel_of(const ism_vpl *v, vec p, vec n, const ism_shading *s, double *plain)
 {
     vec d = minus(load(v->position), p), vn = load(v->normal);
-    double d2 = dot(d, d), l = sqrt(d2), a = dot(n, d) / l, b = -dot(vn, d) / l, side = (double)v->side, k;
+    double d2 = dot(d, d), l = sqrt(d2), a = dot(n, d) / l, b = -dot(vn, d) / l, side = (double)v->edge, k;
     int diffuse = v->exponent >= 1 && v->exponent <= 1;
     if (v->directional) return *plain = fmax(0, dot(load(v->position), n)) * UTIL_PI;
     if (diffuse) k = a > 0 && b > 0 ? a * b / d2 : 0;

@@ -314,7 +314,7 @@ static void t29_a_pixel_light_falls_off_by_the_square(void **state)
     lit_free(map);
     map = lit_of(&d, &mesh, 1);
     lit_direct(map, &points, e);
-    CONFORM("T29", "direct light under a full blocker", 0, e[0], 0);
+    CONFORM("T29", "direct light under a full occluder", 0, e[0], 0);
     CONFORM("T29", "direct light beside it", 1, e[3], 1e-6);
     lit_free(map);
     model_free(&m);

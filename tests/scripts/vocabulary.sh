@@ -101,6 +101,13 @@ lightsampling.h | s/\bto_eye\b/views/| to_eye
 ism.h | s/\bgeometric_normals\b/geometric/| geometric: the table has another word
 ism.h | s/\binterleave\b/pattern/| interleave
 rsm.h | s/\binterleave\b/interleaving/| interleave
+shadowfield.h | s/sfield_scene_turn(sfield_scene \*scene, const float to_world/sfield_scene_turn(sfield_scene *scene, const float rotation/| the matrix rotation
+lightsampling.h | s/const float to_eye\[3\]/const float wo[3]/| another word for wo
+# words with one meaning
+shadowfield.h | s/const uint8_t *\*in_view;/const uint8_t *visible;/| what the camera sees is in_view
+lightsampling.h | s/const float \*visible, float \*radiance/const float *visibility, float *radiance/| the answers for samples
+ism.h | s/^    float edge; /    float side; /| a length in the world
+envshadow.h | s/\benvsh_views\b/envsh_get_views/| there is no type envsh_views
 # callbacks
 rsm.h | s/(\*surface_fn)/(*surface)/| surface has no _fn
 envshadow.h | s/\benvsh_draw_fn\b/envsh_draw/| envsh_draw has no _fn

@@ -463,7 +463,7 @@ static void t76_turning_everything_changes_nothing(void **state)
 
 /* ---- drawn ---- */
 
-/* A square in y = 0; its vertices also hold half the cosine's coefficients, as if its own visibility were recorded. */
+/* A square in y = 0; its vertices also hold half the cosine's coefficients, as if its self-visibility were recorded. */
 static uint32_t make_square(glbk_context *gl, uint32_t *buffer)
 {
     static const int32_t sizes[6] = { 3, 3, 4, 4, 4, 4 };
@@ -498,7 +498,7 @@ static uint32_t make_square(glbk_context *gl, uint32_t *buffer)
 }
 
 /* A floor, and a quarter of its size a table above it, seen from above: every pixel as shadowfield.h shades its point,
-   half of it where own visibility was drawn: of one of the two, which is seen there alone. */
+   half of it where self-visibility was drawn: of one of the two, which is seen there alone. */
 static void drawn(gl_test *t, uint32_t recorded)
 {
     static float positions[SIZE * SIZE][3], normals[SIZE * SIZE][3], rgb[SIZE * SIZE][3], light[SIZE * SIZE][4];
@@ -564,7 +564,7 @@ static void drawn(gl_test *t, uint32_t recorded)
     }
     printf("drawn: relative difference %.1e; blue %.3f to %.3f\n", sqrt(square / size), (double)low, (double)high);
     assert_true(high > 1.3f * low);             /* shadows are there to be compared */
-    assert_true(sqrt(square / size) < 1e-4);    /* 16 bits of own visibility */
+    assert_true(sqrt(square / size) < 1e-4);    /* 16 bits of self-visibility */
     t->gl.gl.DeleteVertexArrays(1, &vertices);
     t->gl.gl.DeleteBuffers(1, &buffer);
     close_world(t, &w);

@@ -455,7 +455,7 @@ static void make_stage(stage *s, const both *b, uint64_t *seed, int sky)
     }
 }
 
-/* Points of box 0, with own visibility, then in space; each a set of its own, so that C orders occluders for
+/* Points of box 0, with self-visibility, then in space; each a set of its own, so that C orders occluders for
    it alone. */
 static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye, float exponent, int on_entity)
 {

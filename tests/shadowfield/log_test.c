@@ -101,7 +101,7 @@ static void a_scene_says_what_it_refuses(void **state)
          "sfield_scene_environment: height is 0; it must be 1..65536");
     said(&n, sfield_scene_environment(scene, up, 65537, 1, NULL), SFIELD_ERR_ARGUMENT,
          "sfield_scene_environment: width is 65537; it must be 1..65536");
-    said(&n, sfield_scene_turn(scene, NULL), SFIELD_ERR_ARGUMENT, "sfield_scene_turn: rotation is NULL");
+    said(&n, sfield_scene_turn(scene, NULL), SFIELD_ERR_ARGUMENT, "sfield_scene_turn: to_world is NULL");
     said(&n, sfield_scene_sun(scene, long_way, up), SFIELD_ERR_INPUT,
          "sfield_scene_sun: the length of direction is 2; it must be 1 (0.97..1.03)");
     said(&n, sfield_scene_sun(scene, up, minus), SFIELD_ERR_INPUT,

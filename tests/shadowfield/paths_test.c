@@ -167,7 +167,7 @@ typedef struct stage {
     sfield_field *box, *glow, *lamp, *self;
     float         p[3 * POINTS], n[3 * POINTS], view[3 * POINTS], exponent[POINTS];
     sfield_field *own[POINTS];      /* self, each point's: NULL, or they are shaded each by itself */
-    const uint8_t *visible;
+    const uint8_t *in_view;
 } stage;
 
 static void open_stage(stage *s, const sfield_desc *d)
@@ -196,7 +196,7 @@ static void open_stage(stage *s, const sfield_desc *d)
     }
     assert_int_equal(sfield_build_self(&own, &mesh, AT(s->p, s->n, POINTS), 1e-3f, &s->self, NULL), SFIELD_OK);
     memset(s->own, 0, sizeof s->own);
-    s->visible = NULL;
+    s->in_view = NULL;
     model_free(&m);
 }
 
@@ -243,7 +243,7 @@ static void shade_sets(const stage *s, sfield_scene *scene, const sfield_points 
             one.positions += 3 * i;
             one.normals += 3 * i;
             one.self = one.self ? s->own[i] : NULL;
-            one.visible = one.visible ? one.visible + i : NULL;
+            one.in_view = one.in_view ? one.in_view + i : NULL;
             one.rgb += 3 * i;
             one.ambient += i;
             assert_int_equal(sfield_shade(scene, &one, 1, NULL), SFIELD_OK);
@@ -282,7 +282,7 @@ static void shade_frames(const stage *s, const sfield_scene_desc *sd, int simd, 
         q->normals = s->n;
         q->entity = i ? 1 : 0;
         q->self = i ? s->self : NULL;
-        q->visible = s->visible;
+        q->in_view = s->in_view;
         if (cached) assert_int_equal(sfield_cache_create(scene, POINTS, cached, &q->cache), SFIELD_OK);
     }
     memset(out, 0, FRAMES * FLOATS * sizeof *out);
@@ -398,7 +398,7 @@ static void bundles_are_as_single_points(void **state)
         sd.basis = SFIELD_BASIS_HAAR;
         sd.cube_side = sides[i];
         for (masked = 0; masked < 2; masked++) {
-            s.visible = masked ? visible : NULL;
+            s.in_view = masked ? visible : NULL;
             for (simd = 0; simd <= sfield__simd_level(); simd++) {
                 double off;
                 shade_frames(&s, &sd, simd, 0, 0, together);

@@ -449,7 +449,7 @@ static void t79_what_nothing_touched_is_as_before(void **state)
             e[2].tint[0] = frame < 16 ? 1.0f : 2.0f;
             if (frame == 18) assert_int_equal(sfield_scene_environment(s, half, 1, 1, NULL), SFIELD_OK);
             assert_int_equal(sfield_scene_entities(s, e, bodies), SFIELD_OK);
-            set.visible = frame % 8 < 6 ? visible : NULL;
+            set.in_view = frame % 8 < 6 ? visible : NULL;
             set.rgb = frame % 3 ? lazy[0] : NULL;
             set.ambient = frame % 3 != 1 ? lazy[3] : NULL;
             memset(lazy, 0, sizeof lazy);
@@ -1095,7 +1095,7 @@ static void the_same_in_any_order(void **state)
             set.positions = p;
             set.normals = n;
             set.entity = 0;
-            set.visible = visible;
+            set.in_view = visible;
             set.rgb = rgb[k];
             set.ambient = ambient;
             assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);

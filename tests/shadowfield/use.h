@@ -18,7 +18,7 @@ static inline int use_all_finite(const float *v, size_t n)
     return 1;
 }
 
-/* The field as the only entity of a scene, or as its points' own visibility. */
+/* The field as the only entity of a scene, or as its points' self-visibility. */
 static inline int use_in_a_scene(const sfield_field *f, const sfield_info *info, float *rgb)
 {
     static const float p[12] = { 0, 0, 0, 1, 2, 3, -5, 0.1f, 0, 1e5f, -1e6f, 3 },

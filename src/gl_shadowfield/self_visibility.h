@@ -1,6 +1,6 @@
-/* ---- sfield: own visibility ---- */
+/* ---- sfield: self-visibility ---- */
 
-/* Makes the texture of own visibility, in which nothing is recorded yet. */
+/* Makes the texture of self-visibility, in which nothing is recorded yet. */
 static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
@@ -35,7 +35,7 @@ static uint32_t glbk__sfield_short(float x)
     return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
 }
 
-/* Checks that a renderer has own visibility. */
+/* Checks that a renderer has self-visibility. */
 static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function,
                                            const glbk_sfield_renderer *r)
 {
