@@ -110,11 +110,11 @@
      section 3.2          importance by flux, as before the paper       ism__add_shares       T41
      section 3.3          points drawn into the maps of all VPLs        ism__draw_points      T48, T50
      section 3.3          pull and push                                 ism__pull, ism__fill  T49
-     section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
+     section 4, figure 3  bidirectional importance by few receivers     ism__estimate_effect  T41
      section 4            flux over N and probability                   ism__make_vpl         T41
      section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl         T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
-                                                                        ism__estimate         T41
+                                                                        ism__estimate_effect  T41
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
@@ -2472,7 +2472,7 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
    Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
    grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
    in an odd grid they have numbers of their own, in steps of radius and of the golden ratio. */
-static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
+static float ism__estimate_effect(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism__view *view = &c->job->view;
     uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid;
@@ -2526,7 +2526,7 @@ static void ism__estimate_task(void *context, size_t row)
     size_t x;
     for (x = 0; x < s->width; x++) {
         size_t i = row * s->width + x;
-        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
+        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate_effect(c, s, i) : 0.0f;
     }
 }
 
@@ -4995,7 +4995,7 @@ static size_t ism__find(const double *sums, size_t first, size_t end, size_t fro
 
 /* Draws a triangle of cluster c, by the place of x within the cluster's share. Returns the probability with
    which this triangle is drawn among all. */
-static double ism__draw_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
+static double ism__choose_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
                                  uint32_t *triangle)
 {
     const double *sums = w->cdf.sums;
@@ -5037,7 +5037,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
         for (k = 0; k < used; k++) {
             uint32_t at = j + k * step, r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
             ism__surfel *to = &points[at];
-            double probability = ism__draw_triangle(w, shares, clusters[k], x[k], &to->triangle);
+            double probability = ism__choose_triangle(w, shares, clusters[k], x[k], &to->triangle);
             float b1, b2;
             ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
             to->b1 = (uint16_t)(b1 * 65535.0f);

@@ -2004,7 +2004,7 @@ static int lsamp__is_delta(const lsamp_light *l)
            l->desc.kind == LSAMP_LIGHT_SPOT;
 }
 
-static lsamp__v3 lsamp__texel(const lsamp_light *l, uint32_t x, uint32_t y)
+static lsamp__v3 lsamp__texel_radiance(const lsamp_light *l, uint32_t x, uint32_t y)
 {
     const float *t = l->desc.texels;
     return t ? lsamp__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : lsamp__v3_make(1.0f, 1.0f, 1.0f);
@@ -2019,7 +2019,7 @@ static uint32_t lsamp__cell_of(float x, uint32_t count)
 
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
+    return lsamp__texel_radiance(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
 }
 
 /* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */
@@ -2136,7 +2136,7 @@ static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
-    lsamp__v3 texel = lsamp__texel(l, x, y);
+    lsamp__v3 texel = lsamp__texel_radiance(l, x, y);
 
     u -= l->turn;
     out->coords[0] = lsamp__clamp_unit(u - floorf(u));
@@ -2736,7 +2736,7 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     for (y = 0; y < h; y++) {
         lsamp__cdf line;
         double *at = sums + (size_t)y * (w + 1u);
-        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel(l, x, y), tint);
+        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_radiance(l, x, y), tint);
         (void)lsamp__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
         lsamp__guide_build(at, guide + h + (size_t)y * w, w);
         rows[y] = total;

@@ -2560,7 +2560,7 @@ static uint32_t sfield__gather_bits(uint32_t x)
     return (x | x >> 4) & 0x3fu;
 }
 
-static uint32_t sfield__texel(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
+static uint32_t sfield__texel_number(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
 {
     return face * side * side + (sfield__spread_bits(x) | sfield__spread_bits(y) << 1);
 }
@@ -2628,7 +2628,7 @@ SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3])
     q[1] = (q[1] / q[2] + 1) * 0.5f * (float)side;
     x = q[0] > 0 ? (uint32_t)q[0] : 0;
     y = q[1] > 0 ? (uint32_t)q[1] : 0;
-    return sfield__texel(side, face, x < side ? x : side - 1, y < side ? y : side - 1);
+    return sfield__texel_number(side, face, x < side ? x : side - 1, y < side ? y : side - 1);
 }
 
 /* Integrates every basis function over one texel. */
@@ -3574,7 +3574,11 @@ static void sfield__find_lists(const sfield_field *f, const sfield__place *at, i
             }
 }
 
-static float sfield__half(uint32_t bits) { return (float)(int32_t)((bits & 0xffffu) ^ 0x8000u) - 32768.0f; }
+/* Returns the number that the low 16 bits hold, in two's complement. */
+static float sfield__signed_short(uint32_t bits)
+{
+    return (float)(int32_t)((bits & 0xffffu) ^ 0x8000u) - 32768.0f;
+}
 
 /* Adds weight x what a sample holds to coefs, all channels, in planes `cells` apart. */
 static void sfield__scatter_list(const sfield_field *f, size_t sample, float weight, float *coefs)
@@ -3584,10 +3588,10 @@ static void sfield__scatter_list(const sfield_field *f, size_t sample, float wei
     const uint32_t *end = f->entry + (size_t)f->offset[sample + 1] * f->h.stride;
     weight *= f->sample_scale[sample];
     for (; e < end; e += f->h.stride) {
-        coefs[e[0] >> 16] += weight * sfield__half(e[0]);
+        coefs[e[0] >> 16] += weight * sfield__signed_short(e[0]);
         if (f->h.stride == 1) continue;
-        coefs[cells + (e[0] >> 16)] += weight * sfield__half(e[1] >> 16);
-        coefs[2 * cells + (e[0] >> 16)] += weight * sfield__half(e[1]);
+        coefs[cells + (e[0] >> 16)] += weight * sfield__signed_short(e[1] >> 16);
+        coefs[2 * cells + (e[0] >> 16)] += weight * sfield__signed_short(e[1]);
     }
 }
 
@@ -3621,7 +3625,7 @@ static float sfield__hidden_share(const sfield_field *f, const sfield__place *at
         const size_t sample = lists.sample[i];
         float own = 0;
         for (k = f->offset[sample]; k < f->offset[sample + 1]; k++)
-            own += sfield__half(f->entry[k]) * f->angle[f->entry[k] >> 16 & in_face];
+            own += sfield__signed_short(f->entry[k]) * f->angle[f->entry[k] >> 16 & in_face];
         sum += lists.weight[i] * f->sample_scale[sample] * own;
     }
     return sum * 0.0795774715f;                 /* of 4 pi */
@@ -4392,7 +4396,7 @@ static void sfield__count_samples(const sfield__build *b, sfield__view *v)
                 int count = 0;
                 for (k = 0; k < s; k++)
                     count += (int)sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
-                v->texel[sfield__texel(n, face, x, y)] = (float)count / (float)(s * s);
+                v->texel[sfield__texel_number(n, face, x, y)] = (float)count / (float)(s * s);
             }
             if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
         }
@@ -4400,7 +4404,7 @@ static void sfield__count_samples(const sfield__build *b, sfield__view *v)
         for (y = (uint32_t)v->row_low[face]; y <= (uint32_t)v->row_high[face]; y++)
             for (x = 0; x < v->width; x++) {
                 size_t at = (size_t)(face * v->width + y) * v->width + x;
-                uint32_t owner = v->owner[at], texel = sfield__texel(n, face, x / s, y / s);
+                uint32_t owner = v->owner[at], texel = sfield__texel_number(n, face, x / s, y / s);
                 if (!owner) continue;
                 for (c = 0; c < 3; c++)
                     v->texel[c * b->cells + texel] +=
@@ -7219,7 +7223,7 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
             sfield__lanes_store(first + 32, zero);
             if (!square) break;
         }
-        sfield__lanes_store(w, sfield__lanes_muladd(sfield__lanes_all(sfield__half(*e)), weight,
+        sfield__lanes_store(w, sfield__lanes_muladd(sfield__lanes_all(sfield__signed_short(*e)), weight,
                                                  sfield__lanes_load(w)));
     }
     list->e = e;
@@ -7354,9 +7358,9 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
             if (!*fresh) sfield__face_transform(b, n);
             *fresh = 1;
             t = sfield__lanes_mul(weight, sfield__lanes_load(b->w + 16 * (size_t)(l->e[0] >> 16 & (n - 1))));
-            sum[0] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[0])), sum[0]);
-            sum[1] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[1] >> 16)), sum[1]);
-            sum[2] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[1])), sum[2]);
+            sum[0] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[0])), sum[0]);
+            sum[1] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[1] >> 16)), sum[1]);
+            sum[2] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[1])), sum[2]);
         }
     }
     for (c = 0; c < 3; c++) {
@@ -8462,7 +8466,7 @@ static uint32_t sfield__bits_in_view(const sfield_points *set, size_t first, uin
 
 /* Returns whether an occluder that stood or stands at c may hide something of the sphere about some points.
    The test is wider than the one that leaves occluders out, by as much as roundings can matter. */
-static int sfield__is_near(const sfield__last *last, const float *c, float reach)
+static int sfield__may_hide(const sfield__last *last, const float *c, float reach)
 {
     float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
     return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
@@ -8483,7 +8487,7 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
     if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
         const sfield__item *it = &s->item[s->moved[i]];
-        if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
+        if (sfield__may_hide(last, it->was, it->reach) || sfield__may_hide(last, it->center[0], it->reach))
             return 0;
     }
     last->seen = sfield__hash(set_hash, s->now_hash);
@@ -9478,7 +9482,7 @@ static void sfield__add_lists(sfield__point *p, const sfield_field *f, const sfi
             const uint32_t index = *e >> 16, in_face = index & ((1u << bits) - 1);
             uint8_t *marks = p->marks + (index >> bits) * SFIELD__MARKS;
             uint32_t square = (in_face - 1) / 3;
-            p->coefs[index] += weight * sfield__half(*e);
+            p->coefs[index] += weight * sfield__signed_short(*e);
             if (!in_face) continue;
             for (; !marks[square]; square = (square - 1) / 4) {
                 marks[square] = 1;
@@ -9631,9 +9635,9 @@ static void sfield__add_light(sfield__point *p, const sfield__item *it, const fl
             for (k = f->offset[lists.sample[i]]; k < f->offset[lists.sample[i] + 1]; k++) {
                 const uint32_t *e = f->entry + 2 * (size_t)k;
                 float t = w * haar[e[0] >> 16];
-                rgb[0] += t * sfield__half(e[0]);
-                rgb[1] += t * sfield__half(e[1] >> 16);
-                rgb[2] += t * sfield__half(e[1]);
+                rgb[0] += t * sfield__signed_short(e[0]);
+                rgb[1] += t * sfield__signed_short(e[1] >> 16);
+                rgb[2] += t * sfield__signed_short(e[1]);
             }
         }
     } else {

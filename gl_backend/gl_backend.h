@@ -1489,7 +1489,7 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     return glbk__check_sampling(ctx, function, d);
 }
 
-static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
+static uint32_t glbk__level_side(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
 /* Allots all levels at once, on ES and WebGL. Makers of pyramids draw to a level while only the level below
    can be read (BASE_LEVEL, MAX_LEVEL), and ES does not allow that if the levels were allotted one by
@@ -1535,7 +1535,8 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
         return;
     }
     for (level = 0; level < d->levels; level++) {
-        int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
+        int32_t width = (int32_t)glbk__level_side(d->width, level);
+        int32_t height = (int32_t)glbk__level_side(d->height, level);
         const void *data = level == 0 ? d->data : NULL;
         if (d->layers)
             ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0,
@@ -1624,10 +1625,10 @@ static glbk_result glbk__check_box(const glbk_context *ctx, const char *function
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "box.level", b->level, 0,
                                   (double)t->levels - 1);
     result = glbk__check_span(ctx, function, "box.x + box.width", (uint64_t)b->x + b->width,
-                              glbk__half(t->width, b->level));
+                              glbk__level_side(t->width, b->level));
     if (result == GLBK_OK)
         result = glbk__check_span(ctx, function, "box.y + box.height", (uint64_t)b->y + b->height,
-                                  glbk__half(t->height, b->level));
+                                  glbk__level_side(t->height, b->level));
     if (result == GLBK_OK)
         result =
             glbk__check_span(ctx, function, "box.layer + box.layers",
@@ -1793,12 +1794,12 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     if (glbk__is_float(t->format) && !ctx->float_targets)
         return glbk__refuse(ctx, GLBK_ERR_FLOAT_TARGET, function, names[i],
                             "is of floats, which this context cannot draw to");
-    if (out->width && (out->width != glbk__half(t->width, d->level) ||
-                       out->height != glbk__half(t->height, d->level)))
+    if (out->width && (out->width != glbk__level_side(t->width, d->level) ||
+                       out->height != glbk__level_side(t->height, d->level)))
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
                             "is of another size than those before it");
-    out->width = glbk__half(t->width, d->level);
-    out->height = glbk__half(t->height, d->level);
+    out->width = glbk__level_side(t->width, d->level);
+    out->height = glbk__level_side(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
     else out->has_depth = 1;
     return GLBK_OK;
@@ -1885,7 +1886,7 @@ GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_d
 
 /* Makes floats of bytes 0..255: `rgba` has room for count pixels of four floats, and the bytes stand at its
  * end. */
-static void glbk__widen(void *rgba, size_t count)
+static void glbk__bytes_to_floats(void *rgba, size_t count)
 {
     const unsigned char *from = (const unsigned char *)rgba + 12 * count;
     float *to = (float *)rgba, pixel[4];
@@ -1937,7 +1938,7 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
     glbk__store_end(ctx, GLBK__PACK, &store);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
     result = glbk__leave(ctx);
-    if (result == GLBK_OK && bytes) glbk__widen(rgba, count);
+    if (result == GLBK_OK && bytes) glbk__bytes_to_floats(rgba, count);
     return result;
 }
 

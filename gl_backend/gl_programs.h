@@ -1266,7 +1266,7 @@ static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glb
 
 /* Logs why a stage has no text: "FUNCTION: the library file NAME is unknown", or defines that do not parse.
  */
-static glbk_result glbk__refuse_text(const glbk_context *ctx, const glbk_shader *shader)
+static glbk_result glbk__refuse_shader(const glbk_context *ctx, const glbk_shader *shader)
 {
     static const char function[] = "glbk_program_compile";
     const glbk_file *main_file;
@@ -1300,7 +1300,7 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
     uint32_t shader;
     int32_t compiled = 0;
 
-    if (!bytes) return glbk__refuse_text(ctx, &stage->shader);
+    if (!bytes) return glbk__refuse_shader(ctx, &stage->shader);
     if (bytes > INT32_MAX)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_program_compile",
                                   "the bytes of a shader's text", (double)bytes, 1, INT32_MAX);

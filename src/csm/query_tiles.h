@@ -49,7 +49,7 @@ static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 }
 
 /* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
-static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
+static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     const cohsm_maps *m = t->maps;
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
@@ -78,7 +78,7 @@ static void cohsm__run_tile(cohsm__tile *t)
     const cohsm__kernels kernels = cohsm__choose_kernels(t->maps->simd);
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-    if (cohsm__run_steps(t, &kernels)) return;
+    if (cohsm__answer_in_steps(t, &kernels)) return;
     for (i = 0; i < t->count; i++) {
         t->pixel[i] = COHSM__NO_PIXEL;
         t->place[i] = 0;

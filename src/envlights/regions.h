@@ -89,7 +89,7 @@ static envlt__moments envlt__area_moments(const envlt__grid *g, const envlt__mom
 }
 
 /* Returns the sum of w |d - mean|^2, which is w - |sum of w d|^2 / w, since directions have length 1. */
-static double envlt__scatter(const envlt__moments *m)
+static double envlt__squared_spread(const envlt__moments *m)
 {
     double s = m->w > 0.0 ? m->w - (m->x * m->x + m->y * m->y + m->z * m->z) / m->w : 0.0;
     return s > 0.0 ? s : 0.0;
@@ -108,7 +108,7 @@ static void envlt__try_cut(envlt__region *r, const envlt__moments *left, double 
     right.y = r->sum.y - left->y;
     right.z = r->sum.z - left->z;
     if (!(left->w > least) || !(right.w > least)) return;         /* no cut may make an empty half */
-    gain = whole - envlt__scatter(left) - envlt__scatter(&right);
+    gain = whole - envlt__squared_spread(left) - envlt__squared_spread(&right);
     if (gain <= r->gain) return;
     r->gain = gain;
     r->cut_x = x;
@@ -126,7 +126,7 @@ static void envlt__best_cut(const envlt__grid *g, const envlt__moments *table, e
     r->sum = envlt__area_moments(g, table, r, r->x0, r->y0, r->x1, r->y1);
     r->gain = -1.0;
     r->cut_x = r->cut_y = 0;
-    whole = envlt__scatter(&r->sum);
+    whole = envlt__squared_spread(&r->sum);
     least = 1e-12 * r->sum.w;
     for (i = r->x0 + 1; i < r->x1; i++) {
         envlt__moments left = envlt__area_moments(g, table, r, r->x0, r->y0, i, r->y1);

@@ -31,12 +31,12 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
     if (glbk__is_float(t->format) && !ctx->float_targets)
         return glbk__refuse(ctx, GLBK_ERR_FLOAT_TARGET, function, names[i],
                             "is of floats, which this context cannot draw to");
-    if (out->width && (out->width != glbk__half(t->width, d->level) ||
-                       out->height != glbk__half(t->height, d->level)))
+    if (out->width && (out->width != glbk__level_side(t->width, d->level) ||
+                       out->height != glbk__level_side(t->height, d->level)))
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, names[i],
                             "is of another size than those before it");
-    out->width = glbk__half(t->width, d->level);
-    out->height = glbk__half(t->height, d->level);
+    out->width = glbk__level_side(t->width, d->level);
+    out->height = glbk__level_side(t->height, d->level);
     if (is_color) out->format[out->count++] = t->format;
     else out->has_depth = 1;
     return GLBK_OK;
@@ -123,7 +123,7 @@ GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_d
 
 /* Makes floats of bytes 0..255: `rgba` has room for count pixels of four floats, and the bytes stand at its
  * end. */
-static void glbk__widen(void *rgba, size_t count)
+static void glbk__bytes_to_floats(void *rgba, size_t count)
 {
     const unsigned char *from = (const unsigned char *)rgba + 12 * count;
     float *to = (float *)rgba, pixel[4];
@@ -175,7 +175,7 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
     glbk__store_end(ctx, GLBK__PACK, &store);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
     result = glbk__leave(ctx);
-    if (result == GLBK_OK && bytes) glbk__widen(rgba, count);
+    if (result == GLBK_OK && bytes) glbk__bytes_to_floats(rgba, count);
     return result;
 }
 

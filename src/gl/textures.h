@@ -184,7 +184,7 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, const char *func
     return glbk__check_sampling(ctx, function, d);
 }
 
-static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
+static uint32_t glbk__level_side(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
 /* Allots all levels at once, on ES and WebGL. Makers of pyramids draw to a level while only the level below
    can be read (BASE_LEVEL, MAX_LEVEL), and ES does not allow that if the levels were allotted one by
@@ -230,7 +230,8 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
         return;
     }
     for (level = 0; level < d->levels; level++) {
-        int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
+        int32_t width = (int32_t)glbk__level_side(d->width, level);
+        int32_t height = (int32_t)glbk__level_side(d->height, level);
         const void *data = level == 0 ? d->data : NULL;
         if (d->layers)
             ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0,
@@ -319,10 +320,10 @@ static glbk_result glbk__check_box(const glbk_context *ctx, const char *function
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "box.level", b->level, 0,
                                   (double)t->levels - 1);
     result = glbk__check_span(ctx, function, "box.x + box.width", (uint64_t)b->x + b->width,
-                              glbk__half(t->width, b->level));
+                              glbk__level_side(t->width, b->level));
     if (result == GLBK_OK)
         result = glbk__check_span(ctx, function, "box.y + box.height", (uint64_t)b->y + b->height,
-                                  glbk__half(t->height, b->level));
+                                  glbk__level_side(t->height, b->level));
     if (result == GLBK_OK)
         result =
             glbk__check_span(ctx, function, "box.layer + box.layers",

@@ -54,7 +54,7 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
    Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
    grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
    in an odd grid they have numbers of their own, in steps of radius and of the golden ratio. */
-static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
+static float ism__estimate_effect(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism__view *view = &c->job->view;
     uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid;
@@ -108,7 +108,7 @@ static void ism__estimate_task(void *context, size_t row)
     size_t x;
     for (x = 0; x < s->width; x++) {
         size_t i = row * s->width + x;
-        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
+        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate_effect(c, s, i) : 0.0f;
     }
 }
 

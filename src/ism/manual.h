@@ -110,11 +110,11 @@
      section 3.2          importance by flux, as before the paper       ism__add_shares       T41
      section 3.3          points drawn into the maps of all VPLs        ism__draw_points      T48, T50
      section 3.3          pull and push                                 ism__pull, ism__fill  T49
-     section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
+     section 4, figure 3  bidirectional importance by few receivers     ism__estimate_effect  T41
      section 4            flux over N and probability                   ism__make_vpl         T41
      section 4.1          prefix sums, VPL i at i / N                   ism__draw_vpl         T15, T16
      section 4.2          receivers near the texel's place              ism__to_pixel,
-                                                                        ism__estimate         T41
+                                                                        ism__estimate_effect  T41
      section 5.1, fig. 6  solid angle of triangles, prefix sums         ism__solid_angle,
                                                                         ism__make_cdf         T52, T53
      section 5.1          a surfel's place in its triangle              ism__triangle_map     T51

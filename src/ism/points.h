@@ -38,7 +38,7 @@ static size_t ism__find(const double *sums, size_t first, size_t end, size_t fro
 
 /* Draws a triangle of cluster c, by the place of x within the cluster's share. Returns the probability with
    which this triangle is drawn among all. */
-static double ism__draw_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
+static double ism__choose_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
                                  uint32_t *triangle)
 {
     const double *sums = w->cdf.sums;
@@ -80,7 +80,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
         for (k = 0; k < used; k++) {
             uint32_t at = j + k * step, r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
             ism__surfel *to = &points[at];
-            double probability = ism__draw_triangle(w, shares, clusters[k], x[k], &to->triangle);
+            double probability = ism__choose_triangle(w, shares, clusters[k], x[k], &to->triangle);
             float b1, b2;
             ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
             to->b1 = (uint16_t)(b1 * 65535.0f);

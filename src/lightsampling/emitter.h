@@ -44,7 +44,7 @@ static int lsamp__is_delta(const lsamp_light *l)
            l->desc.kind == LSAMP_LIGHT_SPOT;
 }
 
-static lsamp__v3 lsamp__texel(const lsamp_light *l, uint32_t x, uint32_t y)
+static lsamp__v3 lsamp__texel_radiance(const lsamp_light *l, uint32_t x, uint32_t y)
 {
     const float *t = l->desc.texels;
     return t ? lsamp__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : lsamp__v3_make(1.0f, 1.0f, 1.0f);
@@ -59,7 +59,7 @@ static uint32_t lsamp__cell_of(float x, uint32_t count)
 
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
+    return lsamp__texel_radiance(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
 }
 
 /* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */

@@ -237,7 +237,7 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     for (y = 0; y < h; y++) {
         lsamp__cdf line;
         double *at = sums + (size_t)y * (w + 1u);
-        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel(l, x, y), tint);
+        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_radiance(l, x, y), tint);
         (void)lsamp__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
         lsamp__guide_build(at, guide + h + (size_t)y * w, w);
         rows[y] = total;

@@ -6,7 +6,7 @@
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
-    lsamp__v3 texel = lsamp__texel(l, x, y);
+    lsamp__v3 texel = lsamp__texel_radiance(l, x, y);
 
     u -= l->turn;
     out->coords[0] = lsamp__clamp_unit(u - floorf(u));

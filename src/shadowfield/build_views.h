@@ -209,7 +209,7 @@ static void sfield__count_samples(const sfield__build *b, sfield__view *v)
                 int count = 0;
                 for (k = 0; k < s; k++)
                     count += (int)sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
-                v->texel[sfield__texel(n, face, x, y)] = (float)count / (float)(s * s);
+                v->texel[sfield__texel_number(n, face, x, y)] = (float)count / (float)(s * s);
             }
             if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
         }
@@ -217,7 +217,7 @@ static void sfield__count_samples(const sfield__build *b, sfield__view *v)
         for (y = (uint32_t)v->row_low[face]; y <= (uint32_t)v->row_high[face]; y++)
             for (x = 0; x < v->width; x++) {
                 size_t at = (size_t)(face * v->width + y) * v->width + x;
-                uint32_t owner = v->owner[at], texel = sfield__texel(n, face, x / s, y / s);
+                uint32_t owner = v->owner[at], texel = sfield__texel_number(n, face, x / s, y / s);
                 if (!owner) continue;
                 for (c = 0; c < 3; c++)
                     v->texel[c * b->cells + texel] +=

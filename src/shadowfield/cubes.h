@@ -49,7 +49,7 @@ static uint32_t sfield__gather_bits(uint32_t x)
     return (x | x >> 4) & 0x3fu;
 }
 
-static uint32_t sfield__texel(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
+static uint32_t sfield__texel_number(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
 {
     return face * side * side + (sfield__spread_bits(x) | sfield__spread_bits(y) << 1);
 }
@@ -117,7 +117,7 @@ SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3])
     q[1] = (q[1] / q[2] + 1) * 0.5f * (float)side;
     x = q[0] > 0 ? (uint32_t)q[0] : 0;
     y = q[1] > 0 ? (uint32_t)q[1] : 0;
-    return sfield__texel(side, face, x < side ? x : side - 1, y < side ? y : side - 1);
+    return sfield__texel_number(side, face, x < side ? x : side - 1, y < side ? y : side - 1);
 }
 
 /* Integrates every basis function over one texel. */

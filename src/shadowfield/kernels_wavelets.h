@@ -69,7 +69,7 @@ SFIELD__KERNEL static uint32_t sfield__face_add_list(sfield__bundle *b, sfield__
             sfield__lanes_store(first + 32, zero);
             if (!square) break;
         }
-        sfield__lanes_store(w, sfield__lanes_muladd(sfield__lanes_all(sfield__half(*e)), weight,
+        sfield__lanes_store(w, sfield__lanes_muladd(sfield__lanes_all(sfield__signed_short(*e)), weight,
                                                  sfield__lanes_load(w)));
     }
     list->e = e;
@@ -204,9 +204,9 @@ SFIELD__KERNEL static void sfield__face_light(sfield__bundle *b, sfield__strand 
             if (!*fresh) sfield__face_transform(b, n);
             *fresh = 1;
             t = sfield__lanes_mul(weight, sfield__lanes_load(b->w + 16 * (size_t)(l->e[0] >> 16 & (n - 1))));
-            sum[0] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[0])), sum[0]);
-            sum[1] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[1] >> 16)), sum[1]);
-            sum[2] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__half(l->e[1])), sum[2]);
+            sum[0] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[0])), sum[0]);
+            sum[1] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[1] >> 16)), sum[1]);
+            sum[2] = sfield__lanes_muladd(t, sfield__lanes_all(sfield__signed_short(l->e[1])), sum[2]);
         }
     }
     for (c = 0; c < 3; c++) {

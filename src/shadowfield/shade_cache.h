@@ -131,7 +131,7 @@ static uint32_t sfield__bits_in_view(const sfield_points *set, size_t first, uin
 
 /* Returns whether an occluder that stood or stands at c may hide something of the sphere about some points.
    The test is wider than the one that leaves occluders out, by as much as roundings can matter. */
-static int sfield__is_near(const sfield__last *last, const float *c, float reach)
+static int sfield__may_hide(const sfield__last *last, const float *c, float reach)
 {
     float x = c[0] - last->middle[0], y = c[1] - last->middle[1], z = c[2] - last->middle[2];
     return sqrtf(x * x + y * y + z * z) - last->extent < 1.0001f * reach;
@@ -152,7 +152,7 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
     if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
         const sfield__item *it = &s->item[s->moved[i]];
-        if (sfield__is_near(last, it->was, it->reach) || sfield__is_near(last, it->center[0], it->reach))
+        if (sfield__may_hide(last, it->was, it->reach) || sfield__may_hide(last, it->center[0], it->reach))
             return 0;
     }
     last->seen = sfield__hash(set_hash, s->now_hash);

@@ -110,9 +110,9 @@ static void sfield__add_light(sfield__point *p, const sfield__item *it, const fl
             for (k = f->offset[lists.sample[i]]; k < f->offset[lists.sample[i] + 1]; k++) {
                 const uint32_t *e = f->entry + 2 * (size_t)k;
                 float t = w * haar[e[0] >> 16];
-                rgb[0] += t * sfield__half(e[0]);
-                rgb[1] += t * sfield__half(e[1] >> 16);
-                rgb[2] += t * sfield__half(e[1]);
+                rgb[0] += t * sfield__signed_short(e[0]);
+                rgb[1] += t * sfield__signed_short(e[1] >> 16);
+                rgb[2] += t * sfield__signed_short(e[1]);
             }
         }
     } else {

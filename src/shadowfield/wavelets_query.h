@@ -22,7 +22,11 @@ static void sfield__find_lists(const sfield_field *f, const sfield__place *at, i
             }
 }
 
-static float sfield__half(uint32_t bits) { return (float)(int32_t)((bits & 0xffffu) ^ 0x8000u) - 32768.0f; }
+/* Returns the number that the low 16 bits hold, in two's complement. */
+static float sfield__signed_short(uint32_t bits)
+{
+    return (float)(int32_t)((bits & 0xffffu) ^ 0x8000u) - 32768.0f;
+}
 
 /* Adds weight x what a sample holds to coefs, all channels, in planes `cells` apart. */
 static void sfield__scatter_list(const sfield_field *f, size_t sample, float weight, float *coefs)
@@ -32,10 +36,10 @@ static void sfield__scatter_list(const sfield_field *f, size_t sample, float wei
     const uint32_t *end = f->entry + (size_t)f->offset[sample + 1] * f->h.stride;
     weight *= f->sample_scale[sample];
     for (; e < end; e += f->h.stride) {
-        coefs[e[0] >> 16] += weight * sfield__half(e[0]);
+        coefs[e[0] >> 16] += weight * sfield__signed_short(e[0]);
         if (f->h.stride == 1) continue;
-        coefs[cells + (e[0] >> 16)] += weight * sfield__half(e[1] >> 16);
-        coefs[2 * cells + (e[0] >> 16)] += weight * sfield__half(e[1]);
+        coefs[cells + (e[0] >> 16)] += weight * sfield__signed_short(e[1] >> 16);
+        coefs[2 * cells + (e[0] >> 16)] += weight * sfield__signed_short(e[1]);
     }
 }
 
@@ -69,7 +73,7 @@ static float sfield__hidden_share(const sfield_field *f, const sfield__place *at
         const size_t sample = lists.sample[i];
         float own = 0;
         for (k = f->offset[sample]; k < f->offset[sample + 1]; k++)
-            own += sfield__half(f->entry[k]) * f->angle[f->entry[k] >> 16 & in_face];
+            own += sfield__signed_short(f->entry[k]) * f->angle[f->entry[k] >> 16 & in_face];
         sum += lists.weight[i] * f->sample_scale[sample] * own;
     }
     return sum * 0.0795774715f;                 /* of 4 pi */

@@ -59,7 +59,7 @@ static void sfield__add_lists(sfield__point *p, const sfield_field *f, const sfi
             const uint32_t index = *e >> 16, in_face = index & ((1u << bits) - 1);
             uint8_t *marks = p->marks + (index >> bits) * SFIELD__MARKS;
             uint32_t square = (in_face - 1) / 3;
-            p->coefs[index] += weight * sfield__half(*e);
+            p->coefs[index] += weight * sfield__signed_short(*e);
             if (!in_face) continue;
             for (; !marks[square]; square = (square - 1) / 4) {
                 marks[square] = 1;

@@ -655,7 +655,7 @@ static void guided_grids_see_what_is_near(void **state)
         assert_int_equal(ism__open_view(&job.log, &view, &job.view), ISM_OK);
         c.job = &job;
         c.extent = 2.83f;
-        for (i = 0; i < MANY; i++) mean += (double)ism__estimate(&c, &s, (size_t)i) / MANY;
+        for (i = 0; i < MANY; i++) mean += (double)ism__estimate_effect(&c, &s, (size_t)i) / MANY;
         for (i = 0; i < 48 * 48; i++) {
             vec to = minus(v3(0, 0.03, 0), load(eye.p + 3 * i));
             double d2 = dot(to, to) + 1e-4 * (double)(c.extent * c.extent), e = to.y * to.y / (d2 * d2);

@@ -408,7 +408,7 @@ static void t13_texels_of_a_cube_fill_the_sphere(void **state)
     }
     CONFORM_MAX("T13", "solid angle of cubes of side 4 to 64, off 4 pi", 1e-5, worst);       /* sums of 24,576 floats */
     corner = sfield_cube_texel(64, 0, d);                             /* 0.19245 in the limit; here texel centres */
-    middle = sfield_cube_texel(64, sfield__texel(64, 0, 32, 32), d);
+    middle = sfield_cube_texel(64, sfield__texel_number(64, 0, 32, 32), d);
     assert_true(fabs((double)(corner / middle) - pow((1 + 2 * pow(63 / 64.0, 2)) / (1 + 2 / 4096.0), -1.5)) < 5e-4);
     assert_true(fabs(pow(3, -1.5) - 0.19245) < 1e-5);
 }
