@@ -1434,8 +1434,8 @@ static void ism_vpls_and_near_points_refuse_bad_arguments(void **state)
     BAD_IS(bad, v.axis[1], 0, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     BAD_IS(bad, v.exponent, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     BAD_IS(bad, v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
-    BAD_IS(bad, v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
-    BAD_IS(bad, v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.edge, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
+    BAD_IS(bad, v.edge, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     BAD_IS(bad, v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     BAD_IS(bad, v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     BAD_IS(bad, v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
@@ -1454,8 +1454,8 @@ static void ism_vpls_and_near_points_refuse_bad_arguments(void **state)
         BAD_IS(bad, p.normal[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
         BAD_IS(bad, p.flux[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
     }
-    BAD_IS(bad, p.side, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
-    BAD_IS(bad, p.side, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.edge, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.edge, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
     BAD_IS(bad, p.reach, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
     BAD_IS(bad, p.reach, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
     BAD_IS(bad, p.vpl, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
