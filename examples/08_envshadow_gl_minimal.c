@@ -93,13 +93,13 @@ static const char fragment[] =
 
 static uint32_t vertex_array;
 static int32_t  turn;                           /* location of that uniform */
-static float    world[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+static float    transform[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
 /* Everything that throws shadows, each object by one call for many lights. */
 static glbk_result draw(void *user, glbk_context *gl, glbk_envsh_maps *maps, uint32_t instances)
 {
     (void)user;
-    glbk_envsh_cast(gl, maps, world);
+    glbk_envsh_cast(gl, maps, transform);
     gl->gl.BindVertexArray(vertex_array);
     gl->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, 0, CORNERS, (int32_t)instances);
     return GLBK_OK;
@@ -117,10 +117,10 @@ static glbk_result frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *
     const envlt_light *list = envlt_get_lights(lights, &count);
     envsh_lights all = { count, list->direction, list->irradiance, list->axis_u, list->axis_v, sizeof *list };
     glbk_result result;
-    world[5] = world[10] = cosf(angle);
-    world[6] = sinf(angle);
-    world[9] = -world[6];
-    envsh_maps_begin(layout, &all, envsh_bounds_of(mesh, 1, world));
+    transform[5] = transform[10] = cosf(angle);
+    transform[6] = sinf(angle);
+    transform[9] = -transform[6];
+    envsh_maps_begin(layout, &all, envsh_bounds_of(mesh, 1, transform));
     views = envsh_views(layout, &count);
     result = glbk_envsh_maps_render(gl, maps, views, count, draw, NULL);
     gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: the maps have bound others */

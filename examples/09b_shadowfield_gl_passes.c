@@ -172,7 +172,7 @@ static glbk_result draw_gbuffer(stage *s, const float bowl_to_world[16])
     memset(&ground, 0, sizeof ground);
     for (int i = 0; i < 3; i++) ground.material.diffuse[i] = 0.8f;
     thing = ground;
-    memcpy(thing.world, bowl_to_world, sizeof thing.world);
+    memcpy(thing.transform, bowl_to_world, sizeof thing.transform);
     thing.material.diffuse[2] = 0.5f;
     thing.entity = 1;
     result = glbk_gbuffer_begin(&s->gl, &s->seen, clip, eye);
@@ -185,7 +185,7 @@ static glbk_result draw_gbuffer(stage *s, const float bowl_to_world[16])
     draw_bowl(s);
     /* The bowl once more, for its self-visibility. */
     result = glbk_sfield_self_begin(&s->gl, &s->renderer, &s->seen);
-    if (result == GLBK_OK) result = glbk_sfield_self_object(&s->gl, &s->renderer, thing.world);
+    if (result == GLBK_OK) result = glbk_sfield_self_object(&s->gl, &s->renderer, thing.transform);
     if (result == GLBK_OK) draw_bowl(s);
     return result;
 }

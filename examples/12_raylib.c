@@ -33,7 +33,7 @@ enum { WIDTH = 800, HEIGHT = 500, MAP = 128, MOST_MESHES = 64, SKY_WIDTH = 128, 
 
 typedef struct object {
     Mesh  mesh;
-    float world[16];                    /* column-major, as GL has it */
+    float transform[16];                /* column-major, as GL has it */
     float albedo[3];
     int   casts;
 } object;
@@ -50,7 +50,7 @@ static object *add_object(scene *s, Mesh mesh, float r, float g, float b)
     object *o = &s->objects[s->count++];
     memset(o, 0, sizeof *o);
     o->mesh = mesh;
-    o->world[0] = o->world[5] = o->world[10] = o->world[15] = 1;
+    o->transform[0] = o->transform[5] = o->transform[10] = o->transform[15] = 1;
     o->albedo[0] = r;
     o->albedo[1] = g;
     o->albedo[2] = b;
@@ -61,8 +61,8 @@ static object *add_object(scene *s, Mesh mesh, float r, float g, float b)
 static void place(object *o, float x, float y, float z, float scale, float angle)
 {
     float c = scale * cosf(angle), n = scale * sinf(angle);
-    const float world[16] = { c, 0, -n, 0, 0, scale, 0, 0, n, 0, c, 0, x, y, z, 1 };
-    memcpy(o->world, world, sizeof world);
+    const float transform[16] = { c, 0, -n, 0, 0, scale, 0, 0, n, 0, c, 0, x, y, z, 1 };
+    memcpy(o->transform, transform, sizeof transform);
 }
 
 static envsh_mesh mesh_of(const Mesh *m)
@@ -159,13 +159,13 @@ static envlt_lights *make_lights(uint32_t count)
 static const char vertex[] =
     "layout(location = 0) in vec3 vertex_position;\n"
     "layout(location = 2) in vec3 vertex_normal;\n"
-    "uniform mat4 world, view, projection;\n"
+    "uniform mat4 transform, view, projection;\n"
     "out vec3 place, normal;\n"
     "void main()\n"
     "{\n"
-    "    vec4 p = world * vec4(vertex_position, 1.0);\n"
+    "    vec4 p = transform * vec4(vertex_position, 1.0);\n"
     "    place = p.xyz;\n"
-    "    normal = mat3(world) * vertex_normal;           // a scale along all axes alike\n"
+    "    normal = mat3(transform) * vertex_normal;       // a scale along all axes alike\n"
     "    gl_Position = projection * (view * p);\n"
     "}\n";
 
@@ -186,7 +186,7 @@ typedef struct shadows {
     glbk_context    gl;
     glbk_envsh_maps maps;
     glbk_program    program;
-    int32_t         world, view, projection, albedo, eye;       /* locations */
+    int32_t         transform, view, projection, albedo, eye;   /* locations */
     envsh_maps     *layout;
     envlt_lights   *lights;
 } shadows;
@@ -207,7 +207,7 @@ static glbk_result draw_casters(void *user, glbk_context *gl, glbk_envsh_maps *m
     for (i = 0; i < s->count; i++) {
         glbk_result result;
         if (!s->objects[i].casts) continue;
-        result = glbk_envsh_cast(gl, maps, s->objects[i].world);
+        result = glbk_envsh_cast(gl, maps, s->objects[i].transform);
         if (result != GLBK_OK) return result;
         draw_mesh(gl, &s->objects[i].mesh, instances);
     }
@@ -217,7 +217,7 @@ static glbk_result draw_casters(void *user, glbk_context *gl, glbk_envsh_maps *m
 static glbk_result make_maps(shadows *g, scene *s)
 {
     envsh_mesh meshes[MOST_MESHES];
-    float worlds[MOST_MESHES][16];
+    float transforms[MOST_MESHES][16];
     envsh_lights all;
     const envsh_view *views;
     const envlt_light *list;
@@ -225,7 +225,7 @@ static glbk_result make_maps(shadows *g, scene *s)
     for (i = 0; i < s->count; i++) {
         if (!s->objects[i].casts) continue;
         meshes[casters] = mesh_of(&s->objects[i].mesh);
-        memcpy(worlds[casters++], s->objects[i].world, sizeof worlds[0]);
+        memcpy(transforms[casters++], s->objects[i].transform, sizeof transforms[0]);
     }
     list = envlt_get_lights(g->lights, &count);
     memset(&all, 0, sizeof all);
@@ -235,7 +235,7 @@ static glbk_result make_maps(shadows *g, scene *s)
     all.axes_u = list->axis_u;
     all.axes_v = list->axis_v;
     all.stride = sizeof *list;
-    if (envsh_maps_begin(g->layout, &all, envsh_bounds_of(meshes, casters, worlds[0])) != ENVSH_OK)
+    if (envsh_maps_begin(g->layout, &all, envsh_bounds_of(meshes, casters, transforms[0])) != ENVSH_OK)
         return GLBK_ERR_ARGUMENT;
     views = envsh_views(g->layout, &count);
     return glbk_envsh_maps_render(&g->gl, &g->maps, views, count, draw_casters, s);
@@ -273,7 +273,7 @@ static glbk_result light_objects(shadows *g, const scene *s, Vector3 from)
     gl->gl.Uniform4fv(g->eye, 1, eye);
     for (i = 0; i < s->count; i++) {
         memcpy(albedo, s->objects[i].albedo, sizeof s->objects[i].albedo);
-        gl->gl.UniformMatrix4fv(g->world, 1, 0, s->objects[i].world);
+        gl->gl.UniformMatrix4fv(g->transform, 1, 0, s->objects[i].transform);
         gl->gl.Uniform4fv(g->albedo, 1, albedo);
         draw_mesh(gl, &s->objects[i].mesh, 1);
     }
@@ -352,7 +352,7 @@ static int make_shadows(shadows *g, uint32_t lights)
     if (glbk_init(&g->gl, &desc) != GLBK_OK || glbk_envsh_maps_create(&g->gl, &maps, &g->maps) != GLBK_OK ||
         glbk_program_compile(&g->gl, &source, &g->program) != GLBK_OK)
         return 1;
-    g->world = g->gl.gl.GetUniformLocation(g->program.name, "world");
+    g->transform = g->gl.gl.GetUniformLocation(g->program.name, "transform");
     g->view = g->gl.gl.GetUniformLocation(g->program.name, "view");
     g->projection = g->gl.gl.GetUniformLocation(g->program.name, "projection");
     g->albedo = g->gl.gl.GetUniformLocation(g->program.name, "albedo");

@@ -118,13 +118,13 @@ static const char gbuffer_vertex[] =
     "layout(location = 0) in vec3 position;\n"
     "layout(location = 1) in vec3 normal;\n"
     "layout(location = 2) in vec3 color;\n"
-    "uniform mat4 world, to_clip;\n"
+    "uniform mat4 transform, to_clip;\n"
     "out vec3 facing, albedo;\n"
     "void main()\n"
     "{\n"
-    "    facing = mat3(world) * normal;\n"
+    "    facing = mat3(transform) * normal;\n"
     "    albedo = color;\n"
-    "    gl_Position = to_clip * (world * vec4(position, 1.0));\n"
+    "    gl_Position = to_clip * (transform * vec4(position, 1.0));\n"
     "}\n";
 static const char gbuffer_fragment[] =
     "#version 330 core\n"
@@ -212,18 +212,18 @@ static void draw_gbuffer(app *a)
     gl->ClearBufferfv(GLBK_GL_DEPTH, 0, &far_depth);
     gl->UseProgram(a->programs[GBUFFER]);
     gl->UniformMatrix4fv(uniform(a, GBUFFER, "to_clip"), 1, 0, a->to_clip);
-    gl->UniformMatrix4fv(uniform(a, GBUFFER, "world"), 1, 0, a->ring);
+    gl->UniformMatrix4fv(uniform(a, GBUFFER, "transform"), 1, 0, a->ring);
     gl->Uniform1i(uniform(a, GBUFFER, "object"), 1);
     draw(a, RING_AT, RING_INDICES);
-    gl->UniformMatrix4fv(uniform(a, GBUFFER, "world"), 1, 0, unit);
+    gl->UniformMatrix4fv(uniform(a, GBUFFER, "transform"), 1, 0, unit);
     gl->Uniform1i(uniform(a, GBUFFER, "object"), 0);
     draw(a, ROOM_AT, 18);
 }
 
 static void draw_glow(app *a, float x, float y, float z, float radius, const float color[4])
 {
-    const float world[16] = { radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, radius, 0, x, y, z, 1 };
-    a->gl.gl.UniformMatrix4fv(uniform(a, GLOW, "world"), 1, 0, world);
+    const float transform[16] = { radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, radius, 0, x, y, z, 1 };
+    a->gl.gl.UniformMatrix4fv(uniform(a, GLOW, "transform"), 1, 0, transform);
     a->gl.gl.Uniform4fv(uniform(a, GLOW, "glow"), 1, color);
     draw(a, BALL_AT, BALL_INDICES);
 }
@@ -318,10 +318,10 @@ static glbk_result light_of_sky(app *a)
     envsh_lights all = { count, list->direction, list->irradiance, list->axis_u, list->axis_v, sizeof *list };
     glbk_envsh_frame frame = { 0 };
     envsh_result fitted;
-    float worlds[2][16];
-    memcpy(worlds[0], a->ring, sizeof worlds[0]);
-    memcpy(worlds[1], unit, sizeof worlds[1]);
-    fitted = envsh_maps_begin(a->sky_layout, &all, envsh_bounds_of(casters, 2, worlds[0]));
+    float transforms[2][16];
+    memcpy(transforms[0], a->ring, sizeof transforms[0]);
+    memcpy(transforms[1], unit, sizeof transforms[1]);
+    fitted = envsh_maps_begin(a->sky_layout, &all, envsh_bounds_of(casters, 2, transforms[0]));
     if (fitted != ENVSH_OK) return fail("envshadow", envsh_result_text(fitted)), GLBK_ERR_INPUT;
     frame.views = envsh_views(a->sky_layout, &frame.view_count);
     frame.draw_fn = draw_casters;

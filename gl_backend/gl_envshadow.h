@@ -173,10 +173,10 @@ typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_en
    page, with rgba once for each of the four channels of a page, and on OpenGL ES that often for each column
    of tiles. With desc.check of the context it is called twice as often, and must draw the same each time. */
 
-GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float world[16]);
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float transform[16]);
 /* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
-   world    object to world, column by column; NULL = identity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LOST */
+   transform   object to world, column by column; NULL = identity
+   Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                         const glbk_gbuffer *gbuffer, const glbk_pass *pass,
@@ -358,7 +358,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, c
     X(vec4, disc, 32)               /* the taps on the unit disc, two in each */
 
 #define GLBK_ENVSH_OBJECT_MEMBERS(X)                                                                \
-    X(mat4, world, 1)               /* of a caster: object to world */                              \
+    X(mat4, transform, 1)           /* of a caster: object to world */                              \
     X(uint, first_light, 1)         /* the light of instance 0 */                                   \
     X(uint, light_step, 1)          /* from the light of an instance to that of the next */         \
     X(uint, level, 1)               /* the level of cells that are made */                          \
@@ -632,9 +632,9 @@ static const struct { char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[192]; char end; } glbk__glsl_lib_envsh_object_glsl = {
+static const struct { char s0[196]; char end; } glbk__glsl_lib_envsh_object_glsl = {
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
-    "mat4 world;\n"
+    "mat4 transform;\n"
     "uint first_light;\n"
     "uint light_step;\n"
     "uint level;\n"
@@ -906,12 +906,12 @@ static const struct { char s0[131]; char end; } glbk__glsl_prog_envsh_cast_frag 
     "}\n", 0
 };
 
-static const struct { char s0[140]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+static const struct { char s0[144]; char end; } glbk__glsl_prog_envsh_cast_vert = {
     "\n\n\nlayout(location=0)in vec3 position;\n"
     "out float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
-    "ENVSH_CAST((glbk_envsh_object.world*vec4(position,1.)).xyz)\n"
+    "ENVSH_CAST((glbk_envsh_object.transform*vec4(position,1.)).xyz)\n"
     "}\n", 0
 };
 
@@ -1331,16 +1331,16 @@ static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, con
     return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
 }
 
-GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float world[16])
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float transform[16])
 {
     const glbk_result result = glbk__require_created(ctx, __func__, "maps", m ? &m->object.name : NULL);
     glbk_envsh_object object;
     int i;
     if (result != GLBK_OK) return result;
     memset(&object, 0, sizeof object);
-    if (world) memcpy(object.world, world, sizeof object.world);
+    if (transform) memcpy(object.transform, transform, sizeof object.transform);
     else
-        for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
+        for (i = 0; i < 4; i++) object.transform[5 * i] = 1.0f;
     object.first_light = m->first;
     object.light_step = m->step;
     m->casts++;

@@ -213,7 +213,7 @@ struct glbk_gbuffer {               /* read only; zeroed = none */
 };
 
 typedef struct glbk_surface {       /* one object; all zero: black, Lambert, on no entity */
-    float          world[16];       /* object to world, column-major; all zero = identity */
+    float          transform[16];   /* object to world, column-major; all zero = identity */
     lsamp_material material;        /* its numbers are multiplied by the maps; the pointer lobes is not read,
                                        see first_lobe */
     uint32_t       first_lobe;      /* Lafortune: number of the first of material.lobe_count lobes in the
@@ -437,7 +437,7 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *functio
 
 /* One object that is drawn. */
 #define GLBK_GBUFFER_DRAWN_MEMBERS(X)                                                       \
-    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, transform, 1)           /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */                               \
     X(vec4, eye, 1)                 /* world; w is not used */                              \
     GLBK_GBUFFER_MATERIAL_MEMBERS(X)                                                        \
@@ -618,9 +618,9 @@ static const struct { char s0[533]; char end; } glbk__glsl_lib_gbuffer_bindings_
     "uniform usampler2D glbk_gbuffer_entity_in;\n", 0
 };
 
-static const struct { char s0[248]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
+static const struct { char s0[252]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
-    "mat4 world;\n"
+    "mat4 transform;\n"
     "mat4 clip;\n"
     "vec4 eye;\n"
     "vec4 diffuse;\n"
@@ -795,7 +795,7 @@ static const struct { char s0[1449]; char end; } glbk__glsl_prog_gbuffer_draw_fr
     "}\n", 0
 };
 
-static const struct { char s0[910]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
+static const struct { char s0[918]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
     "\n\n\n#ifndef GBUFFER_POSITION\n"
     "#define GBUFFER_POSITION 0\n"
     "#define GBUFFER_NORMAL 1\n"
@@ -824,8 +824,8 @@ static const struct { char s0[910]; char end; } glbk__glsl_prog_gbuffer_draw_ver
     "out vec4 glbk_along;\n"
     "\nvoid main()\n"
     "{\n"
-    "mat3 m=mat3(glbk_gbuffer_drawn.world);\n"
-    "glbk_place=(glbk_gbuffer_drawn.world*vec4(position,1.)).xyz;\n"
+    "mat3 m=mat3(glbk_gbuffer_drawn.transform);\n"
+    "glbk_place=(glbk_gbuffer_drawn.transform*vec4(position,1.)).xyz;\n"
     "glbk_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
     "glbk_along=vec4(m*tangent.xyz,tangent.w);\n"
     "glbk_uv=uv;\n"
@@ -1552,7 +1552,7 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
-    glbk__gbuffer_matrix(s->world, drawn.world);
+    glbk__gbuffer_matrix(s->transform, drawn.transform);
     memcpy(drawn.clip, g->world_to_clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);

@@ -217,9 +217,9 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *rende
                                      const glbk_surface *surface, uint32_t material);
 /* Sets the surface of the next object that a glbk_rsm_draw_fn draws. Only such a function may call it. The
    first error of such calls is also what glbk_rsm_map_draw returns.
-   surface   as for glbk_gbuffer_object. A map takes its world, its diffuse colour (of metal-rough ones times
-             1 - metallic), color_map, alpha and alpha_cutoff; alpha is that of the colour map at full size.
-             Sample the colour map with GLBK_SAMPLING_MIPMAPS, so that flux is filtered (section 6)
+   surface   as for glbk_gbuffer_object. A map takes its transform, its diffuse colour (of metal-rough ones
+             times 1 - metallic), color_map, alpha and alpha_cutoff; alpha is that of the colour map at full
+             size. Sample the colour map with GLBK_SAMPLING_MIPMAPS, so that flux is filtered (section 6)
    material  number of a Phong lobe of rsm_gather_desc.materials that its texels have, from 1; 0 = none
    Errors    GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_ORDER: the call does not come from a
              glbk_rsm_draw_fn */
@@ -476,7 +476,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     GLBK_RSM_TEST_MEMBERS(X)
 
 #define GLBK_RSM_OBJECT_MEMBERS(X)                                                                      \
-    X(mat4, world, 1)               /* object to world */                                               \
+    X(mat4, transform, 1)           /* object to world */                                               \
     X(mat4, clip, 1)                /* world to clip space of a face, or of the last frame */           \
     X(vec4, albedo, 1)              /* w is not used */                                                 \
     X(vec4, eye, 1)                 /* where the map is seen from; w = 0: a direction */
@@ -972,9 +972,9 @@ static const struct { char s0[1641]; char end; } glbk__glsl_lib_rsm_direct_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[234]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
+static const struct { char s0[238]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
     "\nlayout(std140)uniform glbk_rsm_drawn_block{\n"
-    "mat4 world;\n"
+    "mat4 transform;\n"
     "mat4 clip;\n"
     "vec4 albedo;\n"
     "vec4 eye;\n"
@@ -1720,7 +1720,7 @@ static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "}\n", 0
 };
 
-static const struct { char s0[398]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+static const struct { char s0[406]; char end; } glbk__glsl_prog_rsm_fill_vert = {
     "\n\nlayout(location=0)in vec3 position;\n"
     "layout(location=1)in vec3 normal;\n"
     "layout(location=2)in vec2 uv;\n"
@@ -1728,8 +1728,8 @@ static const struct { char s0[398]; char end; } glbk__glsl_prog_rsm_fill_vert = 
     "out vec2 rsm_uv;\n"
     "\nvoid main()\n"
     "{\n"
-    "mat3 m=mat3(glbk_rsm_drawn.world);\n"
-    "rsm_place=(glbk_rsm_drawn.world*vec4(position,1.)).xyz;\n"
+    "mat3 m=mat3(glbk_rsm_drawn.transform);\n"
+    "rsm_place=(glbk_rsm_drawn.transform*vec4(position,1.)).xyz;\n"
     "rsm_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
     "rsm_uv=uv;\n"
     "gl_Position=glbk_rsm_drawn.clip*vec4(rsm_place,1.);\n"
@@ -3293,9 +3293,9 @@ static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
     const lsamp_material *m = &s->material;
     const float share = m->kind == LSAMP_MATERIAL_METAL_ROUGH ? 1.0f - m->metallic : 1.0f;
     int i, zero = 1;
-    for (i = 0; i < 16; i++) zero = zero && !(fabsf(s->world[i]) > 0.0f);
-    memcpy(drawn->world, s->world, sizeof drawn->world);
-    if (zero) drawn->world[0] = drawn->world[5] = drawn->world[10] = drawn->world[15] = 1.0f;
+    for (i = 0; i < 16; i++) zero = zero && !(fabsf(s->transform[i]) > 0.0f);
+    memcpy(drawn->transform, s->transform, sizeof drawn->transform);
+    if (zero) drawn->transform[0] = drawn->transform[5] = drawn->transform[10] = drawn->transform[15] = 1.0f;
     for (i = 0; i < 3; i++) drawn->albedo[i] = m->diffuse[i] * share;
     drawn->alpha_cutoff = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
 }

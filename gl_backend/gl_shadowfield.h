@@ -282,7 +282,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    entity. Behind the draws of the G-buffer come these:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
-       glbk_sfield_self_object(gl, &renderer, surface.world);   // for each object with it, and your draw */
+       glbk_sfield_self_object(gl, &renderer, surface.transform);   // for each object, and your draw */
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                             const glbk_gbuffer *gbuffer);
@@ -293,12 +293,12 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
             G-buffer another size, or an attribute two places. Those of glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
-                                             const float world[16]);
+                                             const float transform[16]);
 /* Says which object the next draws are of: bind its vertex array and draw. The array has the position in the
    attribute of the G-buffer, and four coefficients each in the attributes from desc.self_attribute on.
-   world    that of its glbk_surface, so that depths are equal; zeros = identity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or renderer was not created. GLBK_ERR_MISMATCH: the renderer
-            has no desc.self. GLBK_ERR_ORDER: glbk_sfield_self_begin has not been called */
+   transform   that of its glbk_surface, so that depths are equal; zeros = identity
+   Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, or renderer was not created. GLBK_ERR_MISMATCH: the
+               renderer has no desc.self. GLBK_ERR_ORDER: glbk_sfield_self_begin has not been called */
 
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row,
                                              uint32_t row_count, const float *const *self);
@@ -480,7 +480,7 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
 
 /* This block has an object whose self-visibility is drawn. */
 #define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                       \
-    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, transform, 1)           /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */
 
 #ifndef GLBK_SFIELD_WITHOUT_BUILD
@@ -1166,9 +1166,9 @@ static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sf
     "}\n", 0
 };
 
-static const struct { char s0[94]; char end; } glbk__glsl_lib_sfield_object_glsl = {
+static const struct { char s0[98]; char end; } glbk__glsl_lib_sfield_object_glsl = {
     "\nlayout(std140)uniform glbk_sfield_object_block{\n"
-    "mat4 world;\n"
+    "mat4 transform;\n"
     "mat4 clip;\n"
     "}glbk_sfield_object;\n", 0
 };
@@ -1553,7 +1553,7 @@ static const struct { char s0[537]; char end; } glbk__glsl_prog_sfield_self_frag
     "}\n", 0
 };
 
-static const struct { char s0[674]; char end; } glbk__glsl_prog_sfield_self_vert = {
+static const struct { char s0[678]; char end; } glbk__glsl_prog_sfield_self_vert = {
     "\n\n\n#ifndef SFIELD_POSITION\n"
     "#define SFIELD_POSITION 0\n"
     "#define SFIELD_SELF0 4\n"
@@ -1570,7 +1570,7 @@ static const struct { char s0[674]; char end; } glbk__glsl_prog_sfield_self_vert
     "out vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec3 place=(glbk_sfield_object.world*vec4(position,1.)).xyz;\n"
+    "vec3 place=(glbk_sfield_object.transform*vec4(position,1.)).xyz;\n"
     "sfield_self0=self0;\n"
     "sfield_self1=self1;\n"
     "sfield_self2=self2;\n"
@@ -2582,7 +2582,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r,
-                                             const float world[16])
+                                             const float transform[16])
 {
     glbk_sfield_object object;
     glbk_result result;
@@ -2591,14 +2591,14 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!world) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
+    if (!transform) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "transform", "is NULL");
     if (!r->self_target.name)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer",
                             "was not begun: glbk_sfield_self_begin");
     memset(&object, 0, sizeof object);
-    memcpy(object.world, world, sizeof object.world);
-    for (i = 0; i < 16; i++) given = given || world[i] != 0;
-    for (i = 0; i < 16 && !given; i += 5) object.world[i] = 1;
+    memcpy(object.transform, transform, sizeof object.transform);
+    for (i = 0; i < 16; i++) given = given || transform[i] != 0;
+    for (i = 0; i < 16 && !given; i += 5) object.transform[i] = 1;
     memcpy(object.clip, r->world_to_clip, sizeof object.clip);
     return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
 }

@@ -38,7 +38,7 @@ BEGIN {
     # no kind of the struct.
     set_pairs("rows=rows clip_depth=clip_depth clip_y=clip_y light_kind=kind", named_after)
     # The matrices, by the way that they go. cohsm_view's and sfield_sh_rotation's go to pixels and nowhere.
-    split_into("transform transforms world_to_clip to_world world matrix before", matrices)
+    split_into("transform transforms world_to_clip to_world matrix before", matrices)
     # Counts without _count: orders and their like, times in frames, and bits, which are no elements.
     split_into("bands layers levels bytes passes units dimensions lazy_frames depth_bits flags phases remembers", bare)
     # Structs of arrays that are neither meshes nor receivers: pictures of a renderer, texels of a source.

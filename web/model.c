@@ -249,8 +249,8 @@ static void describe_surface(const pg_model *model, const pg_part *part, const p
     const ex_object *object = &model->scene.objects[part->object];
     const ex_material *material = &model->scene.materials[part->material];
     memset(out, 0, sizeof *out);
-    if (draw->world) multiply(draw->world, object->transform, out->world);
-    else memcpy(out->world, object->transform, sizeof out->world);
+    if (draw->transform) multiply(draw->transform, object->transform, out->transform);
+    else memcpy(out->transform, object->transform, sizeof out->transform);
     out->material.kind = LSAMP_MATERIAL_METAL_ROUGH;
     for (int k = 0; k < 3; k++) out->material.diffuse[k] = fminf(material->base_color[k], 1);
     out->material.metallic = material->metallic;

@@ -1,7 +1,7 @@
 /* product_draw.c - see product.h: the light of a frame.
 
    The sky stays where it is, and the scene and the camera turn the other way: to see a sky turn is the same, and the
-   table of its light need not be made anew. So "world" below is the space in which the sky rests. */
+   table of its light need not be made anew. So transforms below go to the space in which the sky rests. */
 #include "product.h"
 
 #include <math.h>
@@ -90,7 +90,7 @@ int pd_picture_sky(pd_picture *p, const ex_sky *sky, char *error)
 
 /* ---- a frame ---- */
 
-static glbk_result shade(pd_picture *p, const pg_model *model, uint32_t samples, const float world[16])
+static glbk_result shade(pd_picture *p, const pg_model *model, uint32_t samples, const float transform[16])
 {
     glbk_csm_use use;
     glbk_csm_frame_desc desc;
@@ -101,7 +101,7 @@ static glbk_result shade(pd_picture *p, const pg_model *model, uint32_t samples,
     memset(&desc, 0, sizeof desc);
     memset(&instance, 0, sizeof instance);
     memset(&pass, 0, sizeof pass);
-    memcpy(instance.transform, world, sizeof instance.transform);
+    memcpy(instance.transform, transform, sizeof instance.transform);
     instance.offset = p->offset;
     result = glbk_csm_maps_place(p->stage.gl, &p->maps, &instance, 1);
     use.start = p->sky_start;
@@ -127,13 +127,13 @@ int pd_picture_frame(pd_picture *p, const pg_model *model, const pg_view *view, 
                      int anew, char *error)
 {
     const float co = cosf(-sky_turn), si = sinf(-sky_turn);
-    const float world[16] = { co, 0, -si, 0, 0, 1, 0, 0, si, 0, co, 0, 0, 0, 0, 1 };
+    const float transform[16] = { co, 0, -si, 0, 0, 1, 0, 0, si, 0, co, 0, 0, 0, 0, 1 };
     glbk_result result;
     if (!p->maps.blocks.name || !p->lights.texels.name || !model->parts) return 0;
     if (anew) p->stage.frames = 0;
     pg_stage_look(&p->stage, model, view, -sky_turn);
-    result = pg_stage_draw(&p->stage, model, world, 0);
-    if (result == GLBK_OK) result = shade(p, model, samples, world);
+    result = pg_stage_draw(&p->stage, model, transform, 0);
+    if (result == GLBK_OK) result = shade(p, model, samples, transform);
     if (result == GLBK_OK) result = pg_stage_mix(&p->stage);
     if (result == GLBK_OK) result = pg_stage_show(&p->stage);
     return result == GLBK_OK ? 0 : pg_failed("a frame", result, error);

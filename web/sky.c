@@ -212,7 +212,7 @@ static glbk_result fit(pg_stage *stage)
 
 static glbk_result set_caster(void *user, glbk_context *gl, const glbk_surface *surface)
 {
-    return glbk_envsh_cast(gl, (glbk_envsh_maps *)user, surface->world);
+    return glbk_envsh_cast(gl, (glbk_envsh_maps *)user, surface->transform);
 }
 
 static glbk_result draw_casters(void *user, glbk_context *gl, glbk_envsh_maps *maps, uint32_t instances)

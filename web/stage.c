@@ -329,9 +329,9 @@ static glbk_result set_seen(void *user, glbk_context *gl, const glbk_surface *su
     return glbk_gbuffer_object(gl, &((pg_stage *)user)->seen, surface);
 }
 
-glbk_result pg_stage_draw(pg_stage *s, const pg_model *model, const float world[16], uint32_t first_entity)
+glbk_result pg_stage_draw(pg_stage *s, const pg_model *model, const float transform[16], uint32_t first_entity)
 {
-    const pg_draw draw = { world, set_seen, s, 0, 0, first_entity };
+    const pg_draw draw = { transform, set_seen, s, 0, 0, first_entity };
     const glbk_result result = glbk_gbuffer_begin(s->gl, &s->seen, s->camera.clip, s->camera.eye);
     return result == GLBK_OK ? pg_model_draw(model, s->gl, &draw) : result;
 }

@@ -39,12 +39,12 @@ int  pg_model_update(pg_model *model, glbk_context *gl, char *error);
 void pg_model_release(pg_model *model, glbk_context *gl);   /* what is on the GPU */
 void pg_model_free(pg_model *model, glbk_context *gl);      /* gl may be NULL where nothing was uploaded */
 
-/* Draws all triangles, part by part; set is called before each, with what is drawn. world: turns the scene, before
+/* Draws all triangles, part by part; set is called before each, with what is drawn. transform: turns the scene, before
    its own transforms. Its ground has plane 1; all other objects are entity 1. Or some objects are entities of their
    own: the first of these is entity 1, those before it are none. */
 typedef glbk_result (*pg_set_fn)(void *user, glbk_context *gl, const glbk_surface *surface);
 typedef struct pg_draw {
-    const float *world;             /* NULL = the identity */
+    const float *transform;         /* NULL = the identity */
     pg_set_fn    set;
     void        *user;
     uint32_t     instances;         /* of each part; 0 = one, not instanced */
@@ -116,7 +116,7 @@ int  pg_stage_resize(pg_stage *stage, uint32_t width, uint32_t height, char *err
 int  pg_stage_sky(pg_stage *stage, const ex_sky *sky, float **texels, uint32_t *width, uint32_t *height, char *error);
 /* Sets the camera: round a model, all of it turned about +Y by an angle. Still pictures become smooth by it. */
 void pg_stage_look(pg_stage *stage, const pg_model *model, const pg_view *view, float turn);
-glbk_result pg_stage_draw(pg_stage *stage, const pg_model *model, const float world[16], uint32_t first_entity);
+glbk_result pg_stage_draw(pg_stage *stage, const pg_model *model, const float transform[16], uint32_t first_entity);
 /* Adds the light to the mean, with the backdrop, and shows the mean in the window. */
 glbk_result pg_stage_mix(pg_stage *stage);
 glbk_result pg_stage_show(pg_stage *stage);

@@ -157,7 +157,7 @@ static void draw_run(rs_gl *g, const ex_object *object, const shape *s, const ru
     const ex_material *m = &g->scene->materials[object->material ? object->material - 1 : r->material];
     glbk_surface surface;
     memset(&surface, 0, sizeof surface);
-    memcpy(surface.world, object->transform, sizeof surface.world);
+    memcpy(surface.transform, object->transform, sizeof surface.transform);
     memcpy(surface.material.diffuse, m->base_color, sizeof surface.material.diffuse);
     if (m->base_texture >= 0 && s->uvs.name) {
         surface.color_map = &g->textures[m->base_texture];

@@ -56,10 +56,10 @@ typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_en
    page, with rgba once for each of the four channels of a page, and on OpenGL ES that often for each column
    of tiles. With desc.check of the context it is called twice as often, and must draw the same each time. */
 
-GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float world[16]);
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float transform[16]);
 /* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
-   world    object to world, column by column; NULL = identity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LOST */
+   transform   object to world, column by column; NULL = identity
+   Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, or the maps were not created. GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                         const glbk_gbuffer *gbuffer, const glbk_pass *pass,

@@ -29,7 +29,7 @@
     X(vec4, disc, 32)               /* the taps on the unit disc, two in each */
 
 #define GLBK_ENVSH_OBJECT_MEMBERS(X)                                                                \
-    X(mat4, world, 1)               /* of a caster: object to world */                              \
+    X(mat4, transform, 1)           /* of a caster: object to world */                              \
     X(uint, first_light, 1)         /* the light of instance 0 */                                   \
     X(uint, light_step, 1)          /* from the light of an instance to that of the next */         \
     X(uint, level, 1)               /* the level of cells that are made */                          \

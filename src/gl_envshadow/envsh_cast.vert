@@ -6,5 +6,5 @@ out float envsh_depth;
 
 void main()
 {
-    ENVSH_CAST((glbk_envsh_object.world * vec4(position, 1.0)).xyz)
+    ENVSH_CAST((glbk_envsh_object.transform * vec4(position, 1.0)).xyz)
 }

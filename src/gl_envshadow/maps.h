@@ -221,16 +221,16 @@ static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, con
     return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
 }
 
-GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float world[16])
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float transform[16])
 {
     const glbk_result result = glbk__require_created(ctx, __func__, "maps", m ? &m->object.name : NULL);
     glbk_envsh_object object;
     int i;
     if (result != GLBK_OK) return result;
     memset(&object, 0, sizeof object);
-    if (world) memcpy(object.world, world, sizeof object.world);
+    if (transform) memcpy(object.transform, transform, sizeof object.transform);
     else
-        for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
+        for (i = 0; i < 4; i++) object.transform[5 * i] = 1.0f;
     object.first_light = m->first;
     object.light_step = m->step;
     m->casts++;

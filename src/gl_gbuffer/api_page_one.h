@@ -108,7 +108,7 @@ struct glbk_gbuffer {               /* read only; zeroed = none */
 };
 
 typedef struct glbk_surface {       /* one object; all zero: black, Lambert, on no entity */
-    float          world[16];       /* object to world, column-major; all zero = identity */
+    float          transform[16];   /* object to world, column-major; all zero = identity */
     lsamp_material material;        /* its numbers are multiplied by the maps; the pointer lobes is not read,
                                        see first_lobe */
     uint32_t       first_lobe;      /* Lafortune: number of the first of material.lobe_count lobes in the

@@ -40,7 +40,7 @@
 
 /* One object that is drawn. */
 #define GLBK_GBUFFER_DRAWN_MEMBERS(X)                                                       \
-    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, transform, 1)           /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */                               \
     X(vec4, eye, 1)                 /* world; w is not used */                              \
     GLBK_GBUFFER_MATERIAL_MEMBERS(X)                                                        \

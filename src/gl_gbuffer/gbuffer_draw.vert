@@ -30,8 +30,8 @@ out vec4 glbk_along;
 
 void main()
 {
-    mat3 m = mat3(glbk_gbuffer_drawn.world);
-    glbk_place = (glbk_gbuffer_drawn.world * vec4(position, 1.0)).xyz;
+    mat3 m = mat3(glbk_gbuffer_drawn.transform);
+    glbk_place = (glbk_gbuffer_drawn.transform * vec4(position, 1.0)).xyz;
     glbk_facing = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;
     glbk_along = vec4(m * tangent.xyz, tangent.w);
     glbk_uv = uv;

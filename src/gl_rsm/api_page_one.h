@@ -58,9 +58,9 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *rende
                                      const glbk_surface *surface, uint32_t material);
 /* Sets the surface of the next object that a glbk_rsm_draw_fn draws. Only such a function may call it. The
    first error of such calls is also what glbk_rsm_map_draw returns.
-   surface   as for glbk_gbuffer_object. A map takes its world, its diffuse colour (of metal-rough ones times
-             1 - metallic), color_map, alpha and alpha_cutoff; alpha is that of the colour map at full size.
-             Sample the colour map with GLBK_SAMPLING_MIPMAPS, so that flux is filtered (section 6)
+   surface   as for glbk_gbuffer_object. A map takes its transform, its diffuse colour (of metal-rough ones
+             times 1 - metallic), color_map, alpha and alpha_cutoff; alpha is that of the colour map at full
+             size. Sample the colour map with GLBK_SAMPLING_MIPMAPS, so that flux is filtered (section 6)
    material  number of a Phong lobe of rsm_gather_desc.materials that its texels have, from 1; 0 = none
    Errors    GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_ORDER: the call does not come from a
              glbk_rsm_draw_fn */

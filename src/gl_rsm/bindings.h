@@ -104,7 +104,7 @@
     GLBK_RSM_TEST_MEMBERS(X)
 
 #define GLBK_RSM_OBJECT_MEMBERS(X)                                                                      \
-    X(mat4, world, 1)               /* object to world */                                               \
+    X(mat4, transform, 1)           /* object to world */                                               \
     X(mat4, clip, 1)                /* world to clip space of a face, or of the last frame */           \
     X(vec4, albedo, 1)              /* w is not used */                                                 \
     X(vec4, eye, 1)                 /* where the map is seen from; w = 0: a direction */

@@ -7,9 +7,9 @@ static void glbk__rsm_set_surface(glbk_rsm_drawn *drawn, const glbk_surface *s)
     const lsamp_material *m = &s->material;
     const float share = m->kind == LSAMP_MATERIAL_METAL_ROUGH ? 1.0f - m->metallic : 1.0f;
     int i, zero = 1;
-    for (i = 0; i < 16; i++) zero = zero && !(fabsf(s->world[i]) > 0.0f);
-    memcpy(drawn->world, s->world, sizeof drawn->world);
-    if (zero) drawn->world[0] = drawn->world[5] = drawn->world[10] = drawn->world[15] = 1.0f;
+    for (i = 0; i < 16; i++) zero = zero && !(fabsf(s->transform[i]) > 0.0f);
+    memcpy(drawn->transform, s->transform, sizeof drawn->transform);
+    if (zero) drawn->transform[0] = drawn->transform[5] = drawn->transform[10] = drawn->transform[15] = 1.0f;
     for (i = 0; i < 3; i++) drawn->albedo[i] = m->diffuse[i] * share;
     drawn->alpha_cutoff = s->alpha_cutoff / (s->alpha > 0.0f ? s->alpha : 1.0f);
 }

@@ -8,8 +8,8 @@ out vec2 rsm_uv;
 
 void main()
 {
-    mat3 m = mat3(glbk_rsm_drawn.world);
-    rsm_place = (glbk_rsm_drawn.world * vec4(position, 1.0)).xyz;
+    mat3 m = mat3(glbk_rsm_drawn.transform);
+    rsm_place = (glbk_rsm_drawn.transform * vec4(position, 1.0)).xyz;
     rsm_facing = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;
     rsm_uv = uv;
     gl_Position = glbk_rsm_drawn.clip * vec4(rsm_place, 1.0);

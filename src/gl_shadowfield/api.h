@@ -36,7 +36,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    entity. Behind the draws of the G-buffer come these:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
-       glbk_sfield_self_object(gl, &renderer, surface.world);   // for each object with it, and your draw */
+       glbk_sfield_self_object(gl, &renderer, surface.transform);   // for each object, and your draw */
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                             const glbk_gbuffer *gbuffer);
@@ -47,12 +47,12 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
             G-buffer another size, or an attribute two places. Those of glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
-                                             const float world[16]);
+                                             const float transform[16]);
 /* Says which object the next draws are of: bind its vertex array and draw. The array has the position in the
    attribute of the G-buffer, and four coefficients each in the attributes from desc.self_attribute on.
-   world    that of its glbk_surface, so that depths are equal; zeros = identity
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or renderer was not created. GLBK_ERR_MISMATCH: the renderer
-            has no desc.self. GLBK_ERR_ORDER: glbk_sfield_self_begin has not been called */
+   transform   that of its glbk_surface, so that depths are equal; zeros = identity
+   Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, or renderer was not created. GLBK_ERR_MISMATCH: the
+               renderer has no desc.self. GLBK_ERR_ORDER: glbk_sfield_self_begin has not been called */
 
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row,
                                              uint32_t row_count, const float *const *self);

@@ -31,7 +31,7 @@
 
 /* This block has an object whose self-visibility is drawn. */
 #define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                       \
-    X(mat4, world, 1)               /* object to world */                                   \
+    X(mat4, transform, 1)           /* object to world */                                   \
     X(mat4, clip, 1)                /* world to clip space */
 
 #ifndef GLBK_SFIELD_WITHOUT_BUILD

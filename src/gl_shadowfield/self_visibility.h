@@ -168,7 +168,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r,
-                                             const float world[16])
+                                             const float transform[16])
 {
     glbk_sfield_object object;
     glbk_result result;
@@ -177,14 +177,14 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
-    if (!world) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
+    if (!transform) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "transform", "is NULL");
     if (!r->self_target.name)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "renderer",
                             "was not begun: glbk_sfield_self_begin");
     memset(&object, 0, sizeof object);
-    memcpy(object.world, world, sizeof object.world);
-    for (i = 0; i < 16; i++) given = given || world[i] != 0;
-    for (i = 0; i < 16 && !given; i += 5) object.world[i] = 1;
+    memcpy(object.transform, transform, sizeof object.transform);
+    for (i = 0; i < 16; i++) given = given || transform[i] != 0;
+    for (i = 0; i < 16 && !given; i += 5) object.transform[i] = 1;
     memcpy(object.clip, r->world_to_clip, sizeof object.clip);
     return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
 }

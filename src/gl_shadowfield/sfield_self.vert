@@ -18,7 +18,7 @@ out vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;
 
 void main()
 {
-    vec3 place = (glbk_sfield_object.world * vec4(position, 1.0)).xyz; // computed as in gbuffer_draw.vert
+    vec3 place = (glbk_sfield_object.transform * vec4(position, 1.0)).xyz; // computed as in gbuffer_draw.vert
     sfield_self0 = self0;
     sfield_self1 = self1;
     sfield_self2 = self2;

@@ -108,7 +108,7 @@ static void draws_with_maps_and_resolves(void **state)
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r));
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &sizes, &seen));
     assert_glbk(t, glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &none));
-    memcpy(d.world, identity, sizeof identity);
+    memcpy(d.transform, identity, sizeof identity);
     memcpy(clip, identity, sizeof identity);
     clip[0] = 0.5f;                                       /* the middle half of the columns */
     d.material.kind = LSAMP_MATERIAL_LAMBERT;

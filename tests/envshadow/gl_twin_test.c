@@ -540,7 +540,7 @@ static const char checker_vertex[] =
     "void main()\n"
     "{\n"
     "    uint light = glbk_envsh_object.first_light + glbk_envsh_object.light_step * uint(gl_InstanceID);\n"
-    "    vec4 job = glbk_envsh_object.world[3];\n"
+    "    vec4 job = glbk_envsh_object.transform[3];\n"
     "    bool full = ((light & 1u) == 1u) != (job.y > 0.0 && light != uint(job.x));\n"
     "    ENVSH_CAST(full ? position : vec3(0.0))\n"
     "}\n";
@@ -852,7 +852,7 @@ static void masks_of_the_users_and_a_drawn_picture(void **state)
         things.vertices = 0;
         soup_quad(&things, ga, gu, gv);
         upload_soup(t, &things, &array, &buffer);
-        memcpy(s.world, identity, sizeof identity);
+        memcpy(s.transform, identity, sizeof identity);
         clip[0] = clip[15] = 1;
         clip[6] = 0.5f;
         clip[9] = -1;

@@ -95,7 +95,7 @@ static void far_normals_are_the_vertices_or_none(void **state)
     static uint32_t words[PIXELS][4];
     int normals, i, zero;
     memset(&d, 0, sizeof d);
-    set_matrices(d.world, clip);
+    set_matrices(d.transform, clip);
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &g));
     for (normals = 0; normals < 2; normals++) {
         square s = make_square(t, normals);

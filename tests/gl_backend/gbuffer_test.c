@@ -313,8 +313,8 @@ static void maps_and_holes_and_lobes(void **state)
     s.color_map = &color_map;
     s.gloss_map = &gloss_map;
     s.normal_map = &normal_map;
-    s.world[0] = s.world[5] = s.world[10] = s.world[15] = 1;
-    s.world[13] = 0.5f;                                     /* half a unit up */
+    s.transform[0] = s.transform[5] = s.transform[10] = s.transform[15] = 1;
+    s.transform[13] = 0.5f;                                     /* half a unit up */
     assert_glbk(t, glbk_gbuffer_begin(&t->gl, &g, clip, eye));
     draw_shape(t, &g, &ground, &s);
     assert_glbk(t, glbk_gbuffer_read(&t->gl, &g, 0, H, p));

@@ -131,7 +131,7 @@ static void run_csm(gl_test *t, turn *out)
     memset(&frame, 0, sizeof frame);
     memset(&use, 0, sizeof use);
     memset(&d, 0, sizeof d);
-    memcpy(d.world, unit, sizeof unit);
+    memcpy(d.transform, unit, sizeof unit);
     d.material.kind = LSAMP_MATERIAL_LAMBERT;
     d.material.diffuse[0] = 0.5f;
     use.start = x.csm.start;

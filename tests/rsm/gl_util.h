@@ -90,7 +90,7 @@ UNUSED_OK void scene_draw(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
         const rsm_mesh *m = &s->meshes[i];
         glbk_surface surface;
         memset(&surface, 0, sizeof surface);
-        if (m->transform) memcpy(surface.world, m->transform, sizeof surface.world);
+        if (m->transform) memcpy(surface.transform, m->transform, sizeof surface.transform);
         memcpy(surface.material.diffuse, m->albedo, sizeof surface.material.diffuse);
         surface.color_map = s->albedo_map;
         assert_int_equal(glbk_rsm_object(ctx, r, &surface, m->material), GLBK_OK);

@@ -522,9 +522,9 @@ static void drawn(gl_test *t, uint32_t recorded)
     clip[6] = -0.1f;
     clip[15] = 1;
     for (object = 0; object < 2; object++) {
-        for (k = 0; k < 3; k++) surface[object].world[5 * k] = object ? 0.5f : 1;
-        surface[object].world[13] = object ? 0.4f : 0;
-        surface[object].world[15] = 1;
+        for (k = 0; k < 3; k++) surface[object].transform[5 * k] = object ? 0.5f : 1;
+        surface[object].transform[13] = object ? 0.4f : 0;
+        surface[object].transform[15] = 1;
     }
     vertices = make_square(&t->gl, &buffer);
     assert_glbk(t, glbk_gbuffer_begin(&t->gl, &w.gbuffer, clip, eye));
@@ -535,7 +535,7 @@ static void drawn(gl_test *t, uint32_t recorded)
     }
     assert_glbk(t, glbk_sfield_self_begin(&t->gl, &w.renderer, &w.gbuffer));
     t->gl.gl.BindVertexArray(vertices);
-    assert_glbk(t, glbk_sfield_self_object(&t->gl, &w.renderer, surface[recorded].world));
+    assert_glbk(t, glbk_sfield_self_object(&t->gl, &w.renderer, surface[recorded].transform));
     t->gl.gl.DrawArrays(GLBK_GL_TRIANGLE_STRIP, 0, 4);
     assert_glbk(t, glbk_sfield_shade(&t->gl, &w.renderer, &w.gbuffer, &w.gl, NULL, 0));
     assert_glbk(t, glbk_sfield_read(&t->gl, &w.renderer, light[0], NULL));
