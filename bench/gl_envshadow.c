@@ -282,6 +282,7 @@ static int measure_model(const bn_options *options, const bn_model *model, int w
     /* The paper's Fig. 7: 64 lights, 8 a pass; 64 smoothed, 4 a pass; 192, 8 a pass. Then all of them at once. */
     setting few[] = { { 8, 0, { 0, 0 } }, { 4, 1, { 0, 0 } }, { 64, 3, { 0, 0 } } };
     setting many[] = { { 8, 0, { 0, 0 } }, { MOST_LIGHTS, 3, { 0, 0 } } };
+    glbk_envsh_renderer_desc picture;
     glbk_gbuffer_desc size;
     glbk_result result;
     rig r;
@@ -296,8 +297,10 @@ static int measure_model(const bn_options *options, const bn_model *model, int w
         size.width = options->full ? 1920 : 421;
         size.height = options->full ? 1080 : 711;
         result = glbk_gbuffer_create(&r.g.gl, &size, &r.seen);
+        picture.width = size.width;
+        picture.height = size.height;
         if (result == GLBK_OK)
-            result = glbk_envsh_renderer_create(&r.g.gl, size.width, size.height, &r.renderer);
+            result = glbk_envsh_renderer_create(&r.g.gl, &picture, &r.renderer);
         if (result == GLBK_OK)
             result = draw_gbuffer(&r);
         status = result == GLBK_OK ? make_views(&r, 64) : bn_gl_failed(result);

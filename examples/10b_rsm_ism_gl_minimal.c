@@ -234,12 +234,13 @@ static int make_light(app *a)
     const rsm_light spot = { RSM_LIGHT_SPOT, { 0.2f, 1.9f, 0.8f }, { -1, -0.5f, -0.5f }, { 0, 1, 0 }, { 25, 25, 25 }, 0,
                              0.35f, 0.05f, 10 };
     const glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 0, 0, 0 };
+    const glbk_ism_renderer_desc ism_size = { WIDTH, HEIGHT };
     ism_desc sizes = { 0 };
     sizes.vpl_count = VPLS;
     sizes.surfel_count = SURFELS;
     sizes.lazy_frames = LAZY;
     return ism_create(&sizes, &a->chosen) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
-           glbk_ism_renderer_create(&a->gl, WIDTH, HEIGHT, &a->ism) == GLBK_OK &&
+           glbk_ism_renderer_create(&a->gl, &ism_size, &a->ism) == GLBK_OK &&
            glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
            glbk_rsm_map_create(&a->gl, &spot, SIDE, &a->map) == GLBK_OK;
 }

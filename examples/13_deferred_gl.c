@@ -578,6 +578,7 @@ static glbk_result make_sky(app *a)
     static float rgb[3 * 64 * 32];
     envlt_map map = { ENVLT_PROJECTION_LATLONG, 64, 32, rgb, 0 };
     glbk_envsh_maps_desc maps = { SKY_LIGHTS, MAP, 0, 0, NULL, NULL };
+    const glbk_envsh_renderer_desc size = { WIDTH, HEIGHT };
     envsh_maps_desc layout = { 0 };
     envlt_desc desc = { 0 };
     envlt_result lit;
@@ -597,7 +598,7 @@ static glbk_result make_sky(app *a)
     laid = envsh_maps_create(&layout, SKY_LIGHTS, &a->sky_layout);
     if (laid != ENVSH_OK) return fail("envshadow", envsh_result_text(laid)), GLBK_ERR_INPUT;
     result = glbk_envsh_maps_create(&a->gl, &maps, &a->sky_maps);
-    return result == GLBK_OK ? glbk_envsh_renderer_create(&a->gl, WIDTH, HEIGHT, &a->envsh) : result;
+    return result == GLBK_OK ? glbk_envsh_renderer_create(&a->gl, &size, &a->envsh) : result;
 }
 
 /* The slots are set once. They are those of one part; each further part that the shader used would get an offset. */

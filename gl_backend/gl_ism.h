@@ -255,15 +255,18 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, 
 
 /* ---- complete passes ---- */
 
-GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+typedef struct glbk_ism_renderer_desc {
+    uint32_t width;                     /* pixels of the picture, 1 to ctx->max_side; both must be set */
+    uint32_t height;
+} glbk_ism_renderer_desc;
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *desc,
                                               glbk_ism_renderer *out);
 /* Makes a renderer for pictures of one size, which glbk_ism_renderer_free takes back.
-   width    pixels, 1 to ctx->max_side
-   height   pixels, 1 to ctx->max_side
    out      zeroed on errors
    Memory   on the GPU: 32 bytes for each pixel
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or height is
-            above ctx->max_side. Those of programs, textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT: width
+            or height is above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
@@ -3039,7 +3042,7 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
     return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *d,
                                               glbk_ism_renderer *out)
 {
     const char *blur;
@@ -3047,20 +3050,22 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     if (!ctx) return GLBK_ERR_ARGUMENT;
     if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
-    result = glbk__require_side(ctx, __func__, "width", width);
-    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    result = glbk__require(ctx, __func__, "desc", d);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
-    result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
+    out->width = d->width;
+    out->height = d->height;
+    result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
+                              &out->result_target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     out->compute = ctx->compute;
     blur = out->compute ? "ism_blur.comp" : "ism_blur.frag";
     if (result == GLBK_OK) result = glbk__gbuffer_program(ctx, glbk_ism_part(), blur, NULL, &out->blur);
     if (result == GLBK_OK)
         result = glbk__gbuffer_program(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
-    out->width = width;
-    out->height = height;
     if (result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
     return result;
 }

@@ -204,6 +204,7 @@ const pg_model *pg_scene_model(void) { return &room.model; }
 
 static glbk_result fit(pg_stage *stage)
 {
+    const glbk_ism_renderer_desc ism_size = { stage->width, stage->height };
     glbk_rsm_renderer_desc size;
     glbk_result result;
     if (room.rsm.width == stage->width && room.rsm.height == stage->height) return GLBK_OK;
@@ -212,7 +213,7 @@ static glbk_result fit(pg_stage *stage)
     size.width = stage->width;
     size.height = stage->height;
     result = glbk_rsm_renderer_create(stage->gl, &size, &room.rsm);
-    if (result == GLBK_OK) result = glbk_ism_renderer_create(stage->gl, stage->width, stage->height, &room.ism);
+    if (result == GLBK_OK) result = glbk_ism_renderer_create(stage->gl, &ism_size, &room.ism);
     return result;
 }
 

@@ -203,9 +203,10 @@ const pg_model *pg_scene_model(void) { return &sky.model; }
 
 static glbk_result fit(pg_stage *stage)
 {
+    const glbk_envsh_renderer_desc size = { stage->width, stage->height };
     if (sky.renderer.width == stage->width && sky.renderer.height == stage->height) return GLBK_OK;
     glbk_envsh_renderer_free(stage->gl, &sky.renderer);
-    return glbk_envsh_renderer_create(stage->gl, stage->width, stage->height, &sky.renderer);
+    return glbk_envsh_renderer_create(stage->gl, &size, &sky.renderer);
 }
 
 /* ---- a frame ---- */

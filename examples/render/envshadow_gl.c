@@ -84,6 +84,7 @@ static glbk_result draw(void *user, glbk_context *gl, glbk_envsh_maps *maps, uin
 /* The viewer's size changes. */
 static glbk_result fit_renderer(es_gl *g, const ex_gbuffer *b)
 {
+    const glbk_envsh_renderer_desc size = { b->width, b->height };
     glbk_gbuffer_desc desc;
     glbk_result result;
     float *picture;
@@ -99,7 +100,7 @@ static glbk_result fit_renderer(es_gl *g, const ex_gbuffer *b)
     glbk_envsh_renderer_free(g->gl, &g->renderer);
     glbk_gbuffer_free(g->gl, &g->seen);
     result = glbk_gbuffer_create(g->gl, &desc, &g->seen);
-    return result == GLBK_OK ? glbk_envsh_renderer_create(g->gl, b->width, b->height, &g->renderer) : result;
+    return result == GLBK_OK ? glbk_envsh_renderer_create(g->gl, &size, &g->renderer) : result;
 }
 
 static glbk_result upload_pixels(es_gl *g, const ex_gbuffer *b)

@@ -45,6 +45,7 @@ void im_gl_close(im_gl *g)
 /* Everything that has the picture's size. */
 static glbk_result open_picture(im_gl *g, uint32_t width, uint32_t height)
 {
+    const glbk_ism_renderer_desc size = { width, height };
     glbk_gbuffer_desc desc;
     glbk_result result;
     memset(&desc, 0, sizeof desc);
@@ -54,7 +55,7 @@ static glbk_result open_picture(im_gl *g, uint32_t width, uint32_t height)
     if (!g->texels)
         return GLBK_ERR_ALLOC;
     result = glbk_gbuffer_create(g->gl, &desc, &g->seen);
-    return result == GLBK_OK ? glbk_ism_renderer_create(g->gl, width, height, &g->renderer) : result;
+    return result == GLBK_OK ? glbk_ism_renderer_create(g->gl, &size, &g->renderer) : result;
 }
 
 im_gl *im_gl_open(const rd_job *job, int levels, char *error)

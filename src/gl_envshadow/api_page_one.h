@@ -15,6 +15,7 @@
 typedef struct glbk_envsh_maps glbk_envsh_maps;         /* the shadow maps of a frame: see below */
 typedef struct glbk_envsh_renderer glbk_envsh_renderer; /* the light of a picture: see there */
 struct glbk_envsh_maps_desc;        /* how many maps there are, and how large each is */
+struct glbk_envsh_renderer_desc;    /* how large the picture is */
 struct glbk_envsh_frame;            /* what a frame is lit by, and what casts shadows in it */
 
 GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const struct glbk_envsh_maps_desc *desc,
@@ -30,14 +31,14 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const struct glbk
             fragment is missing. GLBK_ERR_LIMIT: there would be more than ctx->max_layers or 1024 pages, or a
             tile is larger than ctx->max_side. Those of programs, textures and targets */
 
-GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx,
+                                                const struct glbk_envsh_renderer_desc *desc,
                                                 glbk_envsh_renderer *out);
 /* Makes a renderer for pictures of one size, which glbk_envsh_renderer_free takes back.
-   width, height   pixels, 1 to ctx->max_side
-   out             zeroed on errors
-   Memory          on the GPU: 32 bytes for each pixel, by compute 16
-   Errors          GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or
-                   height is above ctx->max_side. Those of programs, textures and targets */
+   out      zeroed on errors
+   Memory   on the GPU: 32 bytes for each pixel, by compute 16
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT: width
+            or height is above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                            const glbk_gbuffer *gbuffer, glbk_envsh_maps *maps,
@@ -72,6 +73,11 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
             G-buffer has another size. Those of glbk_begin */
 
 /* ---- structs of page one ---- */
+
+typedef struct glbk_envsh_renderer_desc {
+    uint32_t width;                     /* pixels of the picture, 1 to ctx->max_side; both must be set */
+    uint32_t height;
+} glbk_envsh_renderer_desc;
 
 typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about */
     uint32_t    capacity;       /* how many lights are held at once: all, or a cluster; 1..ENVSH_MAX_LIGHTS */

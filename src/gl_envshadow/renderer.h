@@ -1,6 +1,6 @@
 /* ---- envsh: the renderer ---- */
 
-GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_envsh_renderer_desc *d,
                                                 glbk_envsh_renderer *out)
 {
     glbk_texture_desc texture;
@@ -10,13 +10,14 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t widt
 
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
-    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
-    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", d);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
-    texture.width = out->width = width;
-    texture.height = out->height = height;
+    texture.width = out->width = d->width;
+    texture.height = out->height = d->height;
     texture.format = GLBK_FORMAT_COLOR;
     out->compute = ctx->compute;
     for (i = 0; i < (out->compute ? 1 : 2) && result == GLBK_OK; i++) {

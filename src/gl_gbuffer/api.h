@@ -59,8 +59,8 @@ GLBK__DEF glbk_result glbk__require(const glbk_context *ctx, const char *functio
 GLBK__DEF glbk_result glbk__require_created(const glbk_context *ctx, const char *function, const char *field,
                                             const uint32_t *name);
 
-/* Checks a width or height in pixels, 1 .. ctx->max_side: of too many GLBK_ERR_LIMIT comes, of none
-   GLBK_ERR_DESC or, if the field is a parameter ("width", not "desc.width"), GLBK_ERR_ARGUMENT. */
+/* Checks a width or height of a desc in pixels, 1 .. ctx->max_side: of too many GLBK_ERR_LIMIT comes, of
+   none GLBK_ERR_DESC. */
 GLBK__DEF glbk_result glbk__require_side(const glbk_context *ctx, const char *function, const char *field,
                                          uint32_t side);
 

@@ -18,9 +18,9 @@ GLBK__DEF glbk_result glbk__require_created(const glbk_context *ctx, const char 
 GLBK__DEF glbk_result glbk__require_side(const glbk_context *ctx, const char *function, const char *field,
                                          uint32_t side)
 {
-    const glbk_result none = strchr(field, '.') ? GLBK_ERR_DESC : GLBK_ERR_ARGUMENT;
+    const glbk_result result = side ? GLBK_ERR_LIMIT : GLBK_ERR_DESC;
     if (side && side <= ctx->max_side) return GLBK_OK;
-    return glbk__refuse_range(ctx, side ? GLBK_ERR_LIMIT : none, function, field, side, 1, ctx->max_side);
+    return glbk__refuse_range(ctx, result, function, field, side, 1, ctx->max_side);
 }
 
 GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char *function,

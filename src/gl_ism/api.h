@@ -26,15 +26,18 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, 
 
 /* ---- complete passes ---- */
 
-GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+typedef struct glbk_ism_renderer_desc {
+    uint32_t width;                     /* pixels of the picture, 1 to ctx->max_side; both must be set */
+    uint32_t height;
+} glbk_ism_renderer_desc;
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *desc,
                                               glbk_ism_renderer *out);
 /* Makes a renderer for pictures of one size, which glbk_ism_renderer_free takes back.
-   width    pixels, 1 to ctx->max_side
-   height   pixels, 1 to ctx->max_side
    out      zeroed on errors
    Memory   on the GPU: 32 bytes for each pixel
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or width or height is 0. GLBK_ERR_LIMIT: width or height is
-            above ctx->max_side. Those of programs, textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT: width
+            or height is above ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */

@@ -355,7 +355,7 @@ static lit_view make_view(gl_test *t, glbk_context *ctx, uint32_t wide, uint32_t
     d.width = wide;
     d.height = high;
     assert_glbk(t, glbk_gbuffer_create(ctx, &d, &v.seen));
-    assert_glbk(t, glbk_envsh_renderer_create(ctx, wide, high, &v.r));
+    assert_glbk(t, glbk_envsh_renderer_create(ctx, &(glbk_envsh_renderer_desc){ wide, high }, &v.r));
     return v;
 }
 
@@ -928,7 +928,7 @@ static void bad_arguments_are_named(void **state)
     assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_COMPILE);
     assert_non_null(strstr(t->log, "your text"));
     assert_int_equal(glbk_envsh_maps_create(NULL, &d, &m), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_envsh_renderer_create(&t->gl, 0, 4, &to.r), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 0, 4 }, &to.r), GLBK_ERR_DESC);
     m = make_maps(t, 3, 64, 0);
     to = make_view(t, &t->gl, WIDE, HIGH);
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, 4, draw_things, &r), GLBK_ERR_LIMIT);
@@ -1093,7 +1093,7 @@ static void failures_leave_nothing(void **state)
         fake.calls = 0;
         result = glbk_envsh_maps_create(&t->gl, &d, &m);
         if (result == GLBK_OK) result = glbk_gbuffer_create(&t->gl, &size, &to.seen);
-        if (result == GLBK_OK) result = glbk_envsh_renderer_create(&t->gl, 8, 8, &to.r);
+        if (result == GLBK_OK) result = glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 8, 8 }, &to.r);
         if (result == GLBK_OK) result = glbk_envsh_illuminate(&t->gl, &to.r, &to.seen, &m, &frame);
         glbk_envsh_maps_free(&t->gl, &m);
         free_view(&t->gl, &to);
@@ -1165,7 +1165,7 @@ static void a_lost_context_comes_out(void **state)
     glbk_abandon(&t->gl);
     assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &other), GLBK_ERR_LOST);
     assert_int_equal(other.atlas.name, 0);
-    assert_int_equal(glbk_envsh_renderer_create(&t->gl, 8, 8, &half.r), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 8, 8 }, &half.r), GLBK_ERR_LOST);
     assert_int_equal(glbk_envsh_bind(&t->gl, &m, &soft, NULL), GLBK_ERR_LOST);
     assert_int_equal(glbk_envsh_read(&t->gl, &to.r, out), GLBK_ERR_LOST);
     assert_int_equal(glbk_envsh_resolve(&t->gl, &to.r, &to.seen, &pass, NULL), GLBK_ERR_LOST);

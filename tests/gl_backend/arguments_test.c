@@ -892,10 +892,12 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     q.radius = -1;
     assert_glbk(t, glbk_envsh_bind(gl, &m, &q, NULL));
 
-    REFUSED(glbk_envsh_renderer_create(NULL, SIDE, SIDE, &r));
-    REFUSED(glbk_envsh_renderer_create(gl, SIDE, SIDE, NULL));
-    MAKES(r, glbk_envsh_renderer_create(gl, 0, SIDE, &r));
-    assert_glbk(t, glbk_envsh_renderer_create(gl, SIDE, SIDE, &r));
+    REFUSED(glbk_envsh_renderer_create(NULL, &(glbk_envsh_renderer_desc){ SIDE, SIDE }, &r));
+    REFUSED(glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ SIDE, SIDE }, NULL));
+    MAKES(r, glbk_envsh_renderer_create(gl, NULL, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ 0, SIDE }, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ SIDE, 0 }, &r));
+    assert_glbk(t, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ SIDE, SIDE }, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     size.width = SIDE - 1;
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &narrow));
@@ -1517,14 +1519,15 @@ static void ism_passes_refuse_bad_arguments(void **state)
     memset(&nothing, 0, sizeof nothing);
     memset(&open, 0, sizeof open);
     open.no_maps = 1;
-    REFUSED(glbk_ism_renderer_create(NULL, SIDE, SIDE, &r));
-    REFUSED(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL));
-    MAKES(r, glbk_ism_renderer_create(gl, 0, SIDE, &r));
-    MAKES(r, glbk_ism_renderer_create(gl, SIDE, 0, &r));
-    MAKES_IS(GLBK_ERR_LIMIT, r, glbk_ism_renderer_create(gl, SIDE, gl->max_side + 1, &r));
+    REFUSED(glbk_ism_renderer_create(NULL, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &r));
+    REFUSED(glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, NULL));
+    MAKES(r, glbk_ism_renderer_create(gl, NULL, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ 0, SIDE }, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, 0 }, &r));
+    MAKES_IS(GLBK_ERR_LIMIT, r, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, gl->max_side + 1 }, &r));
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
-    assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
+    assert_glbk(t, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));
     ERROR_IS(GLBK_ERR_ORDER, glbk_ism_shade(gl, &r, &seen, &m, NULL, 0));       /* the maps hold nothing yet */

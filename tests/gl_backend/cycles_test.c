@@ -142,7 +142,8 @@ static glbk_result make_envsh(gl_test *t)
     maps.map_side = 16;
     maps.rgba = 1;
     result = glbk_envsh_maps_create(&t->gl, &maps, &envsh.maps);
-    if (result == GLBK_OK) result = glbk_envsh_renderer_create(&t->gl, 4, 4, &envsh.renderer);
+    if (result == GLBK_OK)
+        result = glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 4, 4 }, &envsh.renderer);
     return result;
 }
 
@@ -203,7 +204,7 @@ static glbk_result make_ism(gl_test *t)
     maps.surfel_count = maps.tile_side = 8;
     result = glbk_ism_maps_create(&t->gl, &maps, &ism.maps);
     if (result == GLBK_OK) result = glbk_ism_mesh_upload(&t->gl, &ism.maps, &mesh);
-    if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, 4, 4, &ism.renderer);
+    if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ 4, 4 }, &ism.renderer);
     return result;
 }
 

@@ -115,7 +115,7 @@ static void make_objects(gl_test *t)
     assert_glbk(t, glbk_envsh_maps_create(gl, &e, &envsh));
     assert_glbk(t, glbk_rsm_renderer_create(gl, &r, &rsm));
     assert_glbk(t, glbk_ism_maps_create(gl, &i, &ism));
-    assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &ism_renderer));
+    assert_glbk(t, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &ism_renderer));
     assert_glbk(t, glbk_sfield_scene_create(gl, &s, &sfield));
 }
 
@@ -176,7 +176,7 @@ static glbk_result width_of_csm(void)
 static glbk_result width_of_envshadow(void)
 {
     glbk_envsh_renderer made;
-    return glbk_envsh_renderer_create(gl, width, SIDE, &made);
+    return glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ width, SIDE }, &made);
 }
 
 static glbk_result width_of_rsm(void)
@@ -190,7 +190,7 @@ static glbk_result width_of_rsm(void)
 static glbk_result width_of_ism(void)
 {
     glbk_ism_renderer made;
-    return glbk_ism_renderer_create(gl, width, SIDE, &made);
+    return glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ width, SIDE }, &made);
 }
 
 static glbk_result width_of_shadowfield(void)
@@ -219,21 +219,12 @@ static void a_width_above_that_of_the_context_is_a_limit_in_every_header(void **
     free_objects();
 }
 
-/* No width is a desc's fault where it stands in a desc, and an argument where it is a parameter. */
-static void no_width_is_a_desc_or_an_argument_by_where_it_stands(void **state)
+static void no_width_is_a_fault_of_the_desc_in_every_header(void **state)
 {
-    faulty_call descs[HEADERS], parameters[HEADERS];
-    int i;
     GL_TEST(t, state)
     make_objects(t);
-    for (i = 0; i < HEADERS; i++) {
-        const int parameter = i == ENVSHADOW || i == ISM;
-        descs[i] = parameter ? none : widths[i];
-        parameters[i] = parameter ? widths[i] : none;
-    }
     width = 0;
-    all_return(GLBK_ERR_DESC, descs);
-    all_return(GLBK_ERR_ARGUMENT, parameters);
+    all_return(GLBK_ERR_DESC, widths);
     free_objects();
 }
 
@@ -682,7 +673,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(a_width_above_that_of_the_context_is_a_limit_in_every_header),
-        gl_unit_test(no_width_is_a_desc_or_an_argument_by_where_it_stands),
+        gl_unit_test(no_width_is_a_fault_of_the_desc_in_every_header),
         gl_unit_test(a_pointer_that_is_missing_is_an_argument_in_every_header),
         gl_unit_test(an_object_that_was_not_created_is_an_argument_in_every_header),
         gl_unit_test(a_number_out_of_range_is_an_argument_in_every_header),

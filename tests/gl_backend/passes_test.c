@@ -234,7 +234,7 @@ static void make_envsh(gl_test *t)
     memset(&size, 0, sizeof size);
     size.width = size.height = SIDE;
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &x.envsh.seen));
-    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, SIDE, SIDE, &x.envsh.renderer));
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ SIDE, SIDE }, &x.envsh.renderer));
 }
 
 static glbk_result cast_room(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
@@ -384,7 +384,7 @@ static void make_ism(gl_test *t)
     assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &x.ism.maps, &mesh));
     assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &x.ism.maps, 0, surfels, POINTS));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &x.ism.maps, &lamp, 1, &info));
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &x.ism.renderer));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &x.ism.renderer));
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &x.ism.seen));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, &x.ism.seen, 0, SIDE, pixels));
 }

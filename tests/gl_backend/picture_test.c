@@ -82,7 +82,7 @@ static void make_envsh(gl_test *t, glbk_gbuffer *seen, glbk_envsh_renderer *r)
         pixels[i].position[2] = place_z(i);
     }
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, seen));
-    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, r));
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ WIDE, HIGH }, r));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, seen, 0, HIGH, pixels));
     put_light(t, &r->sums[r->now], light / (0.5f * 0.318309886f));
     r->begun = 1;
@@ -110,7 +110,7 @@ static void make_rsm(gl_test *t, glbk_rsm_renderer *r, glbk_gbuffer *seen)
 /* It lights the G-buffer of envsh. */
 static void make_ism(gl_test *t, glbk_ism_renderer *r)
 {
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDE, HIGH, r));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ WIDE, HIGH }, r));
     put_light(t, &r->result, light / (0.5f * 0.318309886f));
 }
 

@@ -137,7 +137,7 @@ static void envsh_resolves_into_any_view(void **state)
         for (k = 0; k < 3; k++) pixels[i].material.diffuse[k] = 0.5f;
     }
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &v.seen));
-    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, &v.r));
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ WIDE, HIGH }, &v.r));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, &v.seen, 0, HIGH, pixels));
     put(t, &v.r.sums[v.r.now], 0.5 * 0.318309886);
     v.r.begun = 1;
@@ -187,7 +187,7 @@ static void ism_resolves_into_any_view(void **state)
     int i, k;
     for (i = 0; i < TEXELS; i++)
         for (k = 0; k < 3; k++) pixels[i].normal[2] = 1, pixels[i].material.diffuse[k] = 0.5f;
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDE, HIGH, &r));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ WIDE, HIGH }, &r));
     assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &seen));
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, &seen, 0, HIGH, pixels));
     put(t, &r.result, 0.5 * 0.318309886);

@@ -337,7 +337,8 @@ static void make_pictures(gl_test *t, pair *p, pictures *made)
         normals[3 * i + 1] = i % 29 ? 1.0f : 0.0f;
     }
     for (int i = 0; i < 2; i++) {
-        assert_glbk(t, glbk_ism_renderer_create(&p->gl[i], WIDTH, HEIGHT, &made->renderer[i]));
+        assert_glbk(t, glbk_ism_renderer_create(&p->gl[i], &(glbk_ism_renderer_desc){ WIDTH, HEIGHT },
+                                                &made->renderer[i]));
         gl_see(&p->gl[i], WIDTH, HEIGHT, places, normals, NULL, &made->seen[i]);
         assert_int_equal(made->renderer[i].compute, i);
     }

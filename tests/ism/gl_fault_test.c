@@ -65,7 +65,7 @@ static glbk_result make(gl_test *t, scene *s)
     d.surfel_count = POINTS;
     d.near_point_count = 1;
     GL_THEN_SAME(t, result, glbk_ism_maps_create(&t->gl, &d, &s->maps));
-    GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer));
+    GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &s->renderer));
     GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
     GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
     GL_THEN_SAME(t, result, glbk_ism_surfels_upload(&t->gl, &s->maps, 0, s->surfels, POINTS));

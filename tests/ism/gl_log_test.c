@@ -302,7 +302,7 @@ static void a_wrong_shading_is_named(void **state)
     memset(&no_r, 0, sizeof no_r);
     memset(&nothing, 0, sizeof nothing);
     memset(&s, 0, sizeof s);
-    assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
+    assert_glbk(t, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &r));
     assert_glbk(t, glbk_gbuffer_create(gl, &full, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &wide, &across));
     assert_glbk(t, glbk_gbuffer_create(gl, &high, &up));
@@ -335,12 +335,14 @@ static void a_wrong_shading_is_named(void **state)
     SAYS(glbk_ism_resolve(gl, &r, &seen, NULL, NULL), GLBK_ERR_ARGUMENT, "glbk_ism_resolve: pass is NULL");
     SAYS(glbk_ism_read(gl, &r, NULL), GLBK_ERR_ARGUMENT, "glbk_ism_read: rgba is NULL");
     SAYS(glbk_ism_read(gl, NULL, rgba), GLBK_ERR_ARGUMENT, "glbk_ism_read: renderer is NULL");
-    SAYS(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL), GLBK_ERR_ARGUMENT, "glbk_ism_renderer_create: out is NULL");
+    SAYS(glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, NULL), GLBK_ERR_ARGUMENT,
+         "glbk_ism_renderer_create: out is NULL");
+    SAYS(glbk_ism_renderer_create(gl, NULL, &no_r), GLBK_ERR_ARGUMENT, "glbk_ism_renderer_create: desc is NULL");
     gl->max_side = 8;
-    SAYS(glbk_ism_renderer_create(gl, 0, SIDE, &no_r), GLBK_ERR_ARGUMENT,
-         "glbk_ism_renderer_create: width is 0; it must be 1..8");
-    SAYS(glbk_ism_renderer_create(gl, SIDE, 9, &no_r), GLBK_ERR_LIMIT,
-         "glbk_ism_renderer_create: height is 9; it must be 1..8");
+    SAYS(glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ 0, SIDE }, &no_r), GLBK_ERR_DESC,
+         "glbk_ism_renderer_create: desc.width is 0; it must be 1..8");
+    SAYS(glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, 9 }, &no_r), GLBK_ERR_LIMIT,
+         "glbk_ism_renderer_create: desc.height is 9; it must be 1..8");
     glbk_gbuffer_free(gl, &seen);
     glbk_gbuffer_free(gl, &across);
     glbk_gbuffer_free(gl, &up);

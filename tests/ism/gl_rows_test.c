@@ -110,7 +110,8 @@ static engine *engine_open(const ism_desc *desc, const ism_points *view)
     e->view = *view;
     assert_int_equal(ism_create(desc, &e->cpu), ISM_OK);
     assert_glbk(now, glbk_ism_maps_create(&now->gl, desc, &e->maps));
-    assert_glbk(now, glbk_ism_renderer_create(&now->gl, view->width, height_of(view), &e->renderer));
+    assert_glbk(now, glbk_ism_renderer_create(&now->gl, &(glbk_ism_renderer_desc){ view->width, height_of(view) },
+                                              &e->renderer));
     gl_see(&now->gl, view->width, height_of(view), view->positions, view->normals, NULL, &e->seen);
     return e;
 }

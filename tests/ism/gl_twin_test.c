@@ -209,7 +209,7 @@ static double difference(const float *a, const float *b, size_t count, double fl
 
 static void send_picture(gl_test *t, const stage *s, glbk_gbuffer *seen, glbk_ism_renderer *r)
 {
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDTH, HEIGHT, r));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ WIDTH, HEIGHT }, r));
     gl_see(&t->gl, WIDTH, HEIGHT, s->picture.p, s->picture.n, s->albedos, seen);
 }
 
@@ -485,7 +485,7 @@ static void nothing_is_dark_and_too_much_is_refused(void **state)
     d.tile_side = 64;
     d.lazy_frames = 1;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, 4, 4, &r));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ 4, 4 }, &r));
     gl_see(&t->gl, 4, 4, nothing, nothing, NULL, &seen);
     assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));                               /* no mesh, no VPLs: all far */
     assert_glbk(t, gl_read_atlas(&t->gl, &m, atlas));
