@@ -400,7 +400,7 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
         return bn_failed("gl_csm_build", "out of memory");
     o.views = views;
     upload_object(&r->gl, model, &o);
-    desc.map_side = m;
+    desc.maps = &d;
     desc.view_fn = view_of;
     desc.draw_fn = draw;
     desc.user = &o;

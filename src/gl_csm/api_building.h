@@ -23,16 +23,15 @@ typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, cons
 /* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
 
 typedef struct glbk_csm_builder_desc {
-    uint32_t         map_side;          /* M, pixels, 4..1024 */
-    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone builds it */
-    uint32_t         depth_bits;        /* as in cohsm_desc; 0 = 8 */
-    float            open_thickness;    /* as in cohsm_desc; 0 = 8 */
-    int              positional;        /* not 0: views are perspective, maps are of positions */
-    int              self_only;         /* as in cohsm_desc */
-    glbk_csm_view_fn view_fn;           /* required, like draw_fn */
-    glbk_csm_draw_fn draw_fn;
-    void            *user;              /* given to both */
-} glbk_csm_builder_desc;
+    const cohsm_desc *maps;             /* the desc that cohsm_builder_create gets; NULL = all defaults. The
+                                           builder keeps map_side, layers (COHSM_LAYERS_Z1Z3_SPHERE is refused:
+                                           csm.h alone builds it), depth_bits, open_thickness and self_only,
+                                           and whether domain is of positions. It draws whole views, also of
+                                           a shard */
+    glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
+    glbk_csm_draw_fn  draw_fn;
+    void             *user;             /* given to both */
+} glbk_csm_builder_desc;                /* maps is read until glbk_csm_builder_create returns */
 
 typedef struct glbk_csm_segment {       /* private: of one pixel */
     uint32_t first;                     /* the view that it begins with */
@@ -47,7 +46,15 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     uint32_t              drawn_from;   /* the first of them */
     uint32_t              next_view;    /* the first that is not compressed yet */
     uint32_t              passes;       /* runs of the shader that compresses */
-    glbk_csm_builder_desc desc;
+    uint32_t              map_side;     /* of the desc's maps, like the next five, without defaults */
+    uint32_t              depth_bits;
+    uint32_t              layer_count;
+    float                 open_thickness;
+    int                   positional;
+    int                   self_only;
+    glbk_csm_view_fn      view_fn;
+    glbk_csm_draw_fn      draw_fn;
+    void                 *user;
     glbk_program          first_layer;
     glbk_program          next_layer;
     glbk_program          compress;

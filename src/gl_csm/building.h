@@ -10,12 +10,7 @@ enum {
 /* Returns the greatest value of the grid of depths. */
 static uint32_t glbk__csm_top(const glbk_csm_builder *b)
 {
-    return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
-}
-
-static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
-{
-    return b->desc.layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+    return (1u << b->depth_bits) - 1u;
 }
 
 /* Makes the atlas of each layer. */
@@ -28,10 +23,10 @@ static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *
 
     memset(&texture, 0, sizeof texture);
     texture.format = GLBK_FORMAT_DEPTH32F;
-    texture.width = texture.height = b->tiles * b->desc.map_side;
+    texture.width = texture.height = b->tiles * b->map_side;
     result = glbk_texture_create(ctx, &texture, &b->depth);
     texture.format = GLBK_FORMAT_R32UI;
-    for (i = 0; i < glbk__csm_layer_count(b) && result == GLBK_OK; i++) {
+    for (i = 0; i < b->layer_count && result == GLBK_OK; i++) {
         memset(&target, 0, sizeof target);
         result = glbk_texture_create(ctx, &texture, &b->layers[i]);
         target.color[0] = &b->layers[i];
@@ -48,13 +43,13 @@ static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder 
     glbk_texture_desc texture;
     glbk_target_desc target;
     glbk_result result = GLBK_OK;
-    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    size_t pixels = (size_t)b->map_side * b->map_side;
     int i, k;
 
     if (b->compute) return glbk_buffer_create(ctx, 64 * pixels, NULL, &b->storage);
     memset(&texture, 0, sizeof texture);
     texture.format = GLBK_FORMAT_RGBA32UI;
-    texture.width = texture.height = b->desc.map_side;
+    texture.width = texture.height = b->map_side;
     for (i = 0; i < 3 && result == GLBK_OK; i++) result = glbk_texture_create(ctx, &texture, &b->records[i]);
     for (i = 0; i < 2 && result == GLBK_OK; i++) {
         memset(&target, 0, sizeof target);
@@ -69,7 +64,7 @@ static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder 
 /* Begins the open segment of every pixel anew: it may have all values of the grid, and has no view yet. */
 static void glbk__csm_open_all(glbk_csm_builder *b)
 {
-    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    size_t pixels = (size_t)b->map_side * b->map_side, i;
     memset(b->words, 0, 64 * pixels);
     for (i = 0; i < pixels; i++) {
         b->words[16 * i] = glbk__csm_top(b) << 8 | 65536u;
@@ -81,8 +76,8 @@ static void glbk__csm_open_all(glbk_csm_builder *b)
    which the first 4 are its open segment. */
 static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 {
-    const glbk_box whole = { 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1 };
-    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    const glbk_box whole = { 0, 0, 0, 0, b->map_side, b->map_side, 1 };
+    size_t pixels = (size_t)b->map_side * b->map_side, i;
     for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
     if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
     for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
@@ -92,7 +87,7 @@ static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
 /* Reads open segments and records back, 16 words a pixel on either path. */
 static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
 {
-    uint32_t m = b->desc.map_side, k;
+    uint32_t m = b->map_side, k;
     size_t pixels = (size_t)m * m, i;
     uint32_t *planes = b->words + 16 * pixels;
     glbk_result result = GLBK_OK;
@@ -129,26 +124,62 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
     return 1;
 }
 
-/* Checks the desc of a builder. */
-static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
+/* Returns whether a domain is of positions, whose views are perspective. */
+static int glbk__csm_is_positional(const cohsm_domain *d)
+{
+    const int directional = d->kind == COHSM_DOMAIN_DEFAULT || d->kind == COHSM_DOMAIN_LATLONG ||
+                            d->kind == COHSM_DOMAIN_OCTAHEDRAL;
+    if (d->kind == COHSM_DOMAIN_TABLE || d->kind == COHSM_DOMAIN_LIST)
+        return d->locations && d->locations[3] != 0;
+    return !directional;
+}
+
+/* Checks the desc of the maps that a builder is for, and takes over what it needs of it. */
+static glbk_result glbk__csm_take_maps(const glbk_context *ctx, const cohsm_desc *d, glbk_csm_builder *out)
 {
     static const char function[] = "glbk_csm_builder_create";
-    const glbk_result bad = GLBK_ERR_DESC, result = glbk__require(ctx, function, "desc", d);
-    if (result != GLBK_OK) return result;
-    if (d->map_side < 4 || d->map_side > 1024)
-        return glbk__refuse_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
+    const glbk_result bad = GLBK_ERR_DESC;
+    out->map_side = d->map_side ? d->map_side : 128;
+    out->depth_bits = d->depth_bits ? d->depth_bits : 8;
+    out->open_thickness = d->open_thickness > 0 ? d->open_thickness : 8.0f;
+    out->layer_count = d->layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+    out->positional = glbk__csm_is_positional(&d->domain);
+    out->self_only = d->self_only;
+    if (out->map_side < 4 || out->map_side > 1024)
+        return glbk__refuse_range(ctx, bad, function, "desc.maps->map_side", out->map_side, 4, 1024);
     if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        return glbk__refuse(ctx, bad, function, "desc.layers", "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+        return glbk__refuse(ctx, bad, function, "desc.maps->layers",
+                            "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
-        return glbk__refuse_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
-    if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
-        return glbk__refuse_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
+        return glbk__refuse_value(ctx, bad, function, "desc.maps->layers", (double)d->layers,
+                                  "a COHSM_LAYERS_...");
+    if (out->depth_bits < 4 || out->depth_bits > 8)
+        return glbk__refuse_value(ctx, bad, function, "desc.maps->depth_bits", d->depth_bits, "0 or 4..8");
     if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
-        return glbk__refuse_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness,
+        return glbk__refuse_value(ctx, bad, function, "desc.maps->open_thickness", (double)d->open_thickness,
                                   "0 or more, and finite");
+    return GLBK_OK;
+}
+
+/* Checks the desc of a builder, and takes over what it says. */
+static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d,
+                                          glbk_csm_builder *out)
+{
+    static const char function[] = "glbk_csm_builder_create";
+    const glbk_result bad = GLBK_ERR_DESC;
+    glbk_result result = glbk__require(ctx, function, "desc", d);
+    cohsm_desc defaults;
+
+    if (result != GLBK_OK) return result;
+    memset(&defaults, 0, sizeof defaults);
     if (!d->view_fn) return glbk__refuse(ctx, bad, function, "desc.view_fn", "is NULL");
     if (!d->draw_fn) return glbk__refuse(ctx, bad, function, "desc.draw_fn", "is NULL");
-    return GLBK_OK;
+    out->view_fn = d->view_fn;
+    out->draw_fn = d->draw_fn;
+    out->user = d->user;
+    result = glbk__csm_take_maps(ctx, d->maps ? d->maps : &defaults, out);
+    if (result != GLBK_OK) memset(out, 0, sizeof *out);
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
@@ -160,12 +191,11 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
 
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
-    if (result == GLBK_OK) result = glbk__csm_check_builder(ctx, d);
+    if (result == GLBK_OK) result = glbk__csm_take_builder(ctx, d, out);
     if (result != GLBK_OK) return result;
-    out->desc = *d;
-    pixels = (size_t)d->map_side * d->map_side;
+    pixels = (size_t)out->map_side * out->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
-    for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
+    for (out->tiles = 8; out->tiles * out->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
     out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists do */
     memory = glbk_csm__memory(ctx);
     out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
@@ -219,17 +249,17 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *b)
 /* Fills the uniform block of a batch, all but the camera. */
 static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
 {
-    float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_side;
+    const float m = (float)b->map_side;
     memset(out, 0, sizeof *out);
     out->clip_per_pixel = 2.0f / m;
-    out->open_thickness = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->open_thickness = b->open_thickness * (b->positional ? 2.0f : 65536.0f) / m;
     out->depth_top = glbk__csm_top(b);
-    out->side = b->desc.map_side;
+    out->side = b->map_side;
     out->tiles_across = b->tiles;
     out->view_count = views;
-    out->far_layer = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
-    out->positional = b->desc.positional != 0;
-    out->self_only = b->desc.self_only != 0;
+    out->far_layer = b->layer_count == 3;
+    out->positional = b->positional != 0;
+    out->self_only = b->self_only != 0;
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from,
@@ -247,14 +277,14 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
     if (!count || count > b->batch)
         return glbk__refuse_range(ctx, count ? GLBK_ERR_LIMIT : GLBK_ERR_ARGUMENT, __func__, "count", count,
                                   1, b->batch);
-    m = b->desc.map_side;
+    m = b->map_side;
     glbk__csm_fill_block(b, count, &block);
     memset(&pass, 0, sizeof pass);
     pass.depth = GLBK_DEPTH_LESS;
-    for (layer = 0; layer < glbk__csm_layer_count(b); layer++) {
+    for (layer = 0; layer < b->layer_count; layer++) {
         pass.target = &b->layer_targets[layer];
         for (i = 0; i < count; i++) {
-            b->desc.view_fn(b->desc.user, from + i, &view);
+            b->view_fn(b->user, from + i, &view);
             memcpy(block.view, view.matrix, sizeof block.view);
             block.depth_scale = view.depth_scale;
             result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
@@ -269,7 +299,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
                 glbk_clear_depth(ctx, 1);
             }
             if (layer) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer1, &b->layers[layer - 1]);
-            b->desc.draw_fn(b->desc.user, ctx);
+            b->draw_fn(b->user, ctx);
         }
     }
     b->drawn = count;
@@ -282,7 +312,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
 {
     glbk_pass pass;
     glbk_result result;
-    uint32_t i, groups = (b->desc.map_side + 7) / 8;
+    uint32_t i, groups = (b->map_side + 7) / 8;
 
     memset(&pass, 0, sizeof pass);
     pass.target = &b->targets[!b->now];
@@ -307,7 +337,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
 /* Keeps the segments that a run has ended. *left receives how many pixels are not through yet. */
 static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
 {
-    uint32_t pixels = b->desc.map_side * b->desc.map_side, p, i;
+    uint32_t pixels = b->map_side * b->map_side, p, i;
     glbk_result result = glbk__csm_read_state(ctx, b);
 
     *left = 0;
@@ -323,7 +353,7 @@ static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b
 /* Ends all open segments, as lists of csm.h do after 65,536 views. */
 static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
 {
-    uint32_t pixels = b->desc.map_side * b->desc.map_side, p;
+    uint32_t pixels = b->map_side * b->map_side, p;
     for (p = 0; p < pixels; p++)
         if (b->firsts[p] != b->next_view &&
             !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
@@ -381,14 +411,14 @@ static float glbk__csm_layer_depth(uint32_t d)
 static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
 {
     uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
-    int far_layers = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+    int far_layers = b->layer_count == 3;
 
     *z1 = *z2 = *z3 = GLBK__CSM_NONE;
     if (value & GLBK__CSM_EXACT) {              /* all layers in one place: an interval of that depth alone */
         *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
         return;
     }
-    if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
+    if (lo == top || (b->self_only && !lo && hi == top)) return;       /* nothing hit */
     *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
     if (hi == top) return;                      /* the interval has no end */
     *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
@@ -431,7 +461,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
     memory = glbk_csm__memory(ctx);
-    pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    pixels = (size_t)b->map_side * b->map_side;
     z = (float *)glbk_csm__alloc_array(&memory, 3 * pixels, sizeof *z);
     ends = (size_t *)glbk_csm__alloc_array(&memory, b->next_view, sizeof *ends);
     if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);

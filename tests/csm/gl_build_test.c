@@ -59,7 +59,7 @@ static void release(glbk_context *gl, object *o)
 /* The depths of one layer of a view that was drawn, the one with this number in its batch. */
 static void read_layer(gl_test *t, glbk_csm_builder *b, uint32_t number, uint32_t layer, float *depths)
 {
-    const uint32_t m = b->desc.map_side, x = number % b->tiles * m, y = number / b->tiles * m;
+    const uint32_t m = b->map_side, x = number % b->tiles * m, y = number / b->tiles * m;
     uint32_t *words = malloc((size_t)m * m * 16), i;
     assert_non_null(words);
     assert_glbk(t, glbk_target_read(&t->gl, &b->layer_targets[layer], 0, x, y, m, m, words));
@@ -96,12 +96,7 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
     o.views = cpu;
     upload(&t->gl, &mesh, &o);
     memset(&desc, 0, sizeof desc);
-    desc.map_side = d.map_side;
-    desc.layers = d.layers;
-    desc.depth_bits = d.depth_bits;
-    desc.open_thickness = d.open_thickness;
-    desc.positional = info.positional;
-    desc.self_only = d.self_only;
+    desc.maps = &d;
     desc.view_fn = view_of;
     desc.draw_fn = draw;
     desc.user = &o;

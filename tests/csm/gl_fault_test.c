@@ -158,6 +158,7 @@ static glbk_result make(gl_test *t, things *x)
     glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0 };
     glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
     glbk_csm_builder_desc builder;
+    cohsm_desc maps;
     glbk_pixel pixels[PIXELS];
     glbk_csm_block block;
     glbk_csm_frame_desc f;
@@ -170,13 +171,15 @@ static glbk_result make(gl_test *t, things *x)
     memset(x, 0, sizeof *x);
     memset(&lights, 0, sizeof lights);
     memset(&builder, 0, sizeof builder);
+    memset(&maps, 0, sizeof maps);
     fill_pixels(pixels);
     q = questions_of(words);
     block.data = cohsm_data(world.plate, &block.bytes);
     for (i = 0; i < 4; i++) x->plate.transform[5 * i] = 1;
     lights.lights = &light;
     lights.light_count = 1;
-    builder.map_side = MAP;
+    maps.map_side = MAP;
+    builder.maps = &maps;
     builder.view_fn = view_of;
     builder.draw_fn = draw_nothing;
     GL_THEN_SAME(t, r, glbk_csm_maps_create(&t->gl, &block, 1, 2, &x->plate.start, &x->maps));

@@ -756,25 +756,33 @@ static void csm_builders_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
-    glbk_csm_builder_desc d = { 4, COHSM_LAYERS_Z1Z3_FAR, 8, 8, 0, 0, flat_view, draw_nothing, NULL };
+    cohsm_desc maps;
+    const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL };
+    glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL };
     glbk_csm_builder b, none;
     uint32_t last = 99;
 
     memset(&none, 0, sizeof none);
+    memset(&maps, 0, sizeof maps);
+    maps.map_side = 4;
+    maps.layers = COHSM_LAYERS_Z1Z3_FAR;
     REFUSED(glbk_csm_builder_create(NULL, &d, &b));
     REFUSED(glbk_csm_builder_create(gl, &d, NULL));
     MAKES(b, glbk_csm_builder_create(gl, NULL, &b));
-    DESC_WRONG(b, d.map_side, 3, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.map_side, 1025, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.depth_bits, 3, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.depth_bits, 9, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.open_thickness, -1, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.open_thickness, INFINITY, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.map_side, 3, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.map_side, 1025, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.depth_bits, 3, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.depth_bits, 9, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.open_thickness, -1, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.open_thickness, INFINITY, glbk_csm_builder_create(gl, &d, &b));
     DESC_WRONG(b, d.view_fn, NULL, glbk_csm_builder_create(gl, &d, &b));
     DESC_WRONG(b, d.draw_fn, NULL, glbk_csm_builder_create(gl, &d, &b));
-    DESC_WRONG(b, d.layers, COHSM_LAYERS_Z1Z3_SPHERE, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.layers, COHSM_LAYERS_Z1Z3_SPHERE, glbk_csm_builder_create(gl, &d, &b));
     assert_non_null(strstr(t->log, "COHSM_LAYERS_Z1Z3_SPHERE"));
-    DESC_WRONG(b, d.layers, COHSM_LAYERS_COUNT, glbk_csm_builder_create(gl, &d, &b));
+    DESC_WRONG(b, maps.layers, COHSM_LAYERS_COUNT, glbk_csm_builder_create(gl, &d, &b));
+    assert_glbk(t, glbk_csm_builder_create(gl, &defaults, &b));
+    assert_int_equal(b.map_side, 128);
+    glbk_csm_builder_free(gl, &b);
     assert_glbk(t, glbk_csm_builder_create(gl, &d, &b));
     IS_EARLY(glbk_csm_builder_replay(gl, &b, refuse_second, &last));     /* no view yet */
     IS_EARLY(glbk_csm_builder_compress(gl, &b));                         /* nothing drawn */

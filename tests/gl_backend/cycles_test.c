@@ -48,6 +48,7 @@ static glbk_result make_csm(gl_test *t)
     lsamp_light_desc light;
     glbk_csm_lights_desc lights;
     glbk_csm_builder_desc builder;
+    cohsm_desc maps;
     glbk_result result;
     uint32_t start;
     memset(&csm, 0, sizeof csm);
@@ -55,13 +56,15 @@ static glbk_result make_csm(gl_test *t)
     memset(&lights, 0, sizeof lights);
     memset(&questions, 0, sizeof questions);
     memset(&builder, 0, sizeof builder);
+    memset(&maps, 0, sizeof maps);
     questions.count = 8;
     questions.positions = questions.lights = (const float *)(const void *)zeros;
     light.kind = LSAMP_LIGHT_SUN;
     light.direction[2] = 1;
     lights.lights = &light;
     lights.light_count = 1;
-    builder.map_side = 4;
+    maps.map_side = 4;
+    builder.maps = &maps;
     builder.view_fn = no_view;
     builder.draw_fn = no_draw;
     result = glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &csm.maps);
