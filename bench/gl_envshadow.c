@@ -177,12 +177,15 @@ static glbk_result try_setting(rig *r, setting *s, int is_first)
 {
     static const float radii[] = { 0, 2, 2, 12 };
     const envsh_query query = { (envsh_filter)(ENVSH_FILTER_PLAIN + s->filter), 16, radii[s->filter], 1, 1, 1, 0 };
+    envsh_maps_desc layout;
     glbk_envsh_maps_desc desc;
     glbk_envsh_maps maps;
     glbk_result result;
+    memset(&layout, 0, sizeof layout);
     memset(&desc, 0, sizeof desc);
+    layout.map_side = MAP_SIZE;
     desc.capacity = s->c;
-    desc.map_side = MAP_SIZE;
+    desc.maps = &layout;
     result = glbk_envsh_maps_create(&r->g.gl, &desc, &maps);
     for (int run = 0; run < 2 && result == GLBK_OK; run++) {    /* the first one warms up */
         times now;

@@ -597,7 +597,8 @@ static int make_sky(app *a)
     }
     desc.light_count = SKY_LIGHTS;
     fit.no_depth = 1;
-    fit.map_side = maps.map_side = 128;
+    fit.map_side = 128;
+    maps.maps = &fit;
     maps.capacity = SKY_LIGHTS;
     result = envlt_create(&desc, &map, &a->sky, NULL);
     if (result != ENVLT_OK) return failed("envlights", envlt_result_text(result));

@@ -343,7 +343,7 @@ static int make_shadows(shadows *g, uint32_t lights)
     desc.system.log = say;
     desc.get_proc_fn = get_proc;
     maps.capacity = lights;
-    maps.map_side = MAP;
+    maps.maps = &layout;
     source.vertex = vertex;
     source.fragment = fragment;
     source.uses = "envsh_light";

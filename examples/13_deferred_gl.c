@@ -577,9 +577,9 @@ static glbk_result make_sky(app *a)
 {
     static float rgb[3 * 64 * 32];
     envlt_map map = { ENVLT_PROJECTION_LATLONG, 64, 32, rgb, 0 };
-    glbk_envsh_maps_desc maps = { SKY_LIGHTS, MAP, 0, 0, NULL, NULL };
     const glbk_envsh_renderer_desc size = { WIDTH, HEIGHT };
     envsh_maps_desc layout = { 0 };
+    const glbk_envsh_maps_desc maps = { SKY_LIGHTS, &layout, NULL, NULL };
     envlt_desc desc = { 0 };
     envlt_result lit;
     envsh_result laid;

@@ -505,11 +505,11 @@ typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, cons
 /* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
 
 typedef struct glbk_csm_builder_desc {
-    const cohsm_desc *maps;             /* the desc that cohsm_builder_create gets; NULL = all defaults. The
-                                           builder keeps map_side, layers (COHSM_LAYERS_Z1Z3_SPHERE is refused:
-                                           csm.h alone builds it), depth_bits, open_thickness and self_only,
-                                           and whether domain is of positions. It draws whole views, also of
-                                           a shard */
+    const cohsm_desc *maps;             /* the desc that cohsm_builder_create gets; NULL = all defaults. Here
+                                           map_side, layers (COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone
+                                           builds it), depth_bits, open_thickness and self_only count, and
+                                           whether domain is of positions. Views are drawn whole, also for a
+                                           shard */
     glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
     glbk_csm_draw_fn  draw_fn;
     void             *user;             /* given to both */

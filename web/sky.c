@@ -178,8 +178,8 @@ static int load_sky(pg_stage *stage, char *error)
 
 int pg_scene_create(pg_stage *stage, char *error)
 {
-    const glbk_envsh_maps_desc desc = { LIGHTS, SIDE, 0, 0, NULL, NULL };
     envsh_maps_desc layout;
+    const glbk_envsh_maps_desc desc = { LIGHTS, &layout, NULL, NULL };
     glbk_result result;
     memset(&layout, 0, sizeof layout);
     layout.map_side = SIDE;

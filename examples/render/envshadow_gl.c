@@ -130,6 +130,7 @@ int es_gl_open(es_state *s, const rd_job *job, char *error)
 {
     es_gl *g = s->gl = calloc(1, sizeof *g);
     glbk_envsh_maps_desc desc;
+    envsh_maps_desc maps;
     glbk_result result;
     if (!g)
         return es_refuse("out of memory", error);
@@ -140,10 +141,12 @@ int es_gl_open(es_state *s, const rd_job *job, char *error)
         return es_refuse("out of memory", error);
     g->count = s->caster_count;
     memset(&desc, 0, sizeof desc);
+    memset(&maps, 0, sizeof maps);
     desc.capacity = s->cluster ? s->cluster : 1;
-    desc.map_side = s->atlas.map_side;
-    desc.guard = s->atlas.guard;
-    desc.rgba = (int)s->rgba;
+    desc.maps = &maps;
+    maps.map_side = s->atlas.map_side;
+    maps.guard = s->atlas.guard;
+    maps.rgba = (int)s->rgba;
     result = glbk_envsh_maps_create(g->gl, &desc, &g->maps);
     return result == GLBK_OK ? upload_all(s, 0, error) : gl_failed(result, error);
 }

@@ -80,15 +80,16 @@ typedef struct glbk_envsh_renderer_desc {
 } glbk_envsh_renderer_desc;
 
 typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about */
-    uint32_t    capacity;       /* how many lights are held at once: all, or a cluster; 1..ENVSH_MAX_LIGHTS */
-    uint32_t    map_side;       /* texels a side of a tile, 16..4096, as in envsh_maps_desc; 0 = 256 */
-    uint32_t    guard;          /* texels at each side of a tile that stay empty, 1..map_side / 4, the same
-                                   as there; 0 = 4 */
-    int         rgba;           /* not 0: four maps share a texel: fewer pages, four times the draws */
-    const char *vertex;         /* your own vertex shader for casters (skinning), written as
-                                   lib/envsh_cast.glsl says; NULL, like fragment = the library's */
-    const char *fragment;       /* your own fragment shader for them (alpha masks) */
-} glbk_envsh_maps_desc;
+    uint32_t               capacity;    /* how many lights are held at once: all, or a cluster;
+                                           1..ENVSH_MAX_LIGHTS */
+    const envsh_maps_desc *maps;        /* the desc that envsh_maps_create gets; NULL = all defaults. Here
+                                           map_side and guard count, and rgba: four maps share a texel, fewer
+                                           pages, four times the draws. Pages are as large as the GPU
+                                           allows */
+    const char            *vertex;      /* your own vertex shader for casters (skinning), written as
+                                           lib/envsh_cast.glsl says; NULL, like fragment = the library's */
+    const char            *fragment;    /* your own fragment shader for them (alpha masks) */
+} glbk_envsh_maps_desc;                 /* maps is read until glbk_envsh_maps_create returns */
 
 struct glbk_envsh_maps {                /* read only; zeroed = none */
     glbk_program cast;                  /* draws casters into the atlas */

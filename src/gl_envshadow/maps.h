@@ -102,13 +102,14 @@ static glbk_result glbk__envsh_check_desc(const glbk_context *ctx, const glbk_en
     if (d->vertex && !d->fragment)
         return glbk__refuse(ctx, bad, function, "desc.fragment", "is NULL, but desc.vertex is not");
     out->capacity = d->capacity;
-    out->map_side = d->map_side ? d->map_side : 256;
-    out->guard = d->guard ? d->guard : 4;
-    out->channel_count = d->rgba ? 4 : 1;
+    out->map_side = d->maps && d->maps->map_side ? d->maps->map_side : 256;
+    out->guard = d->maps && d->maps->guard ? d->maps->guard : 4;
+    out->channel_count = d->maps && d->maps->rgba ? 4 : 1;
     if (out->map_side < 16 || out->map_side > 4096)
-        return glbk__refuse_range(ctx, bad, function, "desc.map_side", out->map_side, 16, 4096);
+        return glbk__refuse_range(ctx, bad, function, "desc.maps->map_side", out->map_side, 16, 4096);
     if (out->guard > out->map_side / 4)
-        return glbk__refuse_range(ctx, bad, function, "desc.guard", out->guard, 1, out->map_side / 4);
+        return glbk__refuse_range(ctx, bad, function, "desc.maps->guard", out->guard, 1,
+                                  out->map_side / 4);
     return GLBK_OK;
 }
 
@@ -119,7 +120,7 @@ static glbk_result glbk__envsh_check_pages(const glbk_context *ctx, glbk_envsh_m
     const uint32_t most = ctx->max_layers < 1024 ? ctx->max_layers : 1024;
     glbk__envsh_lay_out(ctx, m);
     if (!m->page_count)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.map_side", m->map_side, 16,
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.maps->map_side", m->map_side, 16,
                                   ctx->max_side);
     if (m->page_count > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "pages for desc.capacity: their number",
@@ -421,10 +422,10 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     if (count > m->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0, m->capacity);
     if (count && !glbk__envsh_views_fit(m, views))
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "maps->map_side", m->map_side,
                                   "the map_side of the envsh_maps_desc that made the views");
     if (count && views->guard && views->guard != m->guard)
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "maps->guard", m->guard,
                                   "the guard of the envsh_maps_desc that made the views");
     m->count = 0;
     memset(&casting, 0, sizeof casting);

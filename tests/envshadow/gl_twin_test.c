@@ -124,8 +124,7 @@ static glbk_envsh_maps make_maps(gl_test *t, uint32_t capacity, uint32_t size, i
     glbk_envsh_maps m;
     memset(&d, 0, sizeof d);
     d.capacity = capacity;
-    d.map_side = size;
-    d.rgba = rgba;
+    d.maps = &(envsh_maps_desc){ .map_side = size, .rgba = rgba };
     assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
     return m;
 }
@@ -586,13 +585,12 @@ static void tiles_do_not_bleed(void **state)
     t->gl.gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * things.vertices), things.p, GLBK_GL_STATIC_DRAW);
     c.r = &r;
     for (rgba = 0; rgba < 2; rgba++) {
-        glbk_envsh_maps_desc d = { 0, 64, 0, 0, checker_vertex, checker_fragment };
+        const envsh_maps_desc layout = { .map_side = 64, .rgba = rgba };
+        const glbk_envsh_maps_desc d = { r.count, &layout, checker_vertex, checker_fragment };
         glbk_envsh_maps m;
         glbk_texture table;
         tool ask = make_tool(t, ask_text, "envsh_light",
                              rgba ? "ENVSH_RGBA=1 ENVSH_FILTER=3" : "ENVSH_RGBA=0 ENVSH_FILTER=3", WIDE, HIGH);
-        d.capacity = r.count;
-        d.rgba = rgba;
         assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
         assert_glbk(t, glbk__table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
         t->gl.gl.UseProgram(ask.program.name);
@@ -833,8 +831,7 @@ static void masks_of_the_users_and_a_drawn_picture(void **state)
         memset(&pass, 0, sizeof pass);
         memset(&above, 0, sizeof above);
         d.capacity = 1;
-        d.map_side = 64;
-        d.rgba = rgba;
+        d.maps = &(envsh_maps_desc){ .map_side = 64, .rgba = rgba };
         d.vertex = leaf_vertex;
         d.fragment = leaf_fragment;
         above.direction[1] = 1;
@@ -908,9 +905,11 @@ static void bad_arguments_are_named(void **state)
     envsh_query q = soft;
     glbk_envsh_maps large;
     glbk_envsh_frame frame;
-    static const glbk_envsh_maps_desc bad[] = { { 0, 64, 4, 0, NULL, NULL }, { 8193, 64, 4, 0, NULL, NULL },
-                                                { 4, 15, 0, 0, NULL, NULL }, { 4, 5000, 0, 0, NULL, NULL },
-                                                { 4, 64, 17, 0, NULL, NULL }, { 4, 64, 4, 0, leaf_vertex, NULL } };
+    static const envsh_maps_desc good = { .map_side = 64, .guard = 4 }, low = { .map_side = 15 },
+                                 high = { .map_side = 5000 }, wide = { .map_side = 64, .guard = 17 };
+    static const glbk_envsh_maps_desc bad[] = { { 0, &good, NULL, NULL }, { 8193, &good, NULL, NULL },
+                                                { 4, &low, NULL, NULL }, { 4, &high, NULL, NULL },
+                                                { 4, &wide, NULL, NULL }, { 4, &good, leaf_vertex, NULL } };
     size_t i;
     for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         assert_int_equal(glbk_envsh_maps_create(&t->gl, &bad[i], &m), GLBK_ERR_DESC);
@@ -918,12 +917,12 @@ static void bad_arguments_are_named(void **state)
     }
     d = bad[0];
     d.capacity = 8192;
-    d.map_side = 4096;
+    d.maps = &(envsh_maps_desc){ .map_side = 4096 };
     assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
     d.vertex = "void main() {";
     d.fragment = leaf_fragment;
     d.capacity = 1;
-    d.map_side = 64;
+    d.maps = &(envsh_maps_desc){ .map_side = 64 };
     t->expected_errors = ~0u;
     assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_COMPILE);
     assert_non_null(strstr(t->log, "your text"));
@@ -955,11 +954,10 @@ static void bad_arguments_are_named(void **state)
     glbk_envsh_maps_free(&t->gl, &large);
     memset(&d, 0, sizeof d);
     d.capacity = 3;
-    d.map_side = 64;
-    d.guard = 8;                                            /* they are of maps with a guard of 4 */
+    d.maps = &(envsh_maps_desc){ .map_side = 64, .guard = 8 };  /* they are of maps with a guard of 4 */
     assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &large));
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &large, r.views, 3, draw_things, &r), GLBK_ERR_MISMATCH);
-    assert_string_equal(t->log, "glbk_envsh_maps_render: desc.guard is 8; it must be the guard of the envsh_maps_desc "
+    assert_string_equal(t->log, "glbk_envsh_maps_render: maps->guard is 8; it must be the guard of the envsh_maps_desc "
                                 "that made the views");
     glbk_envsh_maps_free(&t->gl, &large);
     t->gl.check = 1;
@@ -1088,8 +1086,7 @@ static void failures_leave_nothing(void **state)
         memset(&size, 0, sizeof size);
         size.width = size.height = 8;
         d.capacity = 2;
-        d.map_side = 32;
-        d.rgba = 1;
+        d.maps = &(envsh_maps_desc){ .map_side = 32, .rgba = 1 };
         fake.calls = 0;
         result = glbk_envsh_maps_create(&t->gl, &d, &m);
         if (result == GLBK_OK) result = glbk_gbuffer_create(&t->gl, &size, &to.seen);
@@ -1159,7 +1156,7 @@ static void a_lost_context_comes_out(void **state)
     memset(&d, 0, sizeof d);
     pass.target = &c.target;
     d.capacity = 2;
-    d.map_side = 32;
+    d.maps = &(envsh_maps_desc){ .map_side = 32 };
     ctx = t->gl;
     memset(&t->gl.gl, 0, sizeof t->gl.gl);
     glbk_abandon(&t->gl);
@@ -1201,8 +1198,7 @@ static void watched_frame(gl_test *t, rig *r, int rgba, const glbk_target *scree
     memset(&s, 0, sizeof s);
     memset(&pass, 0, sizeof pass);
     d.capacity = 5;
-    d.map_side = 64;
-    d.rgba = rgba;
+    d.maps = &(envsh_maps_desc){ .map_side = 64, .rgba = rgba };
     pass.target = screen;
     s.material.diffuse[0] = 1;
     make_points(points);

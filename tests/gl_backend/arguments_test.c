@@ -829,7 +829,8 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     static float rgba[4 * SIDE * SIDE];
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
-    glbk_envsh_maps_desc d = { 2, 16, 2, 0, NULL, NULL };
+    envsh_maps_desc maps = { .map_side = 16, .guard = 2 };
+    glbk_envsh_maps_desc d = { 2, &maps, NULL, NULL };
     envsh_query q = { ENVSH_FILTER_PENUMBRA, 16, 4, 1, 1, 0, 0 };
     glbk_envsh_maps m, none = { 0 };
     glbk_envsh_renderer r, no_r = { 0 };
@@ -847,13 +848,13 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     DESC_WRONG(m, d.capacity, ENVSH_MAX_LIGHTS + 1, glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, d.vertex, "void main() { }\n", glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, d.fragment, "void main() { }\n", glbk_envsh_maps_create(gl, &d, &m));
-    DESC_WRONG(m, d.map_side, 15, glbk_envsh_maps_create(gl, &d, &m));
-    DESC_WRONG(m, d.map_side, 4097, glbk_envsh_maps_create(gl, &d, &m));
-    DESC_WRONG(m, d.guard, 5, glbk_envsh_maps_create(gl, &d, &m));
+    DESC_WRONG(m, maps.map_side, 15, glbk_envsh_maps_create(gl, &d, &m));
+    DESC_WRONG(m, maps.map_side, 4097, glbk_envsh_maps_create(gl, &d, &m));
+    DESC_WRONG(m, maps.guard, 5, glbk_envsh_maps_create(gl, &d, &m));
     {
         uint32_t most = gl->max_layers, side = gl->max_side;
         d.capacity = 512;
-        d.map_side = 1024;
+        maps.map_side = 1024;
         gl->max_side = 1024;                    /* a page for each tile */
         gl->max_layers = 256;
         ERROR_IS(GLBK_ERR_LIMIT, glbk_envsh_maps_create(gl, &d, &m));
@@ -865,7 +866,7 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
         gl->max_side = side;
         gl->max_layers = most;
         d.capacity = 2;
-        d.map_side = 16;
+        maps.map_side = 16;
     }
     assert_glbk(t, glbk_envsh_maps_create(gl, &d, &m));
     assert_glbk(t, glbk_envsh_maps_render(gl, &m, NULL, 0, cast_nothing, NULL));

@@ -137,13 +137,13 @@ static struct { glbk_envsh_maps maps; glbk_envsh_renderer renderer; } envsh;
 
 static glbk_result make_envsh(gl_test *t)
 {
+    const envsh_maps_desc layout = { .map_side = 16, .rgba = 1 };
     glbk_envsh_maps_desc maps;
     glbk_result result;
     memset(&envsh, 0, sizeof envsh);
     memset(&maps, 0, sizeof maps);
     maps.capacity = 2;
-    maps.map_side = 16;
-    maps.rgba = 1;
+    maps.maps = &layout;
     result = glbk_envsh_maps_create(&t->gl, &maps, &envsh.maps);
     if (result == GLBK_OK)
         result = glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 4, 4 }, &envsh.renderer);

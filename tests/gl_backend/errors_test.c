@@ -81,10 +81,11 @@ static ism_desc small_ism(void)
 
 static glbk_envsh_maps_desc small_envsh(void)
 {
+    static const envsh_maps_desc maps = { .map_side = 16 };
     glbk_envsh_maps_desc d;
     memset(&d, 0, sizeof d);
     d.capacity = 1;
-    d.map_side = 16;
+    d.maps = &maps;
     return d;
 }
 
@@ -324,9 +325,10 @@ static glbk_result field_of_csm(void)
 
 static glbk_result field_of_envshadow(void)
 {
+    const envsh_maps_desc maps = { .map_side = 16, .guard = 5 };
     glbk_envsh_maps_desc d = small_envsh();
     glbk_envsh_maps made;
-    d.guard = 5;
+    d.maps = &maps;
     return glbk_envsh_maps_create(gl, &d, &made);
 }
 

@@ -213,10 +213,10 @@ static void make_envsh(gl_test *t)
 {
     static float sky[3 * 16 * 8];
     const envlt_map map = { ENVLT_PROJECTION_LATLONG, 16, 8, sky, 0 };
-    const glbk_envsh_maps_desc maps = { LIGHTS, 32, 0, 0, NULL, NULL };
     const envsh_bounds bounds = { { -1, -1, -1 }, { 1, 1, 1 } };
     glbk_gbuffer_desc size;
     envsh_maps_desc layout;
+    const glbk_envsh_maps_desc maps = { LIGHTS, &layout, NULL, NULL };
     envlt_desc d;
     const envlt_light *list;
     uint32_t count, i;
