@@ -94,22 +94,22 @@
    From the paper to the code
 
      section 3.1  what a texel stores                      rsm_texel, rsm_map_texels            T34 T35
-     section 3.1  the intensity of a texel (figure 2)      rsm_gather_list              T29
+     section 3.1  the intensity of a texel (figure 2)      rsm_gather_list                      T29
      eq. (1)      irradiance from one texel, over pi here  rsm_gather, rsm_gather_list          T25 T28 T40
      section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30 T31 T33
      section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
      eq. (2)      the sum over texels                      rsm_gather                           T32 T42 T44
-     section 3.3  bounced light without shadows            rsm_gather; ism.h has them   -
+     section 3.3  bounced light without shadows            rsm_gather; ism.h has them           -
      section 3.3  a receiver's projection into the map     rsm_map_project                      T34
      eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26 T27 T36
      section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
      section 3.3  a Poisson pattern                        rsm_pattern (POISSON)                T25 T26 T36
      figure 4     the pattern and its weights              rsm_pattern_build                    T26
      section 4    interpolation where samples look alike   rsm_interpolate                      T39
-     figure 5     which pixels are not interpolated        rsm_interpolate              T39
+     figure 5     which pixels are not interpolated        rsm_interpolate                      T39
      section 4    direct light by the same map             rsm_direct                           T29
-     section 5    deferred shading, in passes              in gl_backend/gl_rsm.h       -
-     table 1      how many samples are taken (figure 7)    rsm_gather_desc (sample_count)  T25 T27
+     section 5    deferred shading, in passes              in gl_backend/gl_rsm.h               -
+     table 1      how many samples are taken (figure 7)    rsm_gather_desc (sample_count)       T25 T27
      section 6    textures are averaged over a texel       rsm_mesh (tap_side)                  -
      figure 6     ambient occlusion as a factor            rsm_points (open)                    -
      section 7    light gathered at vertices               rsm_gather                           T25
@@ -117,7 +117,7 @@
      section 7    reflectors that are not diffuse          rsm_material                         -
 
    The last column names the rows of docs/conformance.md that test a line; a - says that there is none. These
-   lines are held to sums by hand in tests/rsm (taps_of_a_texel, sums_agree, glossy).
+   lines are held to sums by hand in tests/rsm (taps_of_a_texel, every_pattern_sums_its_samples).
 
    docs/rsm.md says where the code departs from the paper, and why.
 

@@ -8,8 +8,8 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for complete passes.
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; and gl_gbuffer.h, for complete passes.
    - It chooses no lights. envlights.h does that, or you do. envshadow.h says where their maps lie and which
      matrices they are drawn with.
 
@@ -90,7 +90,7 @@
    Configuration
 
      GL_ENVSHADOW_IMPLEMENTATION   compiles the code, in one source file; the implementations of
-                                   gl_backend.h and gl_gbuffer.h may be compiled in another
+                                   gl_backend.h, gl_programs.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/envshadow.md.   State: docs/gl-state.md.
    Licence: end of file. */
@@ -334,7 +334,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, c
 
 /* ==== src/gl_envshadow/bindings.h ==== */
 
-/* ---- what the GLSL of this header declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL of this header declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ENVSH_TEXTURES(X)                                                                      \
     X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas, of depths */                          \

@@ -11,9 +11,9 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here. Materials are those of lightsampling.h,
-     whose implementation is not needed.
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; and gl_programs.h, which makes programs.
+     Materials are those of lightsampling.h, whose implementation is not needed.
    - It holds one sample and one surface a pixel: there is no transparency and no multisampling.
 
    Quick start
@@ -78,7 +78,8 @@
 
    Configuration
 
-     GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+     GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
+                                 gl_backend.h and gl_programs.h
 
    Layouts: docs/gpu-layouts.md. How to bring your own: docs/gbuffer.md. State: docs/gl-state.md.
    Licence: end of file. */
@@ -167,7 +168,7 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffe
             modulo 256, occlusion is clamped to 0..1
    Memory   64 bytes a pixel while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the G-buffer was not created, row_count is 0, or the rows
-            reach beyond height. GLBK_ERR_INPUT: a vector is neither unit nor 0 0 0, nor not finite.
+            reach beyond height. GLBK_ERR_INPUT: a finite vector is neither unit nor 0 0 0.
             GLBK_ERR_ALLOC */
 
 /* ---- structs of page one ---- */
@@ -395,7 +396,7 @@ GLBK__DEF glbk_result glbk__begin_picture(glbk_context *ctx, const char *functio
 
 /* ==== src/gl_gbuffer/bindings.h ==== */
 
-/* ---- gbuffer: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- gbuffer: what its GLSL declares; see "bindings" in gl_programs.h ---- */
 
 /* The four textures of the G-buffer, which are read; no technique uses these slots for anything else. */
 #define GLBK_GBUFFER_READ_TEXTURES(X)           \

@@ -9,8 +9,8 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; and gl_gbuffer.h, whose G-buffer is lit.
    - It chooses no VPLs and scatters no surfels: ism.h does.
 
    Quick start
@@ -126,7 +126,7 @@
    Configuration
 
      GL_ISM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
-                             gl_backend.h and gl_gbuffer.h may be compiled in another
+                             gl_backend.h, gl_programs.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.
    Licence: end of file. */
@@ -198,7 +198,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps
             lazy_frames must be those of maps->desc; in a struct of your own, for VPLs of your own, they may
             be 0
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_INPUT: a VPL that
-            ism_set_vpls refuses, a negative side or reach, a window that leaves nothing of a side, or a
+            ism_set_vpls refuses, a negative edge or reach, a window that leaves nothing of a side, or a
             radius of 0 beside a directional VPL. GLBK_ERR_LIMIT: count is above desc.vpl_count.
             GLBK_ERR_MISMATCH: info is of an ism_create with another desc. GLBK_ERR_ALLOC */
 
@@ -359,7 +359,7 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
 
 /* ==== src/gl_ism/bindings.h ==== */
 
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ISM_TABLES(X)                                                                              \
     X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \

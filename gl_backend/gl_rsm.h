@@ -10,8 +10,8 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; and gl_gbuffer.h, whose G-buffer is lit.
    - Bounced light has no shadows of its own: that of gl_ism.h has.
 
    Quick start
@@ -130,7 +130,7 @@
    Configuration
 
      GL_RSM_IMPLEMENTATION   compiles the code, in one source file; the implementations of
-                             gl_backend.h and gl_gbuffer.h may be compiled in another
+                             gl_backend.h, gl_programs.h and gl_gbuffer.h may be compiled in another
 
    Layouts: docs/gpu-layouts.md.   The technique: docs/rsm.md.   State: docs/gl-state.md.
    Licence: end of file. */
@@ -370,7 +370,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 
 /* ==== src/gl_rsm/bindings.h ==== */
 
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_RSM_MAP_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_rsm_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \

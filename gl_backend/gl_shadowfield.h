@@ -7,10 +7,10 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here; gl_gbuffer.h, which has what a camera
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; gl_gbuffer.h, which has what a camera
      sees; and shadowfield.h above it, whose fields and entities it takes and whose functions it calls. The
-     implementations of all three belong into some file of the program.
+     implementations of all of them belong into some file of the program.
    - It has fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
@@ -130,8 +130,8 @@
 
    Configuration
 
-     GL_SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code; other files may have that of
-                                     gl_backend.h, gl_gbuffer.h and shadowfield.h
+     GL_SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code; other files may have those of
+                                     gl_backend.h, gl_programs.h, gl_gbuffer.h and shadowfield.h
 
    Layouts: docs/gpu-layouts.md. The technique: docs/shadowfield.md. State: docs/gl-state.md.
    Licence: end of file. */
@@ -447,7 +447,7 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
 
 /* ==== src/gl_shadowfield/bindings.h ==== */
 
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 /* Programs that shade read the two tables, and self-visibility of a picture. */
 #define GLBK_SFIELD_SCENE_TEXTURES(X)                                                       \

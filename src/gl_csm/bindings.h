@@ -1,4 +1,4 @@
-/* ---- csm: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- csm: what its GLSL declares; see "bindings" in gl_programs.h ---- */
 
 /* Tables of blocks, lights and instances, and questions. */
 #define GLBK_CSM_SCENE_TEXTURES(X)              \

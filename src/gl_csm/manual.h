@@ -8,9 +8,9 @@
 
    What it does not do
 
-   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the
-     context object, programs, textures and targets, and whose conventions, errors and rules about GL's state
-     hold here.
+   - It needs gl_gbuffer.h beside it, which holds what the renderer shades; gl_programs.h, which makes
+     programs; and gl_backend.h, which makes the context object, textures and targets, and whose conventions,
+     errors and rules about GL's state hold here.
    - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and
      lights and materials are those of lightsampling.h. Both headers are included; their implementations are
      not needed.
@@ -104,7 +104,7 @@
    Configuration
 
      GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
-                             gl_backend.h and gl_gbuffer.h
+                             gl_backend.h, gl_programs.h and gl_gbuffer.h
 
    Layouts: docs/gpu-layouts.md. The technique: docs/csm.md. State: docs/gl-state.md. Licence: end of file. */
 /* These stand outside the guard, because a second inclusion of this file may ask for their implementations.

@@ -1,4 +1,4 @@
-/* ---- what the GLSL of this header declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL of this header declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ENVSH_TEXTURES(X)                                                                      \
     X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas, of depths */                          \

@@ -62,7 +62,7 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffe
             modulo 256, occlusion is clamped to 0..1
    Memory   64 bytes a pixel while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the G-buffer was not created, row_count is 0, or the rows
-            reach beyond height. GLBK_ERR_INPUT: a vector is neither unit nor 0 0 0, nor not finite.
+            reach beyond height. GLBK_ERR_INPUT: a finite vector is neither unit nor 0 0 0.
             GLBK_ERR_ALLOC */
 
 /* ---- structs of page one ---- */

@@ -1,4 +1,4 @@
-/* ---- gbuffer: what its GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- gbuffer: what its GLSL declares; see "bindings" in gl_programs.h ---- */
 
 /* The four textures of the G-buffer, which are read; no technique uses these slots for anything else. */
 #define GLBK_GBUFFER_READ_TEXTURES(X)           \

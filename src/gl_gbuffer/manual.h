@@ -11,9 +11,9 @@
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
-     whose conventions, errors and rules about GL's state hold here. Materials are those of lightsampling.h,
-     whose implementation is not needed.
+   - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; and gl_programs.h, which makes programs.
+     Materials are those of lightsampling.h, whose implementation is not needed.
    - It holds one sample and one surface a pixel: there is no transparency and no multisampling.
 
    Quick start
@@ -78,7 +78,8 @@
 
    Configuration
 
-     GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+     GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have those of
+                                 gl_backend.h and gl_programs.h
 
    Layouts: docs/gpu-layouts.md. How to bring your own: docs/gbuffer.md. State: docs/gl-state.md.
    Licence: end of file. */

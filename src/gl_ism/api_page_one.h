@@ -44,7 +44,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps
             lazy_frames must be those of maps->desc; in a struct of your own, for VPLs of your own, they may
             be 0
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_INPUT: a VPL that
-            ism_set_vpls refuses, a negative side or reach, a window that leaves nothing of a side, or a
+            ism_set_vpls refuses, a negative edge or reach, a window that leaves nothing of a side, or a
             radius of 0 beside a directional VPL. GLBK_ERR_LIMIT: count is above desc.vpl_count.
             GLBK_ERR_MISMATCH: info is of an ism_create with another desc. GLBK_ERR_ALLOC */
 

@@ -1,4 +1,4 @@
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ISM_TABLES(X)                                                                              \
     X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \

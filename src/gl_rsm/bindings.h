@@ -1,4 +1,4 @@
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_RSM_MAP_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_rsm_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \

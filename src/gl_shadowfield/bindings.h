@@ -1,4 +1,4 @@
-/* ---- what the GLSL declares; see "bindings" in gl_backend.h ---- */
+/* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 /* Programs that shade read the two tables, and self-visibility of a picture. */
 #define GLBK_SFIELD_SCENE_TEXTURES(X)                                                       \
