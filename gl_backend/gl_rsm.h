@@ -11,7 +11,8 @@
    What it does not do
 
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; and gl_gbuffer.h, whose G-buffer is lit.
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
+     and gl_gbuffer.h, whose G-buffer is lit.
    - Bounced light has no shadows of its own: that of gl_ism.h has.
 
    Quick start

@@ -9,7 +9,8 @@
    What it does not do
 
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs; and gl_gbuffer.h, for complete passes.
+     conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
+     and gl_gbuffer.h, for complete passes.
    - It chooses no lights. envlights.h does that, or you do. envshadow.h says where their maps lie and which
      matrices they are drawn with.
 
