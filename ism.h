@@ -754,7 +754,8 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
 /* ism_map_direction goes from a place in the unit square to a unit direction about +z; ism_map_coordinates
    goes back and returns 1. ism_map_coordinates returns 0, with uv untouched, for directions at or below the
    horizon (z <= 0). Corners of the PARABOLOID's square give directions below the horizon.
-   exponent  of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
+   Nothing is checked: pointers must not be NULL.
+   exponent  0..1e5, of the VPL's lobe; read with ISM_PROJECTION_LOBE alone */
 
 #ifndef ISM_WITHOUT_WINDOWS
 ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
@@ -764,7 +765,8 @@ ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const
    the map is linear below, in and above the window. Results are clamped to 0..1.
    window   ism_vpl.window: how many 64ths of the square lie below the window in u and in v, and above the
             window in u and in v, six bits each from the lowest on; 0 = the tile shows the square evenly
-   rim      desc.window_rim, or its default if it is 0 */
+   rim      desc.window_rim, or its default if it is 0
+   Pointers must not be NULL, and tile_side and rim be those of the maps: neither is checked. */
 #endif
 
 #ifdef __cplusplus

@@ -275,7 +275,8 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const flo
              NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
              Each texel is one radiance over its exact solid angle
    to_world  a rotation from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
+   Errors    SFIELD_ERR_ARGUMENT (scene is NULL, which leaves no log; width or height is out of range),
+             SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */
@@ -527,8 +528,9 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
                                       const sfield_system *system, sfield_field **out);
 /* Joins the shards of one field, given in the order of their shells, from the first shell to the last. The
    bytes are those of the whole build. system may be NULL.
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_MISMATCH (these are not the shards of
-            one field), SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
+   Errors   SFIELD_ERR_ARGUMENT (a pointer is NULL, or count is 0), SFIELD_ERR_DESC (allocator),
+            SFIELD_ERR_MISMATCH (these are not the shards of one field), SFIELD_ERR_LIMIT (more wavelets than
+            one field has), SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
 #endif
 
 typedef enum sfield_kind {          /* what a field holds */
@@ -600,7 +602,8 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfiel
                                      sfield_field **out);
 /* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
    number in the file is checked. system may be NULL.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION,
+   Errors  SFIELD_ERR_ARGUMENT (data or out is NULL), SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT (not a
+           file of this header, or a damaged one), SFIELD_ERR_VERSION (a file of an unknown version),
            SFIELD_ERR_MISMATCH (wavelets, in a header joined without them), SFIELD_ERR_ALLOC,
            SFIELD_ERR_CANCELLED */
 
@@ -683,7 +686,8 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    Memory   from the scene's allocator, for each point and light: 4 bands^2 bytes with harmonics, 1 KB with
             wavelets, of which the 256 largest are kept; besides, for each point 16 bytes, and 40 for 16
             points with harmonics, for each one with wavelets
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+   Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
+            SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 /* Takes back a cache and its memory. Accepts NULL. */
@@ -719,8 +723,9 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
    chosen   room for count numbers; *chosen_count numbers of points are written, cube by cube
    sources  for each point the places of 3 points in `chosen`
    weights  for each point the 3 weights of these; their sum is 1
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings
-            from the origin), SFIELD_ERR_LIMIT (2^31 points), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Errors   SFIELD_ERR_ARGUMENT (a pointer is NULL, there are no points, or a stride or spacing is out of
+            range), SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings from the
+            origin), SFIELD_ERR_LIMIT (2^31 points), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
    Cost     O(count log count), 40 bytes a point */
 
 SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights,
@@ -749,13 +754,15 @@ typedef struct sfield_algebra sfield_algebra;      /* tables of one number of ba
 SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_system *system,
                                                sfield_algebra **out);
 /* Makes the tables for 1..8 bands. system may be NULL.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Errors  SFIELD_ERR_ARGUMENT (out is NULL, or bands is out of range), SFIELD_ERR_DESC (allocator),
+           SFIELD_ERR_ALLOC
    Cost    1 to 100 ms, 0.1 to 1 MB */
 SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);
 /* Takes back tables and their memory. Accepts NULL. */
 
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y);
-/* Writes the values of the bands^2 (bands 1..8) real basis functions at a unit direction. */
+/* Writes the values of the bands^2 real basis functions at a unit direction. Nothing is checked.
+   bands   1..8 */
 
 typedef struct sfield_rotation {    /* a rotation of functions, from sfield_sh_rotation */
     uint32_t bands;
@@ -771,11 +778,12 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const
    Cost    2 us (4 bands) to 50 us (8): once for each entity and frame, not for each vector */
 
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
-/* Writes factors for each band l against ringing, 1 / (1 + strength l^2 (l+1)^2). */
+/* Writes factors for each band l against ringing, 1 / (1 + strength l^2 (l+1)^2).
+   bands   1..8; of more, eight factors are written */
 
 SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
 /* Writes factors for each band, those of max(0, cos): coefficients of radiance times these are coefficients
-   of irradiance. */
+   of irradiance. bands as in sfield_sh_window. */
 
 /* ---- cubes ---- */
 
@@ -794,7 +802,7 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
    side      a power of two, 2..64
    texels    6 side^2 texels of `channels` (1..3) floats each
    coefs     bands^2 for each channel, one channel after the other
-   Errors    SFIELD_ERR_ARGUMENT. There is no log */
+   Errors    there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, or a number is out of range) */
 
 /* ==== src/shadowfield/api_harmonics_tools.h ==== */
 
@@ -805,7 +813,8 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t
 /* Multiplies two functions, count pairs at a time: out is a b, projected on the bands that a and b have. All
    tripling coefficients are used (section 4.1 of the paper), so that only the bands above are lost.
    a, b, out  vectors in planes; out may be a or b
-   Errors     SFIELD_ERR_ARGUMENT
+   Errors     SFIELD_ERR_ARGUMENT (a pointer is NULL, which leaves no log if it is algebra; stride is below
+              count)
    Cost       about 10 ns a product with 4 bands and AVX2, 5 ns with 3: docs/measured/performance.md */
 
 SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
@@ -821,12 +830,14 @@ SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float
 /* Writes out[i], the integral of a_i b_i over the sphere, which is the dot product of their coefficients.
    a, b     vectors of bands^2 coefficients (bands 1..8), in planes
    out      count floats
-   Errors   SFIELD_ERR_ARGUMENT. There is no log */
+   Errors   there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, bands is out of range, or stride is below
+            count) */
 
 SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in,
                                           float *out, size_t stride);
 /* Turns count vectors, in planes. out may be in.
-   Errors   SFIELD_ERR_ARGUMENT. There is no log */
+   Errors   there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, stride is below count, or the rotation
+            was not made by sfield_sh_rotation) */
 
 SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
                                              const sfield_system *system, double *out);
@@ -838,18 +849,19 @@ SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions,
    coefs      bands^2 floats of each function, one function after the other
    system     may be NULL
    out        bands^2 coefficients of the product, whose integral is sqrt(4 pi) out[0]
-   Errors     SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC */
+   Errors     SFIELD_ERR_ARGUMENT (coefs or out is NULL; bands or functions is out of range), SFIELD_ERR_DESC
+              (allocator), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
 /* Computes the logarithm of one vector by the eigenvalues of its product matrix, which are clipped below at
    0.02. A product of visibilities is the exponential of the sum of their logarithms, in any order (Ren et
    al., SIGGRAPH 2006).
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+   Errors   SFIELD_ERR_ARGUMENT (a pointer is NULL, which leaves no log if it is algebra), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in,
                                        float *out, size_t stride);
 /* Computes the exponentials of vectors in planes, by scaling and squaring.
-   Errors   SFIELD_ERR_ARGUMENT */
+   Errors   as sfield_sh_product */
 
 SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
 /* Returns the least strength, 0..1, with which a function stays >= lowest in each of 2,592 directions.
@@ -859,7 +871,7 @@ SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float 
 SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
 /* Writes the exact integrals of the bands^2 basis functions over one texel. The sum over all texels of value
    x these integrals are a function's coefficients: a table for projection elsewhere, as on a GPU.
-   Errors  SFIELD_ERR_ARGUMENT. There is no log */
+   Errors  there is no log. SFIELD_ERR_ARGUMENT (out is NULL, or a number is out of range) */
 
 /* ==== src/shadowfield/api_wavelets.h ==== */
 
@@ -874,13 +886,14 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
    that solid angles play no part.
    side           a power of two, 2..64
    texels, coefs  6 side^2 floats each, not the same array
-   Errors         SFIELD_ERR_ARGUMENT. There is no log */
+   Errors         there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, side is out of range, or both
+                  arrays are one) */
 
 SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, const float *b, float *out);
 /* Multiplies two functions that are given by their coefficients (Ng, Ramamoorthi and Hanrahan, SIGGRAPH
    2004).
    a, b, out  6 side^2 coefficients each; out is another array
-   Errors     SFIELD_ERR_ARGUMENT. There is no log
+   Errors     there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, side is out of range, or out is a or b)
    Cost       grows with the coefficients that are not 0, not with the texels: a square without any is not
               walked into */
 

@@ -199,7 +199,9 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const struct glbk_pass *pass,
    target, the program and the empty vertex array. Bind textures and blocks after it. docs/gl-state.md lists
    what is touched.
    program  the program to draw with; NULL if you make one the program in use yourself
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_LOST; GL's error flag is not asked */
+   Errors   GLBK_ERR_ARGUMENT: ctx or pass is NULL; GLBK_ERR_DESC: a field of pass is out of range, the target
+            was not created, or neither target nor viewport is given; GLBK_ERR_LOST. GL's error flag is not
+            asked */
 
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx);
 /* Draws one triangle over the whole viewport, after glbk_begin, from no attributes. */
@@ -361,7 +363,8 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
 /* Makes a texture with its sampling, and fills level 0 if desc.data is given. Mipmaps of a float format need
    ctx->float_targets.
    out      is zeroed on errors; free it with glbk_texture_free
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT, for a size above ctx->max_side or max_layers;
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC: a field is out of range; GLBK_ERR_LIMIT,
+            for a size above ctx->max_side or max_layers;
             GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL,
             GLBK_ERR_LOST. Every function below that creates, compiles or reads may return these last four;
             the other functions return GLBK_ERR_LOST alone of them, but all four if desc.check is set */
@@ -397,7 +400,8 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const v
    bytes    1 or more
    data     so many bytes, or NULL: the buffer's bytes are undefined then
    out      is zeroed on errors; free it with glbk_buffer_free
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT, for more bytes than PTRDIFF_MAX */
+   Errors   GLBK_ERR_ARGUMENT: ctx or out is NULL, or bytes is 0; GLBK_ERR_LIMIT, for more bytes than
+            PTRDIFF_MAX */
 
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
 /* Makes a buffer for indices alone, as glbk_buffer_create does: WebGL allows indices in no buffer that was
@@ -407,13 +411,14 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
                                         size_t bytes, const void *data);
 /* Overwrites `bytes` bytes from byte `offset` on; the run must lie within the buffer. A whole buffer in one
    call costs least: it gets new storage, so that nothing waits for draws from the old.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the run does not lie within the buffer; GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
                                       size_t bytes, void *out);
 /* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. The call waits until
    the GPU has done all its work, so the call is for tests and tools, not for frames.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE on ES and WebGL, which cannot read buffers */
+   Errors   GLBK_ERR_ARGUMENT: as glbk_buffer_update; GLBK_ERR_FEATURE on ES and WebGL, which cannot read
+            buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);
 
@@ -442,10 +447,10 @@ typedef struct glbk_target {        /* read only; zeroed = none. The textures mu
 GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
 /* Makes a framebuffer of textures that you made. They must outlive it.
    out      is zeroed on errors; free it with glbk_target_free
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, where there is no attachment, or a layer or level that a texture
-            has not; GLBK_ERR_MISMATCH, where sizes differ or a depth texture stands for colours;
-            GLBK_ERR_FLOAT_TARGET, for floats without ctx->float_targets; GLBK_ERR_TARGET, where the driver
-            cannot draw to this combination */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC, where there is no attachment, or a layer or
+            level that a texture has not; GLBK_ERR_MISMATCH, where sizes differ or a depth texture stands for
+            colours; GLBK_ERR_FLOAT_TARGET, for floats without ctx->float_targets; GLBK_ERR_TARGET, where the
+            driver cannot draw to this combination */
 
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
                                       uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);

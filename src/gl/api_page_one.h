@@ -54,7 +54,9 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const struct glbk_pass *pass,
    target, the program and the empty vertex array. Bind textures and blocks after it. docs/gl-state.md lists
    what is touched.
    program  the program to draw with; NULL if you make one the program in use yourself
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_LOST; GL's error flag is not asked */
+   Errors   GLBK_ERR_ARGUMENT: ctx or pass is NULL; GLBK_ERR_DESC: a field of pass is out of range, the target
+            was not created, or neither target nor viewport is given; GLBK_ERR_LOST. GL's error flag is not
+            asked */
 
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx);
 /* Draws one triangle over the whole viewport, after glbk_begin, from no attributes. */

@@ -43,7 +43,8 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
 /* Makes a texture with its sampling, and fills level 0 if desc.data is given. Mipmaps of a float format need
    ctx->float_targets.
    out      is zeroed on errors; free it with glbk_texture_free
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_LIMIT, for a size above ctx->max_side or max_layers;
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC: a field is out of range; GLBK_ERR_LIMIT,
+            for a size above ctx->max_side or max_layers;
             GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL,
             GLBK_ERR_LOST. Every function below that creates, compiles or reads may return these last four;
             the other functions return GLBK_ERR_LOST alone of them, but all four if desc.check is set */
@@ -79,7 +80,8 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t bytes, const v
    bytes    1 or more
    data     so many bytes, or NULL: the buffer's bytes are undefined then
    out      is zeroed on errors; free it with glbk_buffer_free
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT, for more bytes than PTRDIFF_MAX */
+   Errors   GLBK_ERR_ARGUMENT: ctx or out is NULL, or bytes is 0; GLBK_ERR_LIMIT, for more bytes than
+            PTRDIFF_MAX */
 
 GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t bytes, const void *data, glbk_buffer *out);
 /* Makes a buffer for indices alone, as glbk_buffer_create does: WebGL allows indices in no buffer that was
@@ -89,12 +91,13 @@ GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *bu
                                         size_t bytes, const void *data);
 /* Overwrites `bytes` bytes from byte `offset` on; the run must lie within the buffer. A whole buffer in one
    call costs least: it gets new storage, so that nothing waits for draws from the old.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the run does not lie within the buffer; GLBK_ERR_LOST */
 
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset,
                                       size_t bytes, void *out);
 /* Copies `bytes` bytes from byte `offset` on to out; the run must lie within the buffer. The call waits until
    the GPU has done all its work, so the call is for tests and tools, not for frames.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_FEATURE on ES and WebGL, which cannot read buffers */
+   Errors   GLBK_ERR_ARGUMENT: as glbk_buffer_update; GLBK_ERR_FEATURE on ES and WebGL, which cannot read
+            buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);

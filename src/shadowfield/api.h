@@ -79,7 +79,8 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const flo
              NULL = no environment. What is negative or not finite counts as 0, more than 1e18 as 1e18.
              Each texel is one radiance over its exact solid angle
    to_world  a rotation from the map's space to the world; NULL or all 0 = none
-   Errors    SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
+   Errors    SFIELD_ERR_ARGUMENT (scene is NULL, which leaves no log; width or height is out of range),
+             SFIELD_ERR_INPUT (to_world is no rotation), SFIELD_ERR_ALLOC */
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 /* Takes back a scene and its memory. Accepts NULL. */

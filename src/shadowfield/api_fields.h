@@ -162,8 +162,9 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
                                       const sfield_system *system, sfield_field **out);
 /* Joins the shards of one field, given in the order of their shells, from the first shell to the last. The
    bytes are those of the whole build. system may be NULL.
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_MISMATCH (these are not the shards of
-            one field), SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
+   Errors   SFIELD_ERR_ARGUMENT (a pointer is NULL, or count is 0), SFIELD_ERR_DESC (allocator),
+            SFIELD_ERR_MISMATCH (these are not the shards of one field), SFIELD_ERR_LIMIT (more wavelets than
+            one field has), SFIELD_ERR_ALLOC, SFIELD_ERR_CANCELLED */
 #endif
 
 typedef enum sfield_kind {          /* what a field holds */
@@ -235,6 +236,7 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfiel
                                      sfield_field **out);
 /* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
    number in the file is checked. system may be NULL.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION,
+   Errors  SFIELD_ERR_ARGUMENT (data or out is NULL), SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT (not a
+           file of this header, or a damaged one), SFIELD_ERR_VERSION (a file of an unknown version),
            SFIELD_ERR_MISMATCH (wavelets, in a header joined without them), SFIELD_ERR_ALLOC,
            SFIELD_ERR_CANCELLED */

@@ -12,13 +12,15 @@ typedef struct sfield_algebra sfield_algebra;      /* tables of one number of ba
 SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_system *system,
                                                sfield_algebra **out);
 /* Makes the tables for 1..8 bands. system may be NULL.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Errors  SFIELD_ERR_ARGUMENT (out is NULL, or bands is out of range), SFIELD_ERR_DESC (allocator),
+           SFIELD_ERR_ALLOC
    Cost    1 to 100 ms, 0.1 to 1 MB */
 SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);
 /* Takes back tables and their memory. Accepts NULL. */
 
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y);
-/* Writes the values of the bands^2 (bands 1..8) real basis functions at a unit direction. */
+/* Writes the values of the bands^2 real basis functions at a unit direction. Nothing is checked.
+   bands   1..8 */
 
 typedef struct sfield_rotation {    /* a rotation of functions, from sfield_sh_rotation */
     uint32_t bands;
@@ -34,11 +36,12 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const
    Cost    2 us (4 bands) to 50 us (8): once for each entity and frame, not for each vector */
 
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
-/* Writes factors for each band l against ringing, 1 / (1 + strength l^2 (l+1)^2). */
+/* Writes factors for each band l against ringing, 1 / (1 + strength l^2 (l+1)^2).
+   bands   1..8; of more, eight factors are written */
 
 SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
 /* Writes factors for each band, those of max(0, cos): coefficients of radiance times these are coefficients
-   of irradiance. */
+   of irradiance. bands as in sfield_sh_window. */
 
 /* ---- cubes ---- */
 
@@ -57,4 +60,4 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
    side      a power of two, 2..64
    texels    6 side^2 texels of `channels` (1..3) floats each
    coefs     bands^2 for each channel, one channel after the other
-   Errors    SFIELD_ERR_ARGUMENT. There is no log */
+   Errors    there is no log. SFIELD_ERR_ARGUMENT (a pointer is NULL, or a number is out of range) */

@@ -75,7 +75,8 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    Memory   from the scene's allocator, for each point and light: 4 bands^2 bytes with harmonics, 1 KB with
             wavelets, of which the 256 largest are kept; besides, for each point 16 bytes, and 40 for 16
             points with harmonics, for each one with wavelets
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+   Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
+            SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 /* Takes back a cache and its memory. Accepts NULL. */

@@ -12,8 +12,9 @@ SFIELD_DEF sfield_result sfield_sparse(const sfield_points *points, float spacin
    chosen   room for count numbers; *chosen_count numbers of points are written, cube by cube
    sources  for each point the places of 3 points in `chosen`
    weights  for each point the 3 weights of these; their sum is 1
-   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings
-            from the origin), SFIELD_ERR_LIMIT (2^31 points), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
+   Errors   SFIELD_ERR_ARGUMENT (a pointer is NULL, there are no points, or a stride or spacing is out of
+            range), SFIELD_ERR_INPUT (a point that is not finite, or farther than 1e9 spacings from the
+            origin), SFIELD_ERR_LIMIT (2^31 points), SFIELD_ERR_DESC (allocator), SFIELD_ERR_ALLOC
    Cost     O(count log count), 40 bytes a point */
 
 SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights,
