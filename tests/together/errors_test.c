@@ -351,10 +351,13 @@ static any_mesh mesh;       /* the one that is wrong */
 static unsigned mesh_of_csm(void)
 {
     const cohsm_desc d = small_maps();
-    cohsm_maps *made;
+    cohsm_maps *made = NULL;
     cohsm_mesh m;
+    unsigned result;
     memcpy(&m, &mesh, sizeof m);
-    return cohsm_build(&d, &m, &made, NULL);
+    result = cohsm_build(&d, &m, &made, NULL);
+    cohsm_free(made);
+    return result;
 }
 
 static unsigned mesh_of_lightsampling(void)
@@ -373,10 +376,13 @@ static unsigned mesh_of_lightsampling(void)
 static unsigned mesh_of_shadowfield(void)
 {
     const sfield_desc d = small_field();
-    sfield_field *made;
+    sfield_field *made = NULL;
     sfield_mesh m;
+    unsigned result;
     memcpy(&m, &mesh, sizeof m);
-    return sfield_build(&d, &m, &made, NULL);
+    result = sfield_build(&d, &m, &made, NULL);
+    sfield_free(made);
+    return result;
 }
 
 static unsigned mesh_of_envshadow(void)
