@@ -10,7 +10,7 @@ import { resolve } from 'node:path';
 
 const [folder, native, scratch] = process.argv.slice(2).map((p) => resolve(p));
 const WIDTH = 320, HEIGHT = 180;
-let browser, page, said;
+let browser, page, said, lost;
 
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 function must(truth, text) { if (!truth) throw new Error(text); }
@@ -128,9 +128,28 @@ function png(data) {
 
 /* ---- the page ---- */
 
+/* A page of the browser, which is started if there is none. `lost` is set where the page or the browser dies. */
+async function newPage() {
+    if (!browser) {
+        browser = await puppeteer.launch({
+            executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, protocolTimeout: 240000,
+            args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage', '--disable-gpu-watchdog']
+        });
+        browser.on('disconnected', () => { lost = 'the browser ended'; });
+    }
+    const made = await browser.newPage();
+    made.on('error', (e) => { lost = `the page died: ${e.message}`; });
+    return made;
+}
+
+async function closeBrowser() {
+    await browser?.close().catch(() => {});
+    browser = page = lost = undefined;
+}
+
 async function open(name, from = `file://${folder}`) {
     if (page) await page.close();
-    page = await browser.newPage();
+    page = await newPage();
     await page.setViewport({ width: WIDTH, height: HEIGHT });
     said = [];
     page.on('console', (m) => said.push(m.text()));
@@ -445,7 +464,7 @@ const tests = {
     },
     async a_browser_without_webgl_2_is_told_why() {
         if (page) await page.close();
-        page = await browser.newPage();
+        page = await newPage();
         await page.evaluateOnNewDocument('HTMLCanvasElement.prototype.getContext = () => null');
         await page.goto(`file://${folder}/product.html`);
         await until('getComputedStyle(document.getElementById("instead")).display === "block"');
@@ -475,23 +494,44 @@ if (!existsSync(`${folder}/three.html`)) {
     delete tests.the_module_refuses_what_is_wrong_by_name;
 }
 
-browser = await puppeteer.launch({
-    executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, protocolTimeout: 240000,
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage', '--disable-gpu-watchdog']
-});
-const names = Object.keys(tests).filter((name) => new RegExp(process.env.ONLY || "").test(name)), bad = [];
-console.log(`[==========] Running ${names.length} test(s).`);
-for (const name of names) {
-    console.log(`[ RUN      ] ${name}`);
-    try {
-        await tests[name]();
-        console.log(`[       OK ] ${name}`);
-    } catch (error) {
-        console.log(`${error.message}\n[  FAILED  ] ${name}`);
-        bad.push(name);
+/* Tests from one on that opens a page to the last that goes on with it: [[name, ...], ...]. */
+function groups(names) {
+    const list = [];
+    for (const name of names)
+        if (!list.length || /\b(open|scene|newPage)\(/.test(tests[name].toString())) list.push([name]);
+        else list.at(-1).push(name);
+    return list;
+}
+
+/* Runs the tests of a group. A browser that dies says nothing about a page: the group is begun once more with a new one. */
+async function run(group) {
+    const begun = new Set(), passed = new Set();
+    for (const last of [false, true]) {
+        for (const name of group) {
+            if (!begun.has(name)) console.log(`[ RUN      ] ${name}`);
+            begun.add(name);
+            try {
+                await tests[name]();
+                if (!passed.has(name)) console.log(`[       OK ] ${name}`);
+                passed.add(name);
+            } catch (error) {
+                console.log(error.message);
+                await wait(1000);                   // what died may be told after what it broke
+                if (lost && !last) break;
+                console.log(`[  FAILED  ] ${name}`);
+                bad.push(name);
+            }
+        }
+        if (!lost) return;
+        console.log(`${lost}${last ? '' : '; once more'}`);
+        await closeBrowser();
     }
 }
-await browser.close();
+
+const names = Object.keys(tests).filter((name) => new RegExp(process.env.ONLY || '').test(name)), bad = [];
+console.log(`[==========] Running ${names.length} test(s).`);
+for (const group of groups(names)) await run(group);
+await closeBrowser();
 server.close();
 console.log(`[==========] ${names.length} test(s) run.`);
 process.exit(bad.length ? 1 : 0);
