@@ -77,16 +77,19 @@ static int build_kind(int kind)
 static int build(char *error)
 {
     sfield_emitter lamp;
+    sfield_desc desc;
     ex_scene scene;
     int failed;
     memset(&lamp, 0, sizeof lamp);
+    memset(&desc, 0, sizeof desc);
+    desc.bands = BANDS;
     lamp.kind = SFIELD_EMITTER_SPHERE;
     lamp.radius = lamp_radius;
     lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
     if (ex_scene_builtin(&scene, "chess", 0, error) != 0) return -1;
     if (pg_model_take(&game.model, &scene, 1, error) != 0) return -1;
     failed = sfield_algebra_create(BANDS, NULL, &game.algebra) != SFIELD_OK ||
-             sfield_build_emitter(NULL, &lamp, &game.lamp, NULL) != SFIELD_OK;
+             sfield_build_emitter(&desc, &lamp, &game.lamp, NULL) != SFIELD_OK;
     for (int kind = 0; kind < KINDS && !failed; kind++) failed = build_kind(kind) != 0;
     return failed ? ex_fail(error, "the fields cannot be built") : 0;
 }

@@ -152,8 +152,8 @@ static rsm_light lamp(const pg_stage *stage, float cone_degrees)
 
 static void place_handles(pg_stage *stage)
 {
-    static const pg_handle lamp_handle = { { 0.9f, 2.2f, 0.6f }, 0.25f, PG_TRACK_PLANE, { 1, 0.93f, 0.7f } };
-    static const pg_handle aim_handle = { { -1.75f, 1.55f, -2 }, 0.3f, PG_TRACK_WALLS, { 0.55f, 0.75f, 1 } };
+    static const pg_handle lamp_handle = { { 1.35f, 0.55f, 0.75f }, 0.25f, PG_TRACK_PLANE, { 1, 0.93f, 0.7f } };
+    static const pg_handle aim_handle = { { -0.55f, 2.6f, -0.35f }, 0.3f, PG_TRACK_WALLS, { 0.55f, 0.75f, 1 } };
     const float low[3] = { -half_x, 0, -half_z }, high[3] = { half_x, height, half_z };
     if (stage->handle_count) return;            /* a context that comes back finds them where they were */
     memcpy(stage->box[0], low, sizeof low);

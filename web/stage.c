@@ -39,8 +39,9 @@ static const char mix_text[] =
     "    mean = glbk_pack(vec4(eye.w < 1.0 ? mix(before, light, eye.w) : light, 1.0));\n"
     "}\n";
 
-/* A curve that leaves the middle alone and bends what is bright towards white, then sRGB; and dots where handles are
-   that have one, as discs in the picture, hidden by what is nearer to the eye. */
+/* Colours up to 0.6 as they are; the largest of r, g, b above it is bent towards 1, which it never reaches, and the
+   further it was above 1 the more of the colour is white, as on film. Then sRGB; and dots where handles are that have
+   one, as discs in the picture, hidden by what is nearer to the eye. */
 static const char show_text[] =
     "uniform glbk_color_sampler glbk_user0;\n"
     "uniform float exposure;\n"
@@ -55,8 +56,9 @@ static const char show_text[] =
     "    glbk_point p;\n"
     "    float far = 1e30;\n"
     "    if (glbk_read_point(at, p)) far = length(p.position - eye.xyz);\n"
-    "    c = c * (1.0 + c / 16.0) / (1.0 + c * 0.45);\n"
-    "    c = clamp(c, 0.0, 1.0);\n"
+    "    float most = max(c.r, max(c.g, c.b));\n"
+    "    float bent = 1.0 - 0.16 / (most - 0.2);\n"       /* slope 1 at 0.6 */
+    "    if (most > 0.6) c = mix(vec3(bent), c * (bent / most), 1.0 / (1.0 + 0.15 * (most - bent)));\n"
     "    vec3 low = 12.92 * c, high = 1.055 * pow(max(c, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055;\n"
     "    c = mix(high, low, vec3(lessThan(c, vec3(0.0031308))));\n"
     "    for (int i = 0; i < 4; i++) {\n"
