@@ -201,5 +201,5 @@ int main(int count, char **values)
         gl_unit_test(positional_domains_are_built_as_on_the_cpu), gl_unit_test(lists_begin_anew_after_65536_views)
     };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

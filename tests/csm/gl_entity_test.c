@@ -171,5 +171,5 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = { gl_unit_test(the_instance_of_a_point_is_asked_first),
                                   gl_unit_test(points_of_no_entity_lie_on_none) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

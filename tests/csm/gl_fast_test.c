@@ -253,5 +253,5 @@ int main(int count, char **values)
                                   gl_unit_test(what_does_not_fit_into_trays_answers_alike),
                                   gl_unit_test(every_kind_of_maps_answers_alike) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

@@ -532,5 +532,5 @@ int main(int count, char **values)
         gl_unit_test(only_what_was_asked_is_answered)
     };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

@@ -314,5 +314,5 @@ int main(int count, char **values)
         gl_unit_test(hostile_blocks_are_read_alike), gl_unit_test(a_million_queries_agree)
     };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }
