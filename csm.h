@@ -358,7 +358,8 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
 
 typedef struct cohsm_instance {     /* an object of a scene; several may share maps */
     const cohsm_maps *maps;
-    float transform[16];            /* object to world: a rotation, one scale > 0, a translation */
+    float transform[16];            /* object to world: a rotation, one scale > 0, a translation; all zero =
+                                       the identity */
 } cohsm_instance;
 
 /* ==== src/csm/api_desc.h ==== */
@@ -572,7 +573,8 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_sy
    before anything is used.
    system   NULL: malloc and free, no progress, no log
    Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED, COHSM_ERR_MISMATCH (a packed file, in a header that was
+            joined without pack)
    Cost     at most 64 bytes of memory for each byte of the file, and 256 KB; for the time see cohsm_pack */
 
 #ifndef COHSM_WITHOUT_FAST
@@ -935,6 +937,16 @@ static inline cohsm__v3 cohsm__m4_direction(const float *m, cohsm__v3 d)
 {
     return cohsm__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
                      m[2] * d.x + m[6] * d.y + m[10] * d.z);
+}
+
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *cohsm__m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
 }
 
 /* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
@@ -1763,6 +1775,7 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
+    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP", of a packed file */
     COHSM__FAST_MAGIC = 0x46534344,     /* "DCSF", of what cohsm_fast_data returns */
     COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are
                                            lines, base and at of the trays, where a block has its lookup */
@@ -8030,7 +8043,7 @@ static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t e
 static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
                                           const cohsm__logger *log)
 {
-    const float *m = instance->transform;
+    const float *m = cohsm__m4_or_identity(instance->transform);
     float inverse[16], scale;
 
     if (!instance->maps) {
@@ -8084,7 +8097,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     for (own = q.entities != NULL; own >= 0; own--)
         for (i = 0; i < instance_count; i++) {
             cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
-            cohsm__m4_affine_inverse(inverse, instances[i].transform);
+            cohsm__m4_affine_inverse(inverse, cohsm__m4_or_identity(instances[i].transform));
             cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
@@ -9032,7 +9045,6 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
    above, and above to either side. The bits go through a range coder (Martin, "Range encoding", 1979). */
 
 enum {
-    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
     COHSM__PACK_FORMAT = 1,
     COHSM__PACK_HEADER = 16,            /* bytes */
     COHSM__PACK_MULTIPLE = 64           /* of the file's size: the most memory that opening asks for */
@@ -9890,6 +9902,8 @@ static cohsm_result cohsm__open_file(const uint8_t *file, size_t bytes, const co
     if (bytes < 16) return COHSM_ERR_FORMAT;
 #ifndef COHSM_WITHOUT_PACK
     if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) return cohsm__unpack(file, bytes, a, part, out);
+#else
+    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) return COHSM_ERR_MISMATCH;
 #endif
     if (cohsm__get_u32(file) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(file + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
@@ -9915,6 +9929,8 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, wish, part, out);
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
+    if (result == COHSM_ERR_MISMATCH)
+        cohsm__log_text(log, "data", "is a packed file, and this csm.h was joined without pack");
     cohsm__log_layout(log, "layout", result);
     return cohsm__log_result(log, result);
 }

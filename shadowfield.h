@@ -1142,6 +1142,16 @@ static inline sfield__v3 sfield__m4_point(const float *m, sfield__v3 p)
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *sfield__m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
+}
+
 /* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int sfield__m4_is_affine(const float *m)
 {
@@ -1873,19 +1883,6 @@ static int sfield__points_good(const sfield__logger *log, const sfield_points *p
                         (double)p->position_stride, "0, or a multiple of 4 of at least 12") &&
            sfield__check_value(log, sfield__stride_valid(p->normal_stride, 12), "points->normal_stride",
                         (double)p->normal_stride, "0, or a multiple of 4 of at least 12");
-}
-
-static int sfield__m4_is_zero(const float *m)
-{
-    int i;
-    for (i = 0; i < 16 && m[i] == 0; i++) { }
-    return i == 16;
-}
-
-static void sfield__m4_set_identity(float *m)
-{
-    memset(m, 0, 16 * sizeof *m);
-    m[0] = m[5] = m[10] = m[15] = 1;
 }
 
 /* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
@@ -7985,7 +7982,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     uint32_t i, k;
     memset(it, 0, sizeof *it);
     it->e = *e;
-    if (sfield__m4_is_zero(e->transform)) sfield__m4_set_identity(it->e.transform);
+    memmove(it->e.transform, sfield__m4_or_identity(e->transform), sizeof it->e.transform);
     e = &it->e;
     if (!sfield__m4_is_rigid_uniform(e->transform, &scale))
         return sfield__fail_entity(s, SFIELD_ERR_INPUT, index,
@@ -8243,16 +8240,19 @@ static void sfield__turn_sky(sfield_scene *s)
 static int sfield__rotation_good(const float *m)
 {
     float scale;
-    return !m || sfield__m4_is_zero(m) || sfield__m4_is_rigid_uniform(m, &scale);
+    return !m || sfield__m4_is_rigid_uniform(sfield__m4_or_identity(m), &scale);
 }
 
 static void sfield__set_turn(sfield_scene *s, const float *to_world)
 {
+    static const float zeros[16] = { 0 };
+    const float *m = sfield__m4_or_identity(to_world ? to_world : zeros);
     uint32_t i;
     float scale = 1;
-    sfield__m4_set_identity(s->sky_turn);
-    if (to_world && sfield__m4_is_rigid_uniform(to_world, &scale))
-        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : to_world[i] / scale;
+    (void)sfield__m4_is_rigid_uniform(m, &scale);       /* sfield__rotation_good has said that it is */
+    memset(s->sky_turn, 0, sizeof s->sky_turn);
+    for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : m[i] / scale;
+    s->sky_turn[15] = 1;
     sfield__turn_sky(s);
 }
 

@@ -229,7 +229,7 @@ typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data r
 typedef struct glbk_csm_instance {
     uint32_t start;                 /* which block: what glbk_csm_maps_create wrote for it */
     float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
-                                       translation */
+                                       translation; all zero = the identity */
     float    offset;                /* world units by which the renderer moves receivers on this object along
                                        their geometric normal, lest they shadow themselves */
 } glbk_csm_instance;
@@ -586,7 +586,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
    view. The cohsm_stats of such a build lack the count of open, empty entries alone.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
-            compressed. GLBK_ERR_INPUT: add_fn returned something other than 0. GLBK_ERR_ALLOC */
+            compressed. GLBK_ERR_CANCELLED: add_fn returned something other than 0. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
 /* Deletes the builder's objects of GL, frees its memory and zeroes the struct. NULL is allowed. */
@@ -853,6 +853,16 @@ static inline void glbk_csm__v3_basis(glbk_csm__v3 n, glbk_csm__v3 *b1, glbk_csm
 /* ==== src/shared/m4.h ==== */
 
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *glbk_csm__m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
+}
 
 /* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int glbk_csm__m4_is_affine(const float *m)
@@ -3128,7 +3138,7 @@ static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
 {
     float inverse[16], row[4];
     uint32_t r, c;
-    glbk_csm__m4_affine_inverse(inverse, instance->transform);
+    glbk_csm__m4_affine_inverse(inverse, glbk_csm__m4_or_identity(instance->transform));
     for (r = 0; r < 3; r++) {
         for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
         memcpy(words + 4 * r, row, sizeof row);
@@ -3180,11 +3190,11 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
+        const float *m = glbk_csm__m4_or_identity(instances[i].transform);
         if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
                                               instances[i].start, "one that glbk_csm_maps_create wrote");
-        if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
-            !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
+        if (!glbk_csm__m4_is_rigid_uniform(m, &scale) || !glbk_csm__m4_affine_inverse(inverse, m))
             return glbk__refuse_element(ctx, bad, function, "instances", i, ".transform",
                                         "is not a rotation, one scale > 0 and a translation");
     }
@@ -4859,7 +4869,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse_value(ctx, GLBK_ERR_INPUT, __func__, "the view that add_fn refused", view,
+            result = glbk__refuse_value(ctx, GLBK_ERR_CANCELLED, __func__, "the view that add_fn refused", view,
                                         "one that it takes");
     }
     glbk_csm__free(&memory, sorted);

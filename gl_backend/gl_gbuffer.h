@@ -552,6 +552,20 @@ static inline void glbk_gbuf__free(const glbk_gbuf__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* ==== src/shared/m4.h ==== */
+
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *glbk_gbuf__m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
+}
+
 /* ==== src/shared/unit.h ==== */
 
 /* unit unit: which vectors count as unit, the same in every header (src/README.md, "Unit vectors") */
@@ -1122,13 +1136,6 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
-/* Copies a matrix; one of zeros becomes the identity. */
-static void glbk__gbuffer_matrix(const float *from, float to[16])
-{
-    memcpy(to, from, 16 * sizeof *to);
-    if (glbk__gbuffer_is_zero(from, 16)) to[0] = to[5] = to[10] = to[15] = 1;
-}
-
 /* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
 static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
                                             glbk_attributes *to)
@@ -1553,7 +1560,7 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
-    glbk__gbuffer_matrix(s->transform, drawn.transform);
+    memcpy(drawn.transform, glbk_gbuf__m4_or_identity(s->transform), sizeof drawn.transform);
     memcpy(drawn.clip, g->world_to_clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
@@ -1698,7 +1705,7 @@ static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *
         d->clip_depth != GLBK_CLIP_DEPTH_REVERSED && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
 
     glbk__gbuffer_clip(d, out->to_clip);
-    glbk__gbuffer_matrix(d->to_world, out->to_world);
+    memcpy(out->to_world, glbk_gbuf__m4_or_identity(d->to_world), sizeof out->to_world);
     out->kind = glbk__gbuffer_kind(&d->material);
     out->entity = d->entity;
     out->plane = d->plane;

@@ -671,6 +671,16 @@ static inline glbk_sfield__v3 glbk_sfield__m4_point(const float *m, glbk_sfield_
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
 }
 
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *glbk_sfield__m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
+}
+
 /* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int glbk_sfield__m4_is_affine(const float *m)
 {
@@ -2196,16 +2206,6 @@ GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *s)
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
-/* Returns the transform of an entity, where zeros are the identity. */
-static const float *glbk__sfield_transform(const sfield_entity *e)
-{
-    static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
-    int i;
-    for (i = 0; i < 16; i++)
-        if (e->transform[i] != 0) return e->transform;
-    return upright;
-}
-
 /* Returns 1 if the coefficients of an entity's fields have to be turned: the first band does not turn. */
 static int glbk__sfield_turns(const float *m, uint32_t bands)
 {
@@ -2233,7 +2233,7 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
     glbk_sfield__message name;
     float scale;
     int k;
-    if (!glbk_sfield__m4_is_rigid_uniform(glbk__sfield_transform(e), &scale))
+    if (!glbk_sfield__m4_is_rigid_uniform(glbk_sfield__m4_or_identity(e->transform), &scale))
         return glbk__refuse(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".transform"),
                             "is no rotation with one scale above 0 and a translation");
     for (k = 0; k < 3; k++)
@@ -2267,7 +2267,7 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
 {
     const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
                             *source = glbk__sfield_find(s, e->source);
-    const float *m = glbk__sfield_transform(e);
+    const float *m = glbk_sfield__m4_or_identity(e->transform);
     float f[4 * GLBK__SFIELD_ENTITY], scale = 1;
     uint32_t r, c;
     (void)glbk_sfield__m4_is_rigid_uniform(m, &scale);
@@ -2294,7 +2294,7 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
 static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e,
                                       glbk__sfield_stage *stage)
 {
-    const float *m = glbk__sfield_transform(e), *block;
+    const float *m = glbk_sfield__m4_or_identity(e->transform), *block;
     uint32_t l, y, x, n;
     uint32_t *texel = NULL;
     sfield_rotation rotation;

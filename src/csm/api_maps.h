@@ -69,7 +69,8 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_sy
    before anything is used.
    system   NULL: malloc and free, no progress, no log
    Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED, COHSM_ERR_MISMATCH (a packed file, in a header that was
+            joined without pack)
    Cost     at most 64 bytes of memory for each byte of the file, and 256 KB; for the time see cohsm_pack */
 
 #ifndef COHSM_WITHOUT_FAST

@@ -166,5 +166,6 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
 
 typedef struct cohsm_instance {     /* an object of a scene; several may share maps */
     const cohsm_maps *maps;
-    float transform[16];            /* object to world: a rotation, one scale > 0, a translation */
+    float transform[16];            /* object to world: a rotation, one scale > 0, a translation; all zero =
+                                       the identity */
 } cohsm_instance;

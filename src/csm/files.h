@@ -34,6 +34,8 @@ static cohsm_result cohsm__open_file(const uint8_t *file, size_t bytes, const co
     if (bytes < 16) return COHSM_ERR_FORMAT;
 #ifndef COHSM_WITHOUT_PACK
     if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) return cohsm__unpack(file, bytes, a, part, out);
+#else
+    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) return COHSM_ERR_MISMATCH;
 #endif
     if (cohsm__get_u32(file) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(file + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
@@ -59,6 +61,8 @@ static cohsm_result cohsm__open_wished(const void *data, size_t bytes, const coh
     if (result == COHSM_OK) result = cohsm__lay_out_opened(maps, wish, part, out);
     if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
     if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
+    if (result == COHSM_ERR_MISMATCH)
+        cohsm__log_text(log, "data", "is a packed file, and this csm.h was joined without pack");
     cohsm__log_layout(log, "layout", result);
     return cohsm__log_result(log, result);
 }

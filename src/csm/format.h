@@ -14,6 +14,7 @@
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
+    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP", of a packed file */
     COHSM__FAST_MAGIC = 0x46534344,     /* "DCSF", of what cohsm_fast_data returns */
     COHSM__FAST_FLAG = 2,               /* beside self_only, in such a header: the last three sections are
                                            lines, base and at of the trays, where a block has its lookup */

@@ -13,7 +13,6 @@
    above, and above to either side. The bits go through a range coder (Martin, "Range encoding", 1979). */
 
 enum {
-    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
     COHSM__PACK_FORMAT = 1,
     COHSM__PACK_HEADER = 16,            /* bytes */
     COHSM__PACK_MULTIPLE = 64           /* of the file's size: the most memory that opening asks for */

@@ -212,7 +212,7 @@ static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t e
 static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
                                           const cohsm__logger *log)
 {
-    const float *m = instance->transform;
+    const float *m = cohsm__m4_or_identity(instance->transform);
     float inverse[16], scale;
 
     if (!instance->maps) {
@@ -266,7 +266,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     for (own = q.entities != NULL; own >= 0; own--)
         for (i = 0; i < instance_count; i++) {
             cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
-            cohsm__m4_affine_inverse(inverse, instances[i].transform);
+            cohsm__m4_affine_inverse(inverse, cohsm__m4_or_identity(instances[i].transform));
             cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);

@@ -104,7 +104,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
    view. The cohsm_stats of such a build lack the count of open, empty entries alone.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
-            compressed. GLBK_ERR_INPUT: add_fn returned something other than 0. GLBK_ERR_ALLOC */
+            compressed. GLBK_ERR_CANCELLED: add_fn returned something other than 0. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
 /* Deletes the builder's objects of GL, frees its memory and zeroes the struct. NULL is allowed. */

@@ -97,7 +97,7 @@ typedef struct glbk_csm_block {     /* the maps of one object: what cohsm_data r
 typedef struct glbk_csm_instance {
     uint32_t start;                 /* which block: what glbk_csm_maps_create wrote for it */
     float    transform[16];         /* object to world, column-major: a rotation, one scale > 0, a
-                                       translation */
+                                       translation; all zero = the identity */
     float    offset;                /* world units by which the renderer moves receivers on this object along
                                        their geometric normal, lest they shadow themselves */
 } glbk_csm_instance;

@@ -186,7 +186,7 @@ static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
 {
     float inverse[16], row[4];
     uint32_t r, c;
-    glbk_csm__m4_affine_inverse(inverse, instance->transform);
+    glbk_csm__m4_affine_inverse(inverse, glbk_csm__m4_or_identity(instance->transform));
     for (r = 0; r < 3; r++) {
         for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
         memcpy(words + 4 * r, row, sizeof row);
@@ -238,11 +238,11 @@ static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk
     if (count > maps->capacity)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, maps->capacity);
     for (i = 0; i < count; i++) {
+        const float *m = glbk_csm__m4_or_identity(instances[i].transform);
         if (instances[i].start >= maps->texel_count)
             return glbk__refuse_element_value(ctx, bad, function, "instances", i, ".start",
                                               instances[i].start, "one that glbk_csm_maps_create wrote");
-        if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
-            !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
+        if (!glbk_csm__m4_is_rigid_uniform(m, &scale) || !glbk_csm__m4_affine_inverse(inverse, m))
             return glbk__refuse_element(ctx, bad, function, "instances", i, ".transform",
                                         "is not a rotation, one scale > 0 and a translation");
     }

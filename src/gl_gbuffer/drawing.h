@@ -81,7 +81,7 @@ GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, con
     if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion))
         return GLBK_ERR_DESC;
     memset(&drawn, 0, sizeof drawn);
-    glbk__gbuffer_matrix(s->transform, drawn.transform);
+    memcpy(drawn.transform, glbk_gbuf__m4_or_identity(s->transform), sizeof drawn.transform);
     memcpy(drawn.clip, g->world_to_clip, sizeof drawn.clip);
     memcpy(drawn.eye, g->eye, sizeof g->eye);
     memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);

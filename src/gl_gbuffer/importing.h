@@ -117,7 +117,7 @@ static void glbk__gbuffer_fill_import(const glbk_gbuffer *g, const glbk_import *
         d->clip_depth != GLBK_CLIP_DEPTH_REVERSED && d->clip_depth != GLBK_CLIP_DEPTH_ZERO_TO_ONE;
 
     glbk__gbuffer_clip(d, out->to_clip);
-    glbk__gbuffer_matrix(d->to_world, out->to_world);
+    memcpy(out->to_world, glbk_gbuf__m4_or_identity(d->to_world), sizeof out->to_world);
     out->kind = glbk__gbuffer_kind(&d->material);
     out->entity = d->entity;
     out->plane = d->plane;

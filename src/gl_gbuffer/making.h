@@ -55,13 +55,6 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
-/* Copies a matrix; one of zeros becomes the identity. */
-static void glbk__gbuffer_matrix(const float *from, float to[16])
-{
-    memcpy(to, from, 16 * sizeof *to);
-    if (glbk__gbuffer_is_zero(from, 16)) to[0] = to[5] = to[10] = to[15] = 1;
-}
-
 /* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
 static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
                                             glbk_attributes *to)

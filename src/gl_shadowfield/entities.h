@@ -2,16 +2,6 @@
 
 enum { GLBK__SFIELD_MOVING = 65536 };      /* texels that go up together */
 
-/* Returns the transform of an entity, where zeros are the identity. */
-static const float *glbk__sfield_transform(const sfield_entity *e)
-{
-    static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
-    int i;
-    for (i = 0; i < 16; i++)
-        if (e->transform[i] != 0) return e->transform;
-    return upright;
-}
-
 /* Returns 1 if the coefficients of an entity's fields have to be turned: the first band does not turn. */
 static int glbk__sfield_turns(const float *m, uint32_t bands)
 {
@@ -39,7 +29,7 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
     glbk_sfield__message name;
     float scale;
     int k;
-    if (!glbk_sfield__m4_is_rigid_uniform(glbk__sfield_transform(e), &scale))
+    if (!glbk_sfield__m4_is_rigid_uniform(glbk_sfield__m4_or_identity(e->transform), &scale))
         return glbk__refuse(ctx, input, function, glbk__sfield_name(&name, "entities", index, ".transform"),
                             "is no rotation with one scale above 0 and a translation");
     for (k = 0; k < 3; k++)
@@ -73,7 +63,7 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
 {
     const glbk_sfield_field *occlusion = glbk__sfield_find(s, e->occlusion),
                             *source = glbk__sfield_find(s, e->source);
-    const float *m = glbk__sfield_transform(e);
+    const float *m = glbk_sfield__m4_or_identity(e->transform);
     float f[4 * GLBK__SFIELD_ENTITY], scale = 1;
     uint32_t r, c;
     (void)glbk_sfield__m4_is_rigid_uniform(m, &scale);
@@ -100,7 +90,7 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
 static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_entity *e,
                                       glbk__sfield_stage *stage)
 {
-    const float *m = glbk__sfield_transform(e), *block;
+    const float *m = glbk_sfield__m4_or_identity(e->transform), *block;
     uint32_t l, y, x, n;
     uint32_t *texel = NULL;
     sfield_rotation rotation;

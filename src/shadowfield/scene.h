@@ -167,7 +167,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     uint32_t i, k;
     memset(it, 0, sizeof *it);
     it->e = *e;
-    if (sfield__m4_is_zero(e->transform)) sfield__m4_set_identity(it->e.transform);
+    memmove(it->e.transform, sfield__m4_or_identity(e->transform), sizeof it->e.transform);
     e = &it->e;
     if (!sfield__m4_is_rigid_uniform(e->transform, &scale))
         return sfield__fail_entity(s, SFIELD_ERR_INPUT, index,

@@ -106,16 +106,19 @@ static void sfield__turn_sky(sfield_scene *s)
 static int sfield__rotation_good(const float *m)
 {
     float scale;
-    return !m || sfield__m4_is_zero(m) || sfield__m4_is_rigid_uniform(m, &scale);
+    return !m || sfield__m4_is_rigid_uniform(sfield__m4_or_identity(m), &scale);
 }
 
 static void sfield__set_turn(sfield_scene *s, const float *to_world)
 {
+    static const float zeros[16] = { 0 };
+    const float *m = sfield__m4_or_identity(to_world ? to_world : zeros);
     uint32_t i;
     float scale = 1;
-    sfield__m4_set_identity(s->sky_turn);
-    if (to_world && sfield__m4_is_rigid_uniform(to_world, &scale))
-        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : to_world[i] / scale;
+    (void)sfield__m4_is_rigid_uniform(m, &scale);       /* sfield__rotation_good has said that it is */
+    memset(s->sky_turn, 0, sizeof s->sky_turn);
+    for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : m[i] / scale;
+    s->sky_turn[15] = 1;
     sfield__turn_sky(s);
 }
 

@@ -133,19 +133,6 @@ static int sfield__points_good(const sfield__logger *log, const sfield_points *p
                         (double)p->normal_stride, "0, or a multiple of 4 of at least 12");
 }
 
-static int sfield__m4_is_zero(const float *m)
-{
-    int i;
-    for (i = 0; i < 16 && m[i] == 0; i++) { }
-    return i == 16;
-}
-
-static void sfield__m4_set_identity(float *m)
-{
-    memset(m, 0, 16 * sizeof *m);
-    m[0] = m[5] = m[10] = m[15] = 1;
-}
-
 /* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
    bit changes. */
 static float sfield__unit(float x)

@@ -13,6 +13,16 @@ static inline P_v3 P_m4_direction(const float *m, P_v3 d)
                      m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
+/* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
+static inline const float *P_m4_or_identity(const float *m)
+{
+    static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    int i;
+    for (i = 0; i < 16; i++)
+        if (m[i] != 0.0f) return m;         /* so does NaN, for others to refuse */
+    return identity;
+}
+
 /* Returns 1 if a matrix is finite and its last row is 0 0 0 1. */
 static inline int P_m4_is_affine(const float *m)
 {

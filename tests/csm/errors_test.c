@@ -628,7 +628,7 @@ static void queries_that_cannot_be_asked(void **state)
         case 4: t[15] = 0; break;
         case 5: t[5] = NOT_A_NUMBER; break;
         case 6: t[12] = INF; break;
-        case 7: memset(t, 0, sizeof t); break;
+        case 7: memset(t, 0, sizeof t); t[15] = 1; break;
         case 8: t[0] = t[5] = t[10] = 1e-15f; t[12] = 1e30f; break;     /* its inverse is not finite */
         case 9: t[0] = t[5] = t[10] = 1e30f; break;
         case 10: t[0] = t[5] = t[10] = 1e-40f; break;
@@ -643,6 +643,16 @@ static void queries_that_cannot_be_asked(void **state)
                 fail_msg("transform %d", (int)i);
             if (!(v[0] == 5 && v[1] == 5 && refused_count == 42)) fail_msg("transform %d: outputs touched", (int)i);
         }
+    }
+    /* sixteen zeros are the identity */
+    {
+        cohsm_instance zeros = { 0 };
+        float same[2];
+        zeros.maps = good;
+        assert_int_equal(cohsm_visible_scene(&inst, 1, &base, same, NULL), COHSM_OK);
+        assert_int_equal(cohsm_visible_scene(&zeros, 1, &base, v, NULL), COHSM_OK);
+        assert_memory_equal(v, same, sizeof same);
+        v[0] = v[1] = 5;
     }
     inst.maps = NULL;
     assert_int_equal(cohsm_visible_scene(&inst, 1, &base, v, &refused_count), COHSM_ERR_ARGUMENT);

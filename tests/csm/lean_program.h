@@ -70,5 +70,11 @@ int main(void)
         printf("%.17g\n", mean);
     }
     cohsm_free(again);
+#ifdef COHSM_WITHOUT_PACK
+    {                                   /* a packed file is named, not called damaged */
+        const unsigned char packed[16] = { 'D', 'C', 'S', 'P', 1 };
+        if (cohsm_open(packed, sizeof packed, NULL, &again) != COHSM_ERR_MISMATCH) return 5;
+    }
+#endif
     return 0;
 }

@@ -808,7 +808,7 @@ static void csm_builders_refuse_bad_arguments(void **state)
     REFUSED(glbk_csm_builder_replay(NULL, &b, refuse_second, &last));
     REFUSED(glbk_csm_builder_replay(gl, NULL, refuse_second, &last));
     REFUSED(glbk_csm_builder_replay(gl, &b, NULL, &last));
-    ERROR_IS(GLBK_ERR_INPUT, glbk_csm_builder_replay(gl, &b, refuse_second, &last));    /* it ended so */
+    ERROR_IS(GLBK_ERR_CANCELLED, glbk_csm_builder_replay(gl, &b, refuse_second, &last));    /* it ended so */
     assert_int_equal(last, 1);
     glbk_csm_builder_free(gl, NULL);
     glbk_csm_builder_free(gl, &b);

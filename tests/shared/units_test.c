@@ -219,6 +219,22 @@ static void an_inverse_undoes_its_matrix_or_fails(void **state)
     assert_false(P_m4_affine_inverse(inverse, m));
 }
 
+static void sixteen_zeros_stand_for_the_identity(void **state)
+{
+    float m[16] = { 0 };
+    const float *identity = P_m4_or_identity(m);
+    int i;
+    (void)state;
+    for (i = 0; i < 16; i++) assert_true(identity[i] == (i % 5 == 0 ? 1.0f : 0.0f));
+    m[3] = -0.0f;
+    assert_ptr_equal(P_m4_or_identity(m), identity);
+    for (i = 0; i < 16; i++) {                              /* one number is enough to be a matrix, if a bad one */
+        memset(m, 0, sizeof m);
+        m[i] = i & 1 ? 1e-30f : P_from_bits(0x7fc00000u);
+        assert_ptr_equal(P_m4_or_identity(m), m);
+    }
+}
+
 static void rotations_times_a_scale_are_told_apart(void **state)
 {
     uint32_t i;
@@ -742,6 +758,7 @@ int main(void)
         cmocka_unit_test(infinities_and_nans_are_not_finite), cmocka_unit_test(lengths_of_0_97_to_1_03_count_as_unit),
         cmocka_unit_test(a_basis_is_orthonormal_and_right_handed), cmocka_unit_test(vectors_add_scale_and_multiply),
         cmocka_unit_test(an_inverse_undoes_its_matrix_or_fails),
+        cmocka_unit_test(sixteen_zeros_stand_for_the_identity),
         cmocka_unit_test(rotations_times_a_scale_are_told_apart), cmocka_unit_test(sin_and_cos_keep_their_bounds),
         cmocka_unit_test(asin_acos_and_atan2_keep_their_bounds),
         cmocka_unit_test(atan2_takes_zeros_and_infinities_as_c_does),
