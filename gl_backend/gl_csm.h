@@ -4869,8 +4869,8 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
             glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
         }
         if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse_value(ctx, GLBK_ERR_CANCELLED, __func__, "the view that add_fn refused", view,
-                                        "one that it takes");
+            result = glbk__refuse_value(ctx, GLBK_ERR_CANCELLED, __func__, "the view that add_fn refused",
+                                        view, "one that it takes");
     }
     glbk_csm__free(&memory, sorted);
     glbk_csm__free(&memory, ends);
