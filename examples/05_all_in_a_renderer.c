@@ -327,7 +327,7 @@ static const recipe recipes[PROGRAMS] = {
         "    sfield_cosine(s.n, t);\n"
         "    for (int k = 0; k < SFIELD_COEFS; k++) none[k] = 0.0;\n"
         "    sfield_sums sums = sfield_shade(s.p, s.n, s.object < RIGID ? s.object + 1u : 0u, t, none);\n"
-        "    result = vec4(max(sums.light, vec3(0.0)), clamp(sums.open / (SFIELD_PI * SFIELD_Y00), 0.0, 1.0));\n"
+        "    result = vec4(SFIELD_PI * max(sums.light, vec3(0.0)), clamp(sums.open, 0.0, 1.0));   // irradiance\n"
         "}\n" },
     [ENVSHADOW] = { glbk_envsh_part, "envsh_light", NULL, HEAD
         "void main()                                             // each 16th light\n"

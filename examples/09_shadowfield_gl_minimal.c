@@ -87,7 +87,7 @@ static const char fragment[] =
     "    }\n"
     "    sfield_cosine(n, t);                            // sfield_self has visibility by the object itself, too\n"
     "    sfield_sums sums = sfield_shade(p, n, entity, t, t);\n"
-    "    vec3 light = max(sums.light, 0.0) / 3.14159 + 0.02;\n"
+    "    vec3 light = max(sums.light, 0.0) + 0.02;\n"
     "    color.rgb = pow((entity > 0u ? vec3(0.9, 0.6, 0.4) : vec3(0.8)) * light, vec3(1.0 / 2.2));\n"
     "}\n";
 

@@ -96,8 +96,8 @@
        t                  from sfield_cosine, or self-visibility x cosine, turned into the world
        g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
 
-   The result has light (irradiance, W/m^2; times albedo / pi it is radiance), gloss, and open, the first
-   coefficient of the part of the sphere that stays visible.
+   The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss; and
+   open, the share of the cosine-weighted sky that nothing hides.
 
    Conventions
 
@@ -1184,7 +1184,7 @@ static const struct { char s0[98]; char end; } glbk__glsl_lib_sfield_object_glsl
     "}glbk_sfield_object;\n", 0
 };
 
-static const struct { char s0[1235]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+static const struct { char s0[1134]; char end; } glbk__glsl_lib_sfield_point_glsl = {
     "\n\n#ifndef SFIELD_SELF\n"
     "#define SFIELD_SELF 0\n"
     "#endif\n"
@@ -1219,12 +1219,11 @@ static const struct { char s0[1235]; char end; } glbk__glsl_lib_sfield_point_gls
     "sfield_product(SFIELD_TERMS,t,r,g);\n"
     "}\n"
     "#endif\n"
-    "sfield_sums sums=sfield_shade(p.position,p.normal,p.entity,t,g);\n"
-    "return sfield_sums(sums.light*(1./SFIELD_PI),sums.gloss,sums.open/(SFIELD_PI*SFIELD_Y00));\n"
+    "return sfield_shade(p.position,p.normal,p.entity,t,g);\n"
     "}\n", 0
 };
 
-static const struct { char s0[3992]; char s1[1846]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1406,7 +1405,8 @@ static const struct { char s0[3992]; char s1[1846]; char end; } glbk__glsl_lib_s
     "sums.gloss+=sfield_sky(g);\n"
     "#endif\n"
     "}\n"
-    "sums.open=t[0];\n"
+    "sums.light*=1./SFIELD_PI;\n"
+    "sums.open=t[0]*(1./(SFIELD_PI*SFIELD_Y00));\n"
     "return sums;\n"
     "}\n", 0
 };

@@ -39,6 +39,5 @@ sfield_sums sfield_shade_point(ivec2 at, glbk_point p)
         sfield_product(SFIELD_TERMS, t, r, g);
     }
 #endif
-    sfield_sums sums = sfield_shade(p.position, p.normal, p.entity, t, g);
-    return sfield_sums(sums.light * (1.0 / SFIELD_PI), sums.gloss, sums.open / (SFIELD_PI * SFIELD_Y00));
+    return sfield_shade(p.position, p.normal, p.entity, t, g);
 }

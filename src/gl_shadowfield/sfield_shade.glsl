@@ -14,9 +14,9 @@
 #define SFIELD_OCCLUDERS 4           // inscribed spheres that are remembered
 
 struct sfield_sums {
-    vec3 light;                     // irradiance, W/m^2; times albedo / pi it is radiance
+    vec3 light;                     // times albedo it is radiance, as sfield_points.rgb
     vec3 gloss;                     // of Phong's lobe; times the specular colour it is radiance
-    float open;                     // the first coefficient of the part that stays visible
+    float open;                     // share of the cosine-weighted sky that nothing hides
 };
 
 // Returns the first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0
@@ -227,6 +227,7 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
         sums.gloss += sfield_sky(g);
 #endif
     }
-    sums.open = t[0];
+    sums.light *= 1.0 / SFIELD_PI;
+    sums.open = t[0] * (1.0 / (SFIELD_PI * SFIELD_Y00));
     return sums;
 }
