@@ -117,7 +117,8 @@
      section 7    reflectors that are not diffuse          rsm_material                         -
 
    The last column names the rows of docs/conformance.md that test a line; a - says that there is none. These
-   lines are held to sums by hand in tests/rsm (taps_of_a_texel, every_pattern_sums_its_samples).
+   lines are held to sums by hand in tests/rsm (the_callback_gets_the_taps_of_a_texel,
+   every_pattern_sums_its_samples).
 
    docs/rsm.md says where the code departs from the paper, and why.
 

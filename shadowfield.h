@@ -133,8 +133,9 @@
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
 
    T.. are rows of docs/conformance.md. Where there is a -, the paper has no figure that a row could expect:
-   tests/shadowfield/scene_rows_test.c has self_visibility_darkens_points_inside, the_same_in_any_order,
-   pairs_that_cannot_matter_are_culled and light_of_sparse_points_is_spread_to_all; field_rows_test.c has
+   tests/shadowfield/scene_rows_test.c has self_visibility_darkens_points_inside,
+   results_are_the_same_in_any_order_of_tasks, pairs_that_cannot_matter_are_culled and
+   light_of_sparse_points_is_spread_to_all; field_rows_test.c has
    emissive_meshes_shine_outwards_and_by_their_frames, which are videos.
 
    Configuration

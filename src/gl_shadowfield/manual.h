@@ -96,8 +96,8 @@
        t                  from sfield_cosine, or self-visibility x cosine, turned into the world
        g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
 
-   The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss; and
-   open, the share of the cosine-weighted sky that nothing hides.
+   The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss;
+   and open, the share of the cosine-weighted sky that nothing hides.
 
    Conventions
 

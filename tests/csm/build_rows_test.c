@@ -440,7 +440,7 @@ static void t60_greedy_is_the_dynamic_programming_minimum(void **state)
 }
 
 /* More views than a chunk of 65,536: the segments of each chunk are minimal, and every view decodes. */
-static void t60_lists_of_more_than_65536_views(void **state)
+static void t60_lists_of_more_than_65536_views_decode(void **state)
 {
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 0, 4);
     cohsm_builder *b;
@@ -843,7 +843,7 @@ static void merged_shards_are_the_unsharded_bytes(void **state)
     model_free(&m);
 }
 
-static void merged_shards_of_more_than_65536_views(void **state)
+static void shards_of_more_than_65536_views_merge(void **state)
 {
     static const uint32_t cuts[4] = { 0, 5, 6, 36 };
     model m = model_soup(5, 0.5, 2);
@@ -1205,14 +1205,14 @@ int main(void)
         cmocka_unit_test(t59_verify_sees_wrong_shards),
         cmocka_unit_test(t59_equal_layers_are_counted),
         cmocka_unit_test(t60_greedy_is_the_dynamic_programming_minimum),
-        cmocka_unit_test(t60_lists_of_more_than_65536_views),
+        cmocka_unit_test(t60_lists_of_more_than_65536_views_decode),
         cmocka_unit_test(t63_a_sphere_takes_one_segment_a_pixel),
         cmocka_unit_test(t64_the_default_frame_is_within_2_percent_of_the_best),
         cmocka_unit_test(t65_orders_visit_every_cell_once_and_step_to_neighbours),
         cmocka_unit_test(t65_every_cell_is_found_again),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(merged_shards_are_the_unsharded_bytes),
-        cmocka_unit_test(merged_shards_of_more_than_65536_views),
+        cmocka_unit_test(shards_of_more_than_65536_views_merge),
         cmocka_unit_test(the_intrinsic_rasteriser_equals_the_portable_one),
         cmocka_unit_test(the_rasteriser_agrees_with_rays),
         cmocka_unit_test(peak_memory_is_as_documented),

@@ -107,7 +107,7 @@ static void accepted(const cohsm_desc *d, int line)
 #define REFUSED(change) do { cohsm_desc d = base; change; refused(&d, __LINE__); } while (0)
 #define ACCEPTED(change) do { cohsm_desc d = base; change; accepted(&d, __LINE__); } while (0)
 
-static void descs_out_of_range(void **state)
+static void descs_out_of_range_are_refused(void **state)
 {
     cohsm_desc base = desc_of(COHSM_DOMAIN_LATLONG, 3, 8);
     const float odd[3] = { NOT_A_NUMBER, INF, -INF };
@@ -190,7 +190,7 @@ static void zeros_of_a_domain_are_its_defaults(void **state)
     }
 }
 
-static void domains_of_no_extent_or_not_finite(void **state)
+static void domains_of_no_extent_or_not_finite_are_refused(void **state)
 {
     static const cohsm_domain_kind kinds[5] = { COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC,
                                                 COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_VOLUME };
@@ -221,7 +221,7 @@ static void domains_of_no_extent_or_not_finite(void **state)
     }
 }
 
-static void lists_and_tables(void **state)
+static void lists_and_tables_that_cannot_be_are_refused(void **state)
 {
     float where[6][4] = { { 0, 1, 0, 0 },  { 1, 0, 0, 0 },  { 0, 0, 5, 0 },
                           { -1, 0, 0, 0 }, { 0, -1, 0, 0 }, { 1e-30f, 0, 0, 0 } };
@@ -461,7 +461,7 @@ static void meshes_with_faults_are_used_and_counted(void **state)
     model_free(&soup);
 }
 
-static void builders_out_of_order_or_without_layers(void **state)
+static void builders_out_of_order_or_without_layers_are_refused(void **state)
 {
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 2, 4);
     cohsm_builder *b = (cohsm_builder *)UNTOUCHED;
@@ -835,15 +835,15 @@ static void shards_of_other_places_do_not_merge(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(descs_out_of_range), cmocka_unit_test(zeros_of_a_domain_are_its_defaults),
-        cmocka_unit_test(domains_of_no_extent_or_not_finite),
-        cmocka_unit_test(lists_and_tables),
+        cmocka_unit_test(descs_out_of_range_are_refused), cmocka_unit_test(zeros_of_a_domain_are_its_defaults),
+        cmocka_unit_test(domains_of_no_extent_or_not_finite_are_refused),
+        cmocka_unit_test(lists_and_tables_that_cannot_be_are_refused),
         cmocka_unit_test(meshes_that_cannot_be_used),
         cmocka_unit_test(messages_name_field_value_and_range),
         cmocka_unit_test(short_indices_build_the_same_bytes),
         cmocka_unit_test(a_bias_of_zero_is_one_pixel),
         cmocka_unit_test(meshes_with_faults_are_used_and_counted),
-        cmocka_unit_test(builders_out_of_order_or_without_layers),
+        cmocka_unit_test(builders_out_of_order_or_without_layers_are_refused),
         cmocka_unit_test(every_call_refuses_null),
         cmocka_unit_test(queries_that_cannot_be_asked),
         cmocka_unit_test(shards_that_do_not_belong_together),

@@ -300,7 +300,7 @@ static void lists_in_another_order_are_refused_or_safe(void **state)
 }
 
 /* A small file that stands for 2^24 views: one pixel of a long, thin domain. */
-static void small_files_of_many_views(void **state)
+static void small_files_of_many_views_open_in_little_memory(void **state)
 {
     static const cohsm_domain_kind kinds[3] = { COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_OCTAHEDRAL, COHSM_DOMAIN_RECTANGLE };
     int k;
@@ -345,7 +345,7 @@ int main(void)
         cmocka_unit_test(a_flipped_bit_of_the_header_is_refused_or_safe),
         cmocka_unit_test(mutated_files_are_refused_or_usable),
         cmocka_unit_test(lists_in_another_order_are_refused_or_safe),
-        cmocka_unit_test(small_files_of_many_views),
+        cmocka_unit_test(small_files_of_many_views_open_in_little_memory),
     };
     return cmocka_run_group_tests(tests, make_files, free_files);
 }

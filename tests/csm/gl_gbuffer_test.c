@@ -227,7 +227,7 @@ static void bound_for_a_shader_of_the_users(void **state)
 }
 
 /* Places and normals in textures of the user's, 8-bit colours: the plate's shadow lies on what was imported. */
-static void with_a_gbuffer_of_the_users(void **state)
+static void a_shadow_falls_on_a_gbuffer_of_the_users(void **state)
 {
     GL_TEST(t, state)
     static float places[SIDE][SIDE][4], normals[SIDE][SIDE][4];
@@ -283,7 +283,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(draws_with_maps_and_resolves),
                                   gl_unit_test(bound_for_a_shader_of_the_users),
-                                  gl_unit_test(with_a_gbuffer_of_the_users) };
+                                  gl_unit_test(a_shadow_falls_on_a_gbuffer_of_the_users) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);
 }

@@ -217,7 +217,7 @@ static double lit_share(const cohsm_maps *maps, const float *point, size_t n, co
 }
 
 /* T72's values: 20.000 % at 1.25 r, 6.699 % at 2 r, 0.392 % at 8 r. */
-static void blocked_solid_angle_of_a_sphere(void **state)
+static void a_sphere_blocks_its_solid_angle(void **state)
 {
     static const double away[4] = { 1.25, 2, 4, 8 };
     model m = model_sphere(64, 40, 0);
@@ -684,7 +684,7 @@ int main(void)
         CSM_ROWS(ROW)
 #undef ROW
         cmocka_unit_test(t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette),
-        cmocka_unit_test(blocked_solid_angle_of_a_sphere),
+        cmocka_unit_test(a_sphere_blocks_its_solid_angle),
         cmocka_unit_test(above_a_plane_and_in_a_closed_box),
         cmocka_unit_test(t71_convex_objects_do_not_shadow_themselves_at_bias_0),
         cmocka_unit_test(batches_equal_single_queries_and_simd_equals_scalar),

@@ -573,7 +573,7 @@ static void uneven(const double *d, double *rgb)
 }
 
 /* Beside a sun that leaves no digit of the sky in a sum of both, the sky's lights are those of the sky alone. */
-static void sky_beside_a_glaring_sun(void **state)
+static void a_sky_beside_a_glaring_sun_keeps_its_lights(void **state)
 {
     (void)state;
     for (int kind = 0; kind < 2 * METHODS; kind++) {
@@ -1144,7 +1144,7 @@ static void gltf_is_written(void **state)
 /* ---- pieces that whole results hardly show ---- */
 
 /* Across an edge of the cube: the nearest texel of the face there, another face for each of the four edges. */
-static void texels_beyond_a_face(void **state)
+static void texels_beyond_a_face_are_those_of_the_next(void **state)
 {
     enum { SIDE = 8 };
     static const int beyond[4][2] = { { -1, 0 }, { SIDE, 0 }, { 0, -1 }, { 0, SIDE } };
@@ -1195,7 +1195,7 @@ static void harmonics_give_irradiance_in_closed_form(void **state)
 }
 
 /* Two halves of a stratum's energy, 0.1 from its middle along a known axis: scatter w 0.01. */
-static void main_axis_of_two(void **state)
+static void the_main_axis_of_two_halves_is_found(void **state)
 {
     static const double along[3] = { 0.36, 0.48, 0.8 }, middle[3] = { 0.2, -0.3, 0.5 };
     static const int at[6][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 1, 1 }, { 1, 2 }, { 2, 2 } };
@@ -1310,7 +1310,7 @@ int main(void)
         cmocka_unit_test(best_method_halves_the_lights),
         cmocka_unit_test(jittered_frames_converge_like_a_sequence),
         cmocka_unit_test(sun_is_split_off),
-        cmocka_unit_test(sky_beside_a_glaring_sun),
+        cmocka_unit_test(a_sky_beside_a_glaring_sun_keeps_its_lights),
         cmocka_unit_test(extents_measure_the_stratum),
         cmocka_unit_test(follow_moves_little),
         cmocka_unit_test(sun_is_followed),
@@ -1324,9 +1324,9 @@ int main(void)
         cmocka_unit_test(envlt_rotate_turns_directions_and_axes),
         cmocka_unit_test(residual_has_no_mean),
         cmocka_unit_test(gltf_is_written),
-        cmocka_unit_test(texels_beyond_a_face),
+        cmocka_unit_test(texels_beyond_a_face_are_those_of_the_next),
         cmocka_unit_test(harmonics_give_irradiance_in_closed_form),
-        cmocka_unit_test(main_axis_of_two),
+        cmocka_unit_test(the_main_axis_of_two_halves_is_found),
         cmocka_unit_test(partners_are_nearest),
         cmocka_unit_test(what_is_split_has_energy_on_both_sides),
     };

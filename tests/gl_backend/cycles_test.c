@@ -240,10 +240,10 @@ static void cycle(gl_test *t, technique a)
     assert_int_equal(gl_names_in_use(t), before);
 }
 
-#define CYCLE(name)                                             \
-    static void a_thousand_cycles_of_##name(void **state)       \
-    {                                                           \
-        GL_TEST(t, state)                                       \
+#define CYCLE(name)                                                         \
+    static void a_thousand_cycles_of_##name##_leave_nothing(void **state)   \
+    {                                                                       \
+        GL_TEST(t, state)                                                   \
         const technique a = { make_##name, destroy_##name };    \
         cycle(t, a);                                            \
     }
@@ -256,9 +256,9 @@ CYCLE(ism)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(a_thousand_cycles_of_csm), gl_unit_test(a_thousand_cycles_of_sfield),
-        gl_unit_test(a_thousand_cycles_of_envsh), gl_unit_test(a_thousand_cycles_of_rsm),
-        gl_unit_test(a_thousand_cycles_of_ism),
+        gl_unit_test(a_thousand_cycles_of_csm_leave_nothing), gl_unit_test(a_thousand_cycles_of_sfield_leave_nothing),
+        gl_unit_test(a_thousand_cycles_of_envsh_leave_nothing), gl_unit_test(a_thousand_cycles_of_rsm_leave_nothing),
+        gl_unit_test(a_thousand_cycles_of_ism_leave_nothing),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_ES30_BARE);

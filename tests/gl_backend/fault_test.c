@@ -92,7 +92,7 @@ static glbk_desc desc_of(gl_test *t)
     return desc;
 }
 
-static void every_function_missing_once(void **state)
+static void every_function_missing_once_is_named(void **state)
 {
     GL_TEST(t, state)
     glbk_desc desc = desc_of(t);
@@ -346,7 +346,7 @@ static int fail_everywhere(gl_test *t, uint32_t error, glbk_result first_call, g
     return fake.at;
 }
 
-static void out_of_memory_everywhere(void **state)
+static void out_of_memory_is_returned_wherever_it_comes(void **state)
 {
     GL_TEST(t, state)
     fail_everywhere(t, 0x0505, GLBK_ERR_PENDING, GLBK_ERR_GL_MEMORY);
@@ -358,7 +358,7 @@ static void an_error_of_gl_is_returned_wherever_it_comes(void **state)
     fail_everywhere(t, 0x0502, GLBK_ERR_PENDING, GLBK_ERR_GL);
 }
 
-static void no_shader_no_program(void **state)
+static void without_a_shader_no_program_is_made(void **state)
 {
     GL_TEST(t, state)
     things x;
@@ -401,7 +401,7 @@ static void a_failing_allocator_leaves_no_object(void **state)
 }
 
 /* A texture that no driver of ours can hold, without help. */
-static void real_out_of_memory(void **state)
+static void real_out_of_memory_is_returned(void **state)
 {
     GL_TEST(t, state)
     glbk_texture_desc d = { 0 };
@@ -490,7 +490,7 @@ static void an_error_for_ever_ends(void **state)
 
 /* ---- lifetimes ---- */
 
-static void a_thousand_cycles(void **state)
+static void a_thousand_cycles_leave_nothing(void **state)
 {
     GL_TEST(t, state)
     things x;
@@ -602,7 +602,7 @@ static void destroying_is_always_safe(void **state)
     destroy(&t->gl, &x);                /* twice */
 }
 
-static void without_a_current_context(void **state)
+static void without_a_current_context_init_fails_and_freeing_works(void **state)
 {
     GL_TEST(t, state)
     glbk_desc desc = desc_of(t);
@@ -702,16 +702,17 @@ static void floats_that_cannot_be_rendered_to(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(every_function_missing_once), gl_unit_test(versions_are_read),
+        gl_unit_test(every_function_missing_once_is_named), gl_unit_test(versions_are_read),
         gl_unit_test(features_are_read),           gl_unit_test(targets_that_a_driver_refuses),
-        gl_unit_test(bad_descs_of_a_context_are_refused),                   gl_unit_test(out_of_memory_everywhere),
-        gl_unit_test(an_error_of_gl_is_returned_wherever_it_comes),           gl_unit_test(no_shader_no_program),
-        gl_unit_test(a_failing_allocator_leaves_no_object),             gl_unit_test(real_out_of_memory),
+        gl_unit_test(bad_descs_of_a_context_are_refused), gl_unit_test(out_of_memory_is_returned_wherever_it_comes),
+        gl_unit_test(an_error_of_gl_is_returned_wherever_it_comes), gl_unit_test(without_a_shader_no_program_is_made),
+        gl_unit_test(a_failing_allocator_leaves_no_object),             gl_unit_test(real_out_of_memory_is_returned),
         gl_unit_test(pending_errors_are_not_taken_for_ours),
         gl_unit_test(updates_ask_for_errors_only_when_told), gl_unit_test(an_error_for_ever_ends),
-        gl_unit_test(a_thousand_cycles),           gl_unit_test(contexts_come_and_go),
+        gl_unit_test(a_thousand_cycles_leave_nothing),           gl_unit_test(contexts_come_and_go),
         gl_unit_test(a_lost_context_is_called_no_more),               gl_unit_test(destroying_is_always_safe),
-        gl_unit_test(without_a_current_context),   gl_unit_test(two_contexts_keep_their_own_functions),
+        gl_unit_test(without_a_current_context_init_fails_and_freeing_works),
+        gl_unit_test(two_contexts_keep_their_own_functions),
         gl_unit_test(floats_that_cannot_be_rendered_to),
     };
     (void)count;

@@ -288,7 +288,7 @@ static glbk_texture make_texture(gl_test *t, glbk_format format, uint32_t width,
     return texture;
 }
 
-static void maps_and_holes_and_lobes(void **state)
+static void maps_holes_and_lobes_are_drawn(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
@@ -442,7 +442,7 @@ static void compare(gl_test *t, glbk_gbuffer *g, const glbk_pixel *p, float plac
     assert_true(edges * 50 < seen);                         /* where neighbours lie on another face */
 }
 
-static void every_packing_of_normals(void **state)
+static void every_packing_of_normals_is_imported(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
@@ -471,7 +471,7 @@ static void every_packing_of_normals(void **state)
     glbk_gbuffer_free(&t->gl, &g);
 }
 
-static void every_convention_of_depth(void **state)
+static void every_convention_of_depth_is_imported(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
@@ -610,7 +610,7 @@ static void a_depth_texture_of_the_users_is_drawn_with_and_left_alone(void **sta
     glbk_texture_free(&t->gl, &normals);
 }
 
-static void colours_gloss_openness_and_entities(void **state)
+static void colours_gloss_openness_and_entities_are_imported(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS], q[PIXELS];
@@ -839,12 +839,12 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = { gl_unit_test(what_is_drawn_is_what_the_geometry_says),
                                   gl_unit_test(a_new_one_is_empty),
                                   gl_unit_test(attributes_are_where_the_desc_says),
-                                  gl_unit_test(maps_and_holes_and_lobes),
-                                  gl_unit_test(every_packing_of_normals),
-                                  gl_unit_test(every_convention_of_depth),
+                                  gl_unit_test(maps_holes_and_lobes_are_drawn),
+                                  gl_unit_test(every_packing_of_normals_is_imported),
+                                  gl_unit_test(every_convention_of_depth_is_imported),
                                   gl_unit_test(its_depth_is_that_of_the_import),
                                   gl_unit_test(a_depth_texture_of_the_users_is_drawn_with_and_left_alone),
-                                  gl_unit_test(colours_gloss_openness_and_entities),
+                                  gl_unit_test(colours_gloss_openness_and_entities_are_imported),
                                   gl_unit_test(read_by_a_shader_of_the_users),
                                   gl_unit_test(what_is_refused),
                                   gl_unit_test(state_is_left_or_put_back) };

@@ -477,7 +477,7 @@ static void is_lit(const char *what, const float *light, int components)
     if (!lit) fail_msg("%s is dark", what);
 }
 
-static void one_after_the_other_twice(void **state)
+static void techniques_one_after_the_other_draw_the_same_twice(void **state)
 {
     GL_TEST(t, state)
     static void (*const runs[TECHNIQUES])(gl_test *, turn *) = { run_csm, run_sfield, run_envsh, run_rsm, run_ism };
@@ -522,7 +522,7 @@ static void one_after_the_other_twice(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(one_after_the_other_twice) };
+    struct CMUnitTest tests[] = { gl_unit_test(techniques_one_after_the_other_draw_the_same_twice) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -259,7 +259,7 @@ static void colours_are_encoded_where_asked(void **state)
 }
 
 /* A program that its owner deleted while it was in use cannot be brought back, which must be no error. */
-static void a_program_pending_deletion(void **state)
+static void a_program_pending_deletion_is_no_error(void **state)
 {
     GL_TEST(t, state)
     gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 4, 4, 0);
@@ -287,7 +287,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(every_call_keeps_state), gl_unit_test(no_switch_alone_changes_a_pass),
-        gl_unit_test(a_program_pending_deletion), gl_unit_test(colours_are_encoded_where_asked),
+        gl_unit_test(a_program_pending_deletion_is_no_error), gl_unit_test(colours_are_encoded_where_asked),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);

@@ -632,7 +632,7 @@ static void several_sources_share_the_vpls(void **state)
 
 /* Values that real data holds, put into each array in turn. */
 /* Points without an atlas are the atlas's own, sorted by the frame that renews them. */
-static void points_without_an_atlas(void **state)
+static void surfels_without_an_atlas_are_the_atlas_s_own(void **state)
 {
     world w, whole;
     ism_desc d = small_desc();
@@ -846,7 +846,7 @@ int main(void)
         cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
         cmocka_unit_test(several_sources_share_the_vpls), cmocka_unit_test(tiles_of_no_vpl_are_empty),
         cmocka_unit_test(no_importances_of_a_cancelled_choice), cmocka_unit_test(fluxes_beyond_all_sums_are_bad),
-        cmocka_unit_test(points_without_an_atlas),
+        cmocka_unit_test(surfels_without_an_atlas_are_the_atlas_s_own),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),
         cmocka_unit_test(a_sky_lights_and_shadows),

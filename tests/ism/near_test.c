@@ -68,7 +68,7 @@ static void beside_the_floor(const float *light, double *rmse, double *ratio)
     *ratio = all / mean;
 }
 
-static void light_in_a_corner(void **state)
+static void light_in_a_corner_is_near_the_truth(void **state)
 {
     static const uint32_t patterns[3] = { 1, 2, 4 };
     static float light[3 * SEEN];
@@ -268,7 +268,7 @@ static void a_near_point_belongs_to_its_nearest_vpl(void **state)
 
 /* Before a wall stands a lit sheet of 0.3 x 0.3 m, 0.15 m off, its lit side to the wall; VPLs are few. Its light on the
    wall is the square's form factor. A box beside it, which no ray passes, has no part in that. */
-static void an_ornament_before_a_wall(void **state)
+static void an_ornament_lights_the_wall_by_its_form_factor(void **state)
 {
     static grid sheet, wall;
     static soup box;
@@ -407,7 +407,7 @@ static void who_has_none(void **state)
 }
 
 /* Any order of the tasks, and the same again, give the same bytes; another seed gives others. */
-static void the_same_bytes(void **state)
+static void any_order_of_tasks_gives_the_same_bytes(void **state)
 {
     ism_source s;
     ism_points view;
@@ -435,9 +435,11 @@ static void the_same_bytes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(light_in_a_corner), cmocka_unit_test(no_flux_is_lost), cmocka_unit_test(sums_to_the_letter),
-        cmocka_unit_test(a_near_point_belongs_to_its_nearest_vpl), cmocka_unit_test(an_ornament_before_a_wall),
-        cmocka_unit_test(who_has_none), cmocka_unit_test(the_same_bytes),
+        cmocka_unit_test(light_in_a_corner_is_near_the_truth), cmocka_unit_test(no_flux_is_lost),
+        cmocka_unit_test(sums_to_the_letter),
+        cmocka_unit_test(a_near_point_belongs_to_its_nearest_vpl),
+        cmocka_unit_test(an_ornament_lights_the_wall_by_its_form_factor),
+        cmocka_unit_test(who_has_none), cmocka_unit_test(any_order_of_tasks_gives_the_same_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -151,7 +151,7 @@ static void a_spherical_light_is_its_integral(void **state)
 }
 
 /* The same where both are turned, against a sum over 200 x 400 parts of the cone. 16 samples stand for it: 3 %. */
-static void a_spherical_light_aslant(void **state)
+static void a_spherical_light_aslant_is_the_sum_over_its_cone(void **state)
 {
     const float normal[3] = { 0.6f, 0.8f, 0 };
     const double area = 0.2, r2 = area / UTIL_PI, d2 = 4 * r2, least = sqrt(1 - r2 / d2);
@@ -443,7 +443,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clip_conventions_give_the_same_choice), cmocka_unit_test(a_spherical_light_is_its_integral),
-        cmocka_unit_test(a_spherical_light_aslant), cmocka_unit_test(lights_are_clamped_to_their_mean),
+        cmocka_unit_test(a_spherical_light_aslant_is_the_sum_over_its_cone),
+        cmocka_unit_test(lights_are_clamped_to_their_mean),
         cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),
         cmocka_unit_test(effects_are_blurred_by_the_radius), cmocka_unit_test(more_view_samples_less_noise),
         cmocka_unit_test(area_keeps_its_share_of_points), cmocka_unit_test(weak_vpls_take_fewer_points),

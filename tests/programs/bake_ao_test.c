@@ -163,7 +163,7 @@ static void a_wall_shades_the_floor_by_lamberts_formula(void **state)
 
 /* A wall twice as far as `distance` shades nothing; a ground just below darkens nothing above it, but what looks down.
  */
-static void distance_and_ground(void **state)
+static void the_distance_ends_occlusion_and_a_ground_adds_it(void **state)
 {
     glb_writer w;
     glb_file f;
@@ -447,7 +447,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_plane_is_white),
         cmocka_unit_test(a_wall_shades_the_floor_by_lamberts_formula),
-        cmocka_unit_test(distance_and_ground),
+        cmocka_unit_test(the_distance_ends_occlusion_and_a_ground_adds_it),
         cmocka_unit_test(all_else_stays),
         cmocka_unit_test(bent_normals_lean_away),
         cmocka_unit_test(images_where_charts_do_not_overlap),

@@ -116,7 +116,7 @@ static void a_furnace_has_the_sum_of_its_bounces(void **state)
     }
 }
 
-static void light_maps_and_shards(void **state)
+static void light_maps_are_the_same_by_shards(void **state)
 {
     glb_file f;
     char path[128], line[300];
@@ -166,7 +166,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_plane_gets_pi_of_an_even_sky_and_the_cosine_of_a_sun),
         cmocka_unit_test(a_furnace_has_the_sum_of_its_bounces),
-        cmocka_unit_test(light_maps_and_shards),
+        cmocka_unit_test(light_maps_are_the_same_by_shards),
         cmocka_unit_test(bad_arguments_get_one_line),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);

@@ -218,7 +218,7 @@ static void sources_and_points_are_baked(void **state)
     assert_int_equal(run(text, sizeof text, "merge -o @/x @/points.sf @/lamp.sf"), 1);
 }
 
-static void bad_arguments_and_files(void **state)
+static void bad_arguments_and_files_are_named(void **state)
 {
     static const struct { const char *arguments; int status; const char *says;
     } bad[] = { { "", 2, "csm, shadowfield, ao" },
@@ -327,7 +327,7 @@ int main(void)
         cmocka_unit_test(files_are_described_and_verified),
         cmocka_unit_test(a_budget_of_memory_chooses_the_size),
         cmocka_unit_test(sources_and_points_are_baked),
-        cmocka_unit_test(bad_arguments_and_files),
+        cmocka_unit_test(bad_arguments_and_files_are_named),
         cmocka_unit_test(a_killed_bake_goes_on),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -43,37 +43,37 @@ static const bounds ism_indirect = { 0.2, 0.04, 0.95 };
 #define ISM "--set vpl_count=256 --set surfel_count=4096 --samples 256"
 #define ISM_REFERENCE "--samples 1024 --set bounces=1"
 
-static void direct_light_of_rsm(void **state)
+static void direct_light_of_rsm_is_the_references(void **state)
 {
     (void)state;
     compare_parts(SPOT, "direct", "rsm", "--samples 64", rsm_direct);
 }
 
-static void direct_light_of_rsm_on_gl(void **state)
+static void direct_light_of_rsm_on_gl_is_the_references(void **state)
 {
     (void)state;
     compare_parts(SPOT, "direct", "rsm --backend gl", "--samples 64", rsm_direct);
 }
 
-static void bounced_light_of_rsm(void **state)
+static void bounced_light_of_rsm_is_the_references(void **state)
 {
     (void)state;
     compare_parts(SPOT, "indirect", "rsm", RSM_REFERENCE, rsm_indirect);
 }
 
-static void bounced_light_of_rsm_on_gl(void **state)
+static void bounced_light_of_rsm_on_gl_is_the_references(void **state)
 {
     (void)state;
     compare_parts(SPOT, "indirect", "rsm --backend gl", RSM_REFERENCE, rsm_indirect);
 }
 
-static void bounced_light_of_ism(void **state)
+static void bounced_light_of_ism_is_the_references(void **state)
 {
     (void)state;
     compare_parts(LAMP, "indirect", "ism " ISM, ISM_REFERENCE, ism_indirect);
 }
 
-static void bounced_light_of_ism_on_gl(void **state)
+static void bounced_light_of_ism_on_gl_is_the_references(void **state)
 {
     (void)state;
     compare_parts(LAMP, "indirect", "ism --backend gl " ISM, ISM_REFERENCE, ism_indirect);
@@ -82,7 +82,7 @@ static void bounced_light_of_ism_on_gl(void **state)
 /* Edges of the shadow maps are what is left: 1024 texels a lamp. */
 static const bounds ism_direct = { 0.05, 0.005, 0.99 };
 
-static void direct_light_of_ism(void **state)
+static void direct_light_of_ism_is_the_references(void **state)
 {
     (void)state;
     compare_parts(SPOT, "direct", "ism", "--samples 64", ism_direct);
@@ -132,19 +132,19 @@ static void light_from_the_ground(const char *technique)
     compare_parts(KNOT " --light sun:0.48,0.8,0.36", "indirect", technique, RSM_REFERENCE, most);
 }
 
-static void light_from_the_ground_of_rsm(void **state)
+static void the_ground_lights_by_rsm_as_in_the_reference(void **state)
 {
     (void)state;
     light_from_the_ground("rsm");
 }
 
-static void light_from_the_ground_of_rsm_on_gl(void **state)
+static void the_ground_lights_by_rsm_on_gl_as_in_the_reference(void **state)
 {
     (void)state;
     light_from_the_ground("rsm --backend gl");
 }
 
-static void light_from_the_ground_of_ism(void **state)
+static void the_ground_lights_by_ism_as_in_the_reference(void **state)
 {
     (void)state;
     light_from_the_ground("ism --set no_maps=1 --samples 1024");
@@ -152,7 +152,7 @@ static void light_from_the_ground_of_ism(void **state)
 
 /* Maps of directions cover the ground near the knot, not to the horizon: there, no shadow was left (0.274, mean 1.07,
    ssim 0.81 at 96 x 72). Measured 0.140, 0.961 and 0.887; noise of the reference: 0.03. */
-static void direct_light_of_a_sky_of_ism(void **state)
+static void direct_light_of_a_sky_by_ism_is_the_references(void **state)
 {
     static const bounds most = { 0.17, 0.06, 0.87 };
     (void)state;
@@ -161,7 +161,7 @@ static void direct_light_of_a_sky_of_ism(void **state)
 }
 
 /* A sun near the zenith turns the axes of its picture; shadows stay where they are. */
-static void high_sun_of_ism(void **state)
+static void a_high_sun_by_ism_is_the_references(void **state)
 {
     (void)state;
     compare_parts(KNOT " --light sun:0.02,1,0.02", "direct", "ism", "--samples 64", ism_direct);
@@ -170,14 +170,19 @@ static void high_sun_of_ism(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(direct_light_of_rsm),  cmocka_unit_test(direct_light_of_rsm_on_gl),
-        cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
-        cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
-        cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(shadow_map_of_ism_counts),
+        cmocka_unit_test(direct_light_of_rsm_is_the_references),
+        cmocka_unit_test(direct_light_of_rsm_on_gl_is_the_references),
+        cmocka_unit_test(bounced_light_of_rsm_is_the_references),
+        cmocka_unit_test(bounced_light_of_rsm_on_gl_is_the_references),
+        cmocka_unit_test(bounced_light_of_ism_is_the_references),
+        cmocka_unit_test(bounced_light_of_ism_on_gl_is_the_references),
+        cmocka_unit_test(direct_light_of_ism_is_the_references),  cmocka_unit_test(shadow_map_of_ism_counts),
         cmocka_unit_test(light_comes_through_holes),
-        cmocka_unit_test(light_from_the_ground_of_rsm), cmocka_unit_test(light_from_the_ground_of_rsm_on_gl),
-        cmocka_unit_test(light_from_the_ground_of_ism), cmocka_unit_test(high_sun_of_ism),
-        cmocka_unit_test(direct_light_of_a_sky_of_ism),
+        cmocka_unit_test(the_ground_lights_by_rsm_as_in_the_reference),
+        cmocka_unit_test(the_ground_lights_by_rsm_on_gl_as_in_the_reference),
+        cmocka_unit_test(the_ground_lights_by_ism_as_in_the_reference),
+        cmocka_unit_test(a_high_sun_by_ism_is_the_references),
+        cmocka_unit_test(direct_light_of_a_sky_by_ism_is_the_references),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -207,7 +207,7 @@ static void gltf_nodes_lights_and_camera(void **state)
 static const char png_uri[] = "data:image/png;base64,"
     "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAD0lEQVR4nGPYw8DwHwgYABPbBLlr1BJyAAAAAElFTkSuQmCC";
 
-static void gltf_materials_and_textures(void **state)
+static void gltf_materials_and_textures_are_read(void **state)
 {
     char error[EX_ERROR_SIZE], json[4096];
     ex_scene scene;
@@ -510,7 +510,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gltf_geometry_comes_in_every_form),
         cmocka_unit_test(gltf_nodes_lights_and_camera),
-        cmocka_unit_test(gltf_materials_and_textures),
+        cmocka_unit_test(gltf_materials_and_textures_are_read),
         cmocka_unit_test(gltf_normal_maps_are_read_where_they_are_wanted),
         cmocka_unit_test(gltf_glass_is_left_out),
         cmocka_unit_test(gltf_bad_elements_are_skipped_and_counted),

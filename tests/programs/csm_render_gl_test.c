@@ -11,13 +11,13 @@ static void agree(const char *scene)
     compare_back_ends("csm --size 64x48", 0.01, scene);
 }
 
-static void sky_on_instances(void **state)
+static void a_sky_on_instances_lights_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:chess --samples 16 --set side=16 --set map_side=48 --set filter=pcf");
 }
 
-static void emitter_in_a_room(void **state)
+static void an_emitter_in_a_room_lights_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:cornell --samples 16 --set light_side=3 --set light_map_side=48");
@@ -43,7 +43,8 @@ static void cornell_matches_reference(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances), cmocka_unit_test(emitter_in_a_room),
+    const struct CMUnitTest tests[] = { cmocka_unit_test(a_sky_on_instances_lights_alike),
+                                        cmocka_unit_test(an_emitter_in_a_room_lights_alike),
                                         cmocka_unit_test(sun_lamp_and_spot_on_glossy_leaves),
                                         cmocka_unit_test(cornell_matches_reference) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);

@@ -11,19 +11,19 @@ static void agree(const char *scene)
     compare_back_ends("envshadow --size 64x48", 0.01, scene);
 }
 
-static void instances_by_the_penumbra_filter(void **state)
+static void instances_by_the_penumbra_filter_are_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:chess --set light_count=16 --set map_side=128");
 }
 
-static void cloth_in_motion_in_clusters(void **state)
+static void cloth_in_motion_in_clusters_is_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:cloth --frames 3 --set light_count=30 --set capacity=7 --set filter=smooth");
 }
 
-static void an_explosion_under_a_sun_in_channels(void **state)
+static void an_explosion_under_a_sun_in_channels_is_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:explosion --frames 3 --light sun:1,1,0.4,2 --env builtin:studio "
@@ -36,14 +36,14 @@ static void leaves_of_one_triangle_layer_by_pcf(void **state)
     agree("--scene builtin:plant --set light_count=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
 }
 
-static void a_board_with_holes(void **state)
+static void a_board_with_holes_is_lit_alike(void **state)
 {
     (void)state;
     need_masked();
     agree("--scene " MASKED " --set light_count=40 --set filter=pcf --env builtin:sky --light sun:0.3,0.9,0.2");
 }
 
-static void a_sky_through_a_window(void **state)
+static void a_sky_through_a_window_lights_alike(void **state)
 {
     (void)state;
     room_need();
@@ -55,9 +55,11 @@ static void a_sky_through_a_window(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(instances_by_the_penumbra_filter), cmocka_unit_test(cloth_in_motion_in_clusters),
-        cmocka_unit_test(an_explosion_under_a_sun_in_channels), cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf),
-        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(a_sky_through_a_window)
+        cmocka_unit_test(instances_by_the_penumbra_filter_are_lit_alike),
+        cmocka_unit_test(cloth_in_motion_in_clusters_is_lit_alike),
+        cmocka_unit_test(an_explosion_under_a_sun_in_channels_is_lit_alike),
+        cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf),
+        cmocka_unit_test(a_board_with_holes_is_lit_alike), cmocka_unit_test(a_sky_through_a_window_lights_alike)
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

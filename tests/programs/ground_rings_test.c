@@ -82,7 +82,7 @@ static void near_to(double value, double expected, double tolerance)
         fail_msg("%.9g, not %.9g", value, expected);
 }
 
-static void all_flux_of_the_ground(void **state)
+static void rings_have_all_flux_of_the_ground(void **state)
 {
     static const float first[3] = { 1, 2, 0 }, second[3] = { 0.25f, 0, 3 };
     const double tilt = 1.2;
@@ -138,7 +138,7 @@ static void none_that_a_picture_shows(void **state)
     ex_scene_free(&scene);
 }
 
-static void positions_of_rings(void **state)
+static void positions_of_rings_reach_from_corner_to_corner(void **state)
 {
     static const float light[3] = { 1, 1, 1 };
     ex_scene scene;
@@ -163,7 +163,7 @@ static void positions_of_rings(void **state)
     ex_scene_free(&scene);
 }
 
-static void no_ground_and_no_light(void **state)
+static void no_ground_or_no_light_gives_no_rings(void **state)
 {
     static const float light[3] = { 1, 1, 1 }, dark[3] = { 0, 0, 0 };
     ex_scene scene;
@@ -192,10 +192,10 @@ static void no_ground_and_no_light(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_flux_of_the_ground),
+        cmocka_unit_test(rings_have_all_flux_of_the_ground),
         cmocka_unit_test(none_that_a_picture_shows),
-        cmocka_unit_test(positions_of_rings),
-        cmocka_unit_test(no_ground_and_no_light),
+        cmocka_unit_test(positions_of_rings_reach_from_corner_to_corner),
+        cmocka_unit_test(no_ground_or_no_light_gives_no_rings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,7 +10,7 @@ static void agree(const char *scene)
     compare_back_ends("rsm --size 64x48", 0.01, scene);
 }
 
-static void emitter_in_a_room(void **state)
+static void an_emitter_in_a_room_lights_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:cornell --samples 64 --set side=64 --set light_point_count=2");
@@ -37,14 +37,14 @@ static void sun_on_instances_and_leaves(void **state)
     agree("--scene builtin:plant --samples 200 --set side=256 --light sun:1,1,1");
 }
 
-static void a_board_with_holes(void **state)
+static void a_board_with_holes_is_lit_alike(void **state)
 {
     (void)state;
     need_masked();
     agree("--scene " MASKED " --samples 100 --set side=256 --light sun:0.3,0.9,0.2");
 }
 
-static void cloth_and_robots_in_motion(void **state)
+static void cloth_and_robots_in_motion_are_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:cloth --samples 100 --set side=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 "
@@ -55,9 +55,9 @@ static void cloth_and_robots_in_motion(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(emitter_in_a_room), cmocka_unit_test(light_of_a_spot_is_interpolated),
+        cmocka_unit_test(an_emitter_in_a_room_lights_alike), cmocka_unit_test(light_of_a_spot_is_interpolated),
         cmocka_unit_test(lamps_denoised_over_frames), cmocka_unit_test(sun_on_instances_and_leaves),
-        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(cloth_and_robots_in_motion)
+        cmocka_unit_test(a_board_with_holes_is_lit_alike), cmocka_unit_test(cloth_and_robots_in_motion_are_lit_alike)
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

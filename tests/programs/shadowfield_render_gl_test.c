@@ -12,13 +12,13 @@ static void agree(const char *scene)
 /* Small fields: this is about agreement, not about quality. */
 #define SMALL " --set position_side=2 --set shell_count=3 --set point_spacing=0.2"
 
-static void sky_on_instances(void **state)
+static void a_sky_on_instances_lights_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:chess --frames 2" SMALL);
 }
 
-static void spots_and_sun_on_glossy_robots(void **state)
+static void spots_and_sun_light_glossy_robots_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:robots --set materials=full --set bands=3 --light sun:1,1,1,2" SMALL);
@@ -41,14 +41,14 @@ static void bullets_are_lit_by_others(void **state)
     agree(line);
 }
 
-static void moving_video_light(void **state)
+static void a_moving_video_lights_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:explosion --frames 2" SMALL);
 }
 
 /* Objects and lights that are meshes, drawn and projected on OpenGL: some samples at edges are others. */
-static void fields_built_on_gl(void **state)
+static void fields_built_on_gl_light_alike(void **state)
 {
     static const char *const scenes[] = { "chess", "explosion" }, *const ways[] = { "cpu", "gpu" };
     (void)state;
@@ -73,9 +73,10 @@ static void fields_built_on_gl(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances),
-                                        cmocka_unit_test(spots_and_sun_on_glossy_robots),
+    const struct CMUnitTest tests[] = { cmocka_unit_test(a_sky_on_instances_lights_alike),
+                                        cmocka_unit_test(spots_and_sun_light_glossy_robots_alike),
                                         cmocka_unit_test(bullets_are_lit_by_others),
-                                        cmocka_unit_test(moving_video_light), cmocka_unit_test(fields_built_on_gl) };
+                                        cmocka_unit_test(a_moving_video_lights_alike),
+                                        cmocka_unit_test(fields_built_on_gl_light_alike) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

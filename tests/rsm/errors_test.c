@@ -268,7 +268,7 @@ static void gathers_out_of_range(void **state)
     assert_int_equal(gather(&base, &p), RSM_OK);
 }
 
-static void pictures_out_of_range(void **state)
+static void pictures_out_of_range_are_refused(void **state)
 {
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 16);
     rsm_interpolation in;
@@ -1043,7 +1043,7 @@ static int record_tap(void *user, const rsm_mesh *m, uint32_t triangle, const fl
     return 1;
 }
 
-static void taps_of_a_texel(void **state)
+static void the_callback_gets_the_taps_of_a_texel(void **state)
 {
     static const float wide[9] = { -8, 0, -8, 0, 0, 16, 16, 0, -8 };
     static const uint32_t corners[3] = { 0, 1, 2 };
@@ -1242,7 +1242,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lights_out_of_range), cmocka_unit_test(bad_meshes_are_refused),
         cmocka_unit_test(bad_buffers_are_refused_and_bad_texels_counted), cmocka_unit_test(gathers_out_of_range),
-        cmocka_unit_test(pictures_out_of_range), cmocka_unit_test(limits_are_exact),
+        cmocka_unit_test(pictures_out_of_range_are_refused), cmocka_unit_test(limits_are_exact),
         cmocka_unit_test(limits_of_gathers_are_exact), cmocka_unit_test(limits_of_pictures_are_exact),
         cmocka_unit_test(tasks_run_once_between_fractions), cmocka_unit_test(fractions_of_levels_never_fall),
         cmocka_unit_test(odd_receivers_get_finite_light), cmocka_unit_test(the_order_of_tasks_changes_nothing),
@@ -1250,7 +1250,7 @@ int main(void)
         cmocka_unit_test(vector_units_agree), cmocka_unit_test(vector_units_agree_on_pictures),
         cmocka_unit_test(nothing_to_take_light_from),
         cmocka_unit_test(maps_lists_and_sums_of_both_are_the_same_light),
-        cmocka_unit_test(textures_are_averaged_over_taps), cmocka_unit_test(taps_of_a_texel),
+        cmocka_unit_test(textures_are_averaged_over_taps), cmocka_unit_test(the_callback_gets_the_taps_of_a_texel),
         cmocka_unit_test(a_matrix_of_no_face_is_refused), cmocka_unit_test(nothing_is_no_error),
         cmocka_unit_test(opposite_normals_do_not_cancel_out), cmocka_unit_test(black_texels_shine),
         cmocka_unit_test(a_lobe_carries_specular_flux_along_the_mirrored_sun),

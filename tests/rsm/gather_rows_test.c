@@ -88,7 +88,7 @@ static double lit_interpolate(lit *l, const rsm_gather_desc *g, const rsm_interp
 
 /* ---- what only the CPU computes: patterns and statistics ---- */
 
-static void weights_of_patterns(void **state)
+static void weights_give_the_inner_half_its_share(void **state)
 {
     static float pattern[3 * 4096];
     char text[100];
@@ -172,7 +172,7 @@ static void distance_bounds_interpolation(void **state)
 
 /* A sun on a floor and a wall: receivers on the wall down to a texel above the floor, 400 samples by MIXED against
    every texel. Its dense samples must reach down to the size of texels, and be even for any number of them. */
-static void mixed_in_a_corner(void **state)
+static void the_mixed_pattern_reaches_into_a_corner(void **state)
 {
     static const float quads[18] = { -1, 0, -1, 0, 0, 2, 2, 0, 0, -1, 0, -1, 0, 2, 0, 0, 0, 2 };
     enum { SEEDS = 4, POINTS = 200 };
@@ -304,9 +304,10 @@ static void filter_puts_sets_together(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_of_patterns), cmocka_unit_test(shares_are_reported),
+        RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_give_the_inner_half_its_share),
+        cmocka_unit_test(shares_are_reported),
         cmocka_unit_test(shares_of_interpolated_receivers),
-        cmocka_unit_test(mixed_in_a_corner), cmocka_unit_test(r_min_is_the_inner_disc),
+        cmocka_unit_test(the_mixed_pattern_reaches_into_a_corner), cmocka_unit_test(r_min_is_the_inner_disc),
         cmocka_unit_test(distance_bounds_interpolation),
         cmocka_unit_test(filter_puts_sets_together),
     };

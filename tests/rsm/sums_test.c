@@ -616,7 +616,7 @@ static void every_pattern_sums_its_samples(void **state)
             }
 }
 
-static void every_texel_and_several_maps(void **state)
+static void every_texel_of_several_maps_is_gathered(void **state)
 {
     static const rsm_material lobe = { { 1, 1, 1 }, 2 };
     static const rsm_material lobes[2] = { { { 0, 0, 0 }, 3 }, { { 0.5f, 0.25f, 0.125f }, 6 } };
@@ -1083,7 +1083,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(far_lights_take_no_light_from_near_ones),
         cmocka_unit_test(lights_are_picked_by_flux), cmocka_unit_test(every_pattern_sums_its_samples),
-        cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(texels_have_their_sides),
+        cmocka_unit_test(every_texel_of_several_maps_is_gathered), cmocka_unit_test(texels_have_their_sides),
         cmocka_unit_test(lists_are_summed_in_rows), cmocka_unit_test(grids_are_section_four),
         cmocka_unit_test(clusters_are_cut_at_means),
     };

@@ -103,7 +103,7 @@ static void t2_a_constant_has_one_coefficient(void **state)
     CONFORM("T2", "integral of its square", 12.5663706, dot, 1e-5);
 }
 
-static void t3_order_and_signs(void **state)
+static void t3_harmonics_have_the_known_order_and_signs(void **state)
 {
     static const double axes[6][3] = {
         { 1, 0, 0 }, { -1, 0, 0 }, { 0, 1, 0 }, { 0, -1, 0 }, { 0, 0, 1 }, { 0, 0, -1 }
@@ -141,7 +141,7 @@ static void t4_four_bands_are_16_coefficients(void **state)
 }
 
 /* The table and every kernel against quadrature in double, all bands, whole tiles and rests. */
-static void products_of_many_vectors(void **state)
+static void products_of_many_vectors_are_the_quadratures(void **state)
 {
     uint32_t bands, i, k, simd;
     uint64_t seed = 6;
@@ -242,7 +242,7 @@ static void t6_products_are_integrals_cut_to_the_bands(void **state)
     sfield_algebra_free(t);
 }
 
-static void t7_order_of_occluders(void **state)
+static void t7_occluders_may_come_in_any_order(void **state)
 {
     sfield_algebra *t = algebra_of(4);
     double exact = 0, logs = 0;
@@ -332,7 +332,7 @@ static void t8_a_window_takes_ringing_away(void **state)
 }
 
 /* Energy of each band, the inverse, every kernel. */
-static void rotations_there_and_back(void **state)
+static void rotations_there_and_back_change_nothing(void **state)
 {
     uint64_t seed = 10;
     uint32_t bands, k, l, i, simd;
@@ -457,15 +457,15 @@ int main(void)
         SFIELD_ROWS(cmocka_unit_test),
         cmocka_unit_test(t1_gram_matrix_is_the_identity),
         cmocka_unit_test(t2_a_constant_has_one_coefficient),
-        cmocka_unit_test(t3_order_and_signs),
+        cmocka_unit_test(t3_harmonics_have_the_known_order_and_signs),
         cmocka_unit_test(t4_four_bands_are_16_coefficients),
-        cmocka_unit_test(products_of_many_vectors),
+        cmocka_unit_test(products_of_many_vectors_are_the_quadratures),
         cmocka_unit_test(four_bands_have_the_bits_of_the_loops),
         cmocka_unit_test(t6_products_are_integrals_cut_to_the_bands),
-        cmocka_unit_test(t7_order_of_occluders),
+        cmocka_unit_test(t7_occluders_may_come_in_any_order),
         cmocka_unit_test(an_exponential_undoes_a_logarithm),
         cmocka_unit_test(t8_a_window_takes_ringing_away),
-        cmocka_unit_test(rotations_there_and_back),
+        cmocka_unit_test(rotations_there_and_back_change_nothing),
         cmocka_unit_test(t9_a_quarter_turn),
         cmocka_unit_test(t13_texels_of_a_cube_fill_the_sphere),
         cmocka_unit_test(t81_products_of_wavelets_are_those_of_texels),

@@ -284,7 +284,7 @@ static void one_by_one(void *user, size_t count, sfield_task task, void *context
 }
 
 /* Entities that all hide and shine, for sixteen tasks: 4.4 GB of scratch, more than a size_t of 32 bits can say. */
-static void scratch_of_many_entities(void **state)
+static void scratch_of_too_many_entities_is_refused(void **state)
 {
     enum { MANY = 11000 };
     sfield_entity *e = (sfield_entity *)malloc(MANY * sizeof *e);
@@ -331,7 +331,7 @@ int main(void)
         cmocka_unit_test(blocks_do_not_depend_on_memory),
         cmocka_unit_test(peak_is_what_the_allocator_saw),
         cmocka_unit_test(peak_is_what_the_header_says),
-        cmocka_unit_test(scratch_of_many_entities),
+        cmocka_unit_test(scratch_of_too_many_entities_is_refused),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -105,7 +105,7 @@ static void t73_a_sphere_lights_as_in_closed_form(void **state)
     sfield_free(sh);
 }
 
-static void t74_outside_and_inside(void **state)
+static void t74_fields_answer_outside_and_inside(void **state)
 {
     sfield_desc desc;
     sfield_field *f;
@@ -202,7 +202,7 @@ static void t77_coefficients_err_by_half_a_step_of_their_range(void **state)
     model_free(&m);
 }
 
-static void callbacks_and_uniform_cubes(void **state)
+static void a_callback_s_cubes_are_kept_texel_by_texel(void **state)
 {
     sfield_desc desc = small_desc(SFIELD_BASIS_HAAR);
     sfield_field *f;
@@ -389,7 +389,7 @@ static void only_inside_closed_meshes_positions_move(void **state)
 }
 
 /* A corner of a part that lies in another part: it would see nothing, and darken its triangles where they come out. */
-static void points_in_another_part(void **state)
+static void points_in_another_part_are_moved_out(void **state)
 {
     static const float point[3] = { 0.1f, 0.9f, 0 }, normal[3] = { 1, 0, 0 };
     sfield_desc desc = small_desc(SFIELD_BASIS_SH);
@@ -567,7 +567,7 @@ static void sheets_that_shine_on_both_sides(void **state)
     model_free(&both);
 }
 
-static void ambient_from_the_first_coefficient(void **state)
+static void ambient_comes_from_the_first_coefficient(void **state)
 {
     sfield_desc desc;
     sfield_field *f;
@@ -701,17 +701,17 @@ int main(void)
         cmocka_unit_test(views_see_what_rays_see),
         cmocka_unit_test(t72_a_sphere_hides_its_solid_angle),
         cmocka_unit_test(t73_a_sphere_lights_as_in_closed_form),
-        cmocka_unit_test(t74_outside_and_inside),
+        cmocka_unit_test(t74_fields_answer_outside_and_inside),
         cmocka_unit_test(t77_coefficients_err_by_half_a_step_of_their_range),
         cmocka_unit_test(t81_more_wavelets_lose_less),
-        cmocka_unit_test(callbacks_and_uniform_cubes),
+        cmocka_unit_test(a_callback_s_cubes_are_kept_texel_by_texel),
         cmocka_unit_test(only_inside_closed_meshes_positions_move),
-        cmocka_unit_test(points_in_another_part),
+        cmocka_unit_test(points_in_another_part_are_moved_out),
         cmocka_unit_test(a_slab_close_by_hides_only_its_own_side),
         cmocka_unit_test(emissive_meshes_shine_outwards_and_by_their_frames),
         cmocka_unit_test(sheets_that_shine_on_both_sides),
         cmocka_unit_test(flat_lights_have_their_solid_angle),
-        cmocka_unit_test(ambient_from_the_first_coefficient),
+        cmocka_unit_test(ambient_comes_from_the_first_coefficient),
         cmocka_unit_test(ambient_of_wavelets_is_the_sum_over_texels),
         cmocka_unit_test(lights_of_any_size),
     };

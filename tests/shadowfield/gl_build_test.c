@@ -186,7 +186,7 @@ static void compare(gl_test *t, const model *m, uint32_t side, uint32_t bands, c
     free(basis);
 }
 
-static void occlusion_as_on_the_cpu(void **state)
+static void occlusion_is_that_of_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model box = model_box(1, 0.7, 1.2), ball = model_sphere(24, 12, 1), soup = model_soup(40, 0.5, 4), open;
@@ -216,7 +216,7 @@ static float *radiance_of(const model *m, uint64_t seed)
     return radiance;
 }
 
-static void radiance_as_on_the_cpu(void **state)
+static void radiance_is_that_of_the_cpu(void **state)
 {
     GL_TEST(t, state)
     model box = model_box(1, 0.7, 1.2), soup = model_soup(40, 0.5, 4), both = model_soup(40, 0.5, 6);
@@ -410,7 +410,7 @@ static void draw(void *user, glbk_context *gl, int32_t instances)
     o->drawn += instances;
 }
 
-static void by_a_callback(void **state)
+static void a_callback_draws_what_a_mesh_does(void **state)
 {
     GL_TEST(t, state)
     static float eye[MOST_EYES][3], ours[MOST_EYES * 3 * 16], theirs[MOST_EYES * 3 * 16];
@@ -765,9 +765,10 @@ static void a_hostile_state_changes_nothing(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(occlusion_as_on_the_cpu), gl_unit_test(radiance_as_on_the_cpu),
+        gl_unit_test(occlusion_is_that_of_the_cpu), gl_unit_test(radiance_is_that_of_the_cpu),
         gl_unit_test(a_sphere_hides_and_shines_as_in_closed_form), gl_unit_test(whole_fields_are_as_on_the_cpu),
-        gl_unit_test(by_a_callback), gl_unit_test(bad_descs_are_named), gl_unit_test(bad_views_are_named),
+        gl_unit_test(a_callback_draws_what_a_mesh_does), gl_unit_test(bad_descs_are_named),
+        gl_unit_test(bad_views_are_named),
         gl_unit_test(indices_of_16_bits_show_the_same), gl_unit_test(a_mesh_without_indices_shows_the_same),
         gl_unit_test(a_triangle_that_cannot_be_used_is_left_out), gl_unit_test(defaults_are_those_of_fields),
         gl_unit_test(failures_leave_nothing), gl_unit_test(a_lost_context_is_called_no_more),

@@ -177,7 +177,7 @@ typedef struct scene_case { uint32_t bands, entities; float reach; int sky, glos
 static const scene_case cases[] = { { 4, 60, 2.5f, 0, 0, 1 }, { 4, 200, 0, 1, 0, 1 }, { 4, 60, 2.5f, 1, 1, 1 },
                                     { 3, 60, 0, 1, 1, 0 },    { 1, 40, 2.5f, 1, 0, 1 }, { 8, 24, 3, 1, 1, 0 } };
 
-static void scenes_as_on_the_core_path(void **state)
+static void scenes_are_lit_as_on_the_core_path(void **state)
 {
     GL_TEST(t, state)
     static world w;
@@ -215,7 +215,7 @@ static void scenes_as_on_the_core_path(void **state)
 
 /* ---- building ---- */
 
-static void cubes_as_on_the_core_path(void **state)
+static void cubes_are_those_of_the_core_path(void **state)
 {
     GL_TEST(t, state)
     enum { EYES = 14, MOST_TEXELS = 3 * 6 * 32 * 32 };
@@ -291,7 +291,8 @@ static void cubes_as_on_the_core_path(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(scenes_as_on_the_core_path), gl_unit_test(cubes_as_on_the_core_path) };
+    struct CMUnitTest tests[] = { gl_unit_test(scenes_are_lit_as_on_the_core_path),
+    gl_unit_test(cubes_are_those_of_the_core_path) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45);
 }

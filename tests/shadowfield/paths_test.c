@@ -350,7 +350,7 @@ static void all_ways(const sfield_desc *d, sfield_product_mode product, int turn
     close_stage(&s);
 }
 
-static void harmonics_by_all_vectors(void **state)
+static void harmonics_are_the_same_by_all_vectors(void **state)
 {
     static const uint32_t bands[] = { 1, 3, 4, 8 };
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
@@ -367,7 +367,7 @@ static void harmonics_by_all_vectors(void **state)
     all_ways(&d, SFIELD_PRODUCT_EXP, 1, "logarithms");
 }
 
-static void wavelets_by_all_vectors(void **state)
+static void wavelets_are_the_same_by_all_vectors(void **state)
 {
     sfield_desc d = small_desc(SFIELD_BASIS_HAAR);
     (void)state;
@@ -534,8 +534,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shared_samples_give_the_bits_of_single_ones),
         cmocka_unit_test(shared_sources_give_the_bits_of_single_ones),
-        cmocka_unit_test(harmonics_by_all_vectors),
-        cmocka_unit_test(wavelets_by_all_vectors),
+        cmocka_unit_test(harmonics_are_the_same_by_all_vectors),
+        cmocka_unit_test(wavelets_are_the_same_by_all_vectors),
         cmocka_unit_test(bundles_are_as_single_points),
         cmocka_unit_test(a_video_seen_from_all_sides),
         cmocka_unit_test(a_video_seen_from_one_place),

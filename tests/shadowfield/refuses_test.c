@@ -440,7 +440,7 @@ static void scenes_refuse_bad_arguments(void **state)
 }
 
 /* Places whose squares pass what a float holds: the weights of the same places times a power of two. */
-static void sparse_points_far_apart(void **state)
+static void sparse_points_far_apart_have_the_same_weights(void **state)
 {
     const float n[9] = { 0, 1, 0, 0, 1, 0, 0, 1, 0 };
     float w[2][9];
@@ -496,7 +496,7 @@ int main(void)
         cmocka_unit_test(many_positions_equal_each_alone),
         cmocka_unit_test(scenes_refuse_bad_arguments),
         cmocka_unit_test(sparse_points_refuse_bad_arguments),
-        cmocka_unit_test(sparse_points_far_apart),
+        cmocka_unit_test(sparse_points_far_apart_have_the_same_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,7 +114,7 @@ static void shade_up(sfield_scene *s, float *rgb, sfield_scene_stats *stats)
     assert_int_equal(sfield_shade(s, &set, 1, stats), SFIELD_OK);
 }
 
-static void a_sphere_under_a_uniform_sky(void **state)
+static void a_sphere_hides_its_share_of_a_uniform_sky(void **state)
 {
     static const double heights[3] = { 1.5, 2, 4 };
     int b, i;
@@ -175,7 +175,7 @@ static void t78_only_a_nearer_ball_hides_the_lamp(void **state)
 }
 
 /* The order is decided point by point inside a tile: 16 points, for half of which the light is nearer. */
-static void t78_inside_a_tile(void **state)
+static void t78_the_order_is_decided_inside_a_tile(void **state)
 {
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
     sfield_entity e[3];
@@ -471,7 +471,7 @@ static void t79_what_nothing_touched_is_as_before(void **state)
 }
 
 /* Points on an entity that shines and hides nothing: it moves without a new version, as lamps do, but they with it. */
-static void t79_points_on_a_lamp(void **state)
+static void t79_points_on_a_lamp_move_with_it(void **state)
 {
     int b, round;
     (void)state;
@@ -711,7 +711,7 @@ static void scaled_is_not_rotated(void **state)
 
 /* A rotated entity that only receives: what its points hide from each other turns with it, too. Against the same
    points and mesh, rotated by hand, on no entity. */
-static void self_on_what_only_receives(void **state)
+static void self_visibility_turns_with_what_only_receives(void **state)
 {
     enum { N = 24 };
     static float p[2][3 * N], n[2][3 * N], rgb[2][3 * N];
@@ -821,7 +821,7 @@ static void incident_radiance_sums_to_what_is_shaded(void **state)
 }
 
 /* Of all directions: a ball below a floor's horizon hides as much as one above it. */
-static void incident_radiance_from_below(void **state)
+static void incident_radiance_comes_from_below_too(void **state)
 {
     static const float p[3] = { 0, 0, 0 }, normal[2][3] = { { 0, 1, 0 }, { 0, -1, 0 } };
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
@@ -931,7 +931,7 @@ static void t11_t12_skies_count_by_solid_angle(void **state)
 }
 
 /* A sun of one texel anywhere in a map, coarse or fine, is its radiance times its solid angle; alone, and in a sky. */
-static void t12_a_sun_of_one_texel(void **state)
+static void t12_a_sun_of_one_texel_has_its_flux(void **state)
 {
     static const uint32_t sizes[8][2] = { { 8, 4 }, { 36, 18 }, { 64, 32 }, { 100, 700 }, { 1024, 512 }, { 2048, 1024 },
                                           { 8192, 32 }, { 32, 4096 } };
@@ -1062,7 +1062,7 @@ static void reversed(void *user, size_t count, sfield_task task, void *context)
     while (count-- > 0) task(context, count);
 }
 
-static void the_same_in_any_order(void **state)
+static void results_are_the_same_in_any_order_of_tasks(void **state)
 {
     int b;
     (void)state;
@@ -1313,29 +1313,29 @@ static void light_of_sparse_points_is_spread_to_all(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sphere_under_a_uniform_sky),
+        cmocka_unit_test(a_sphere_hides_its_share_of_a_uniform_sky),
         cmocka_unit_test(t76_turning_everything_changes_nothing),
         cmocka_unit_test(t78_only_a_nearer_ball_hides_the_lamp),
-        cmocka_unit_test(t78_inside_a_tile),
+        cmocka_unit_test(t78_the_order_is_decided_inside_a_tile),
         cmocka_unit_test(t79_a_cache_follows_what_moves),
         cmocka_unit_test(t79_a_body_drops_what_lies_behind_it),
         cmocka_unit_test(t79_what_nothing_touched_is_as_before),
-        cmocka_unit_test(t79_points_on_a_lamp),
+        cmocka_unit_test(t79_points_on_a_lamp_move_with_it),
         cmocka_unit_test(t79_bodies_that_change),
         cmocka_unit_test(t80_overlaps_are_counted_or_refused),
         cmocka_unit_test(all_ways_of_the_product_agree),
         cmocka_unit_test(scaled_is_not_rotated),
-        cmocka_unit_test(self_on_what_only_receives),
+        cmocka_unit_test(self_visibility_turns_with_what_only_receives),
         cmocka_unit_test(incident_radiance_sums_to_what_is_shaded),
-        cmocka_unit_test(incident_radiance_from_below),
+        cmocka_unit_test(incident_radiance_comes_from_below_too),
         cmocka_unit_test(skies_suns_and_turns),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
-        cmocka_unit_test(t12_a_sun_of_one_texel),
+        cmocka_unit_test(t12_a_sun_of_one_texel_has_its_flux),
         cmocka_unit_test(a_phong_lobe_reflects_all_of_a_white_sky),
         cmocka_unit_test(phong_lobe_is_mirrored),
         cmocka_unit_test(reach_is_in_radii),
         cmocka_unit_test(pairs_that_cannot_matter_are_culled),
-        cmocka_unit_test(the_same_in_any_order),
+        cmocka_unit_test(results_are_the_same_in_any_order_of_tasks),
         cmocka_unit_test(self_visibility_darkens_points_inside),
         cmocka_unit_test(a_glowing_ball_lights_not_itself),
         cmocka_unit_test(a_glow_changes_nothing_of_its_own),

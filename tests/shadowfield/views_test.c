@@ -73,7 +73,7 @@ static sfield_desc desc_within(sfield_basis basis)
     return d;
 }
 
-static void same_as_by_directions(void **state)
+static void views_build_what_directions_build(void **state)
 {
     const float p[12] = { 0.3f, 0.9f, -0.2f, -1, -0.3f, 0.2f, 0.01f, 1.7f, 0.4f, -0.8f, -0.8f, 0.8f };
     int i;
@@ -213,7 +213,7 @@ static void a_callback_may_shine_as_it_likes(void **state)
 }
 
 /* The mesh gives its spheres, as in sfield_build. */
-static void spheres_of_a_mesh(void **state)
+static void a_mesh_gives_views_its_spheres(void **state)
 {
     model m = model_box(1, 2, 1);
     sfield_mesh mesh = mesh_of(&m);
@@ -379,10 +379,10 @@ static void bad_arguments_of_views_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_as_by_directions),
+        cmocka_unit_test(views_build_what_directions_build),
         cmocka_unit_test(a_cache_keeps_no_infinity),
         cmocka_unit_test(a_callback_may_shine_as_it_likes),
-        cmocka_unit_test(spheres_of_a_mesh),
+        cmocka_unit_test(a_mesh_gives_views_its_spheres),
         cmocka_unit_test(positions_inside_are_asked_again),
         cmocka_unit_test(bad_arguments_of_views_are_refused)
     };

@@ -223,7 +223,7 @@ static void choose_from_texels(ism_maps *ism, ism_frame frame, const rsm_texel *
 }
 
 /* Nothing occludes: rsm's gather, ism without maps and the sum itself are one number. */
-static void the_same_light_without_occluders(void **state)
+static void without_occluders_both_give_the_same_light(void **state)
 {
     static float sum[3 * POINTS], gathered[3 * POINTS], shaded[3 * POINTS];
     rsm_texel lights[LIGHTS];
@@ -304,7 +304,7 @@ static cohsm_maps *maps_at(const rsm_texel *lights, size_t count)
 
 /* A ball that catches part of the sun and hides part of its bounce: the imperfect maps of ism.h are near the truth, the
    maps of csm.h nearer still, from the same list. */
-static void the_same_light_with_an_occluder(void **state)
+static void an_occluder_hides_the_same_light_from_both(void **state)
 {
     static float open[3 * POINTS], exact[3 * POINTS], by_ism[3 * POINTS], by_csm[3 * POINTS];
     rsm_texel lights[LIGHTS];
@@ -488,7 +488,7 @@ static void lights_of_a_sky_through_csm(void **state)
 
 /* A ball over a plane: what it hides of the cosine-weighted sky is (r / d)^2 cos, of all directions its cap. The same
    numbers are factors of rsm's bounced light. */
-static void ambient_occlusion_of_a_field(void **state)
+static void ambient_occlusion_of_a_field_is_the_balls_cap(void **state)
 {
     static float open[FLOOR_POINTS], share[FLOOR_POINTS], local[3 * FLOOR_POINTS];
     static float plain[3 * FLOOR_POINTS], dimmed[3 * FLOOR_POINTS];
@@ -561,11 +561,11 @@ static void ambient_occlusion_of_a_field(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_same_light_without_occluders),
-        cmocka_unit_test(the_same_light_with_an_occluder),
+        cmocka_unit_test(without_occluders_both_give_the_same_light),
+        cmocka_unit_test(an_occluder_hides_the_same_light_from_both),
         cmocka_unit_test(lights_of_a_sky_through_csm),
         cmocka_unit_test(domains_of_lights_have_the_numbers_of_csm),
-        cmocka_unit_test(ambient_occlusion_of_a_field),
+        cmocka_unit_test(ambient_occlusion_of_a_field_is_the_balls_cap),
     };
     make_ceiling();
     make_ground();
