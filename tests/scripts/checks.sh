@@ -33,6 +33,7 @@ check-papers | gl_backend/gl_rsm.h | s/rsm_gloss  /rsm_glass  /| its table names
 check-papers | csm.h | s/^  *furnace$/ mirror/| entries with neither rows nor -
 check-papers | envlights.h | s/T15 irradiance/T15 furnace/| its table names furnace, which has no test of envlights
 check-papers | ism.h | s/From the paper to the code/From the paper/| has no table
+check-papers | rsm.h | s/every_pattern_sums_its_samples/each_pattern_sums_its_samples/| its manual names each_pattern_sums_its_samples
 check-page-one | rsm.h | s/---- page one: /---- page 1: /| has no /* ---- page one
 check-page-one | csm.h | s/^struct cohsm_mesh;.*/&\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n/| more than 60
 check-page-one | csm.h | s/^\(COHSM_DEF .*\)cohsm_visible(/\1cohsm_visible_from(/| does not declare its main call
