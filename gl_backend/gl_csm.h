@@ -2956,17 +2956,34 @@ enum {
     GLBK__CSM_RECORD = 4,
     GLBK__CSM_MAGIC = 0x4d534344,
     GLBK__CSM_FAST_MAGIC = 0x46534344,      /* of what cohsm_fast_data returns */
-    GLBK__CSM_HEADER = 96,                  /* words */
-    GLBK__CSM_SECTIONS = 20                 /* the word from which on five words hold the sections' lengths */
+    GLBK__CSM_FORMAT = 1
 };
 
-/* Finds the words at which the three last sections of a fast block begin and, in at[3], the last one ends. */
-static void glbk__csm_sections(const void *data, uint64_t at[4])
+/* Words of a block's header, of which docs/csm-format.md has all. */
+enum {
+    GLBK__CSM_WORD_MAGIC = 0, GLBK__CSM_WORD_FORMAT = 1,
+    GLBK__CSM_WORD_COUNT = 2,               /* how many words the block has */
+    GLBK__CSM_WORD_DOMAIN = 4, GLBK__CSM_WORD_ORDER = 6, GLBK__CSM_WORD_ORIENTATION = 7,
+    GLBK__CSM_WORD_SECTIONS = 20,           /* five lengths: of order, locations, the last three sections */
+    GLBK__CSM_HEADER = 96                   /* words of the header */
+};
+
+/* Returns a word of a block's header. */
+static uint32_t glbk__csm_word(const glbk_csm_block *b, uint32_t word)
 {
-    uint32_t lengths[5], k;
-    memcpy(lengths, (const char *)data + 4 * GLBK__CSM_SECTIONS, sizeof lengths);
-    at[0] = ((uint64_t)GLBK__CSM_HEADER + lengths[0] + lengths[1] + 15) / 16 * 16;
-    for (k = 0; k < 3; k++) at[k + 1] = at[k] + lengths[k + 2];
+    uint32_t value;
+    memcpy(&value, (const char *)b->data + 4 * word, sizeof value);
+    return value;
+}
+
+/* Finds the words at which the three last sections of a fast block begin and, in at[3], the last one ends. */
+static void glbk__csm_sections(const glbk_csm_block *b, uint64_t at[4])
+{
+    const uint32_t order = glbk__csm_word(b, GLBK__CSM_WORD_SECTIONS),
+                   locations = glbk__csm_word(b, GLBK__CSM_WORD_SECTIONS + 1);
+    uint32_t k;
+    at[0] = ((uint64_t)GLBK__CSM_HEADER + order + locations + 15) / 16 * 16;
+    for (k = 0; k < 3; k++) at[k + 1] = at[k] + glbk__csm_word(b, GLBK__CSM_WORD_SECTIONS + 2 + k);
 }
 
 /* Checks magic, format and length of block i, as docs/csm-format.md has them, in the host's byte order: that
@@ -2975,25 +2992,27 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
 {
     static const char function[] = "glbk_csm_maps_create";
     uint64_t sections[4];
-    uint32_t head[3];
+    uint32_t magic, words, format;
     if (!b->data)
         return glbk__refuse_element(ctx, GLBK_ERR_ARGUMENT, function, "blocks", i, ".data", "is NULL");
     if (b->bytes < 400 || b->bytes % 16)
         return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
                                           (double)b->bytes, "what cohsm_data says: a multiple of 16, >= 400");
-    memcpy(head, b->data, sizeof head);
-    if (head[0] != GLBK__CSM_MAGIC && head[0] != GLBK__CSM_FAST_MAGIC)
+    magic = glbk__csm_word(b, GLBK__CSM_WORD_MAGIC);
+    words = glbk__csm_word(b, GLBK__CSM_WORD_COUNT);
+    format = glbk__csm_word(b, GLBK__CSM_WORD_FORMAT);
+    if (magic != GLBK__CSM_MAGIC && magic != GLBK__CSM_FAST_MAGIC)
         return glbk__refuse_element(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".data",
                                     "begin with other bytes than a block of csm.h");
-    if (head[2] != b->bytes / 4)
+    if (words != b->bytes / 4)
         return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i, ".bytes",
                                           (double)b->bytes, "four times the length that its header names");
-    if (head[1] != 1)
+    if (format != GLBK__CSM_FORMAT)
         return glbk__refuse_element_value(ctx, GLBK_ERR_VERSION, function, "blocks", i, "'s version",
-                                          (double)head[1], "1");
-    if (head[0] == GLBK__CSM_MAGIC) return GLBK_OK;
-    glbk__csm_sections(b->data, sections);
-    if (sections[3] > head[2])
+                                          (double)format, "1");
+    if (magic == GLBK__CSM_MAGIC) return GLBK_OK;
+    glbk__csm_sections(b, sections);
+    if (sections[3] > words)
         return glbk__refuse_element_value(ctx, GLBK_ERR_FORMAT, function, "blocks", i,
                                           "'s sections end at word", (double)sections[3],
                                           "the length that its header names, or less");
@@ -3021,31 +3040,34 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
    block, if they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
-    /* The words of texel 1 that hold domain, order and orientation, and the greatest value of each. */
-    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };
-    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD];
-    uint32_t magic, layout, layouts = 0, k;
+    enum { OF_DOMAIN, OF_ORDER, OF_ORIENTATION, KINDS };
+    static const uint32_t word[KINDS] = { GLBK__CSM_WORD_DOMAIN, GLBK__CSM_WORD_ORDER,
+                                          GLBK__CSM_WORD_ORIENTATION };
+    static const uint32_t count_of[KINDS] = { COHSM_DOMAIN_COUNT, COHSM_ORDER_COUNT,
+                                              COHSM_ORIENTATION_COUNT };
+    uint32_t kind[KINDS] = { 0, 0, 0 }, layout, layouts = 0, k;
     glbk__sink sink = { NULL, 0, 0 };
     size_t i;
     for (i = 0; i < count; i++) {
-        memcpy(&magic, blocks[i].data, sizeof magic);
-        layouts |= magic == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
-        memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
-        if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
-        for (k = 0; k < 3; k++)
-            kind[k] = head[word[k]] <= most[k] && (i == 0 || kind[k] == head[word[k]]) ? head[word[k]] : 0;
+        layouts |= glbk__csm_word(&blocks[i], GLBK__CSM_WORD_MAGIC) == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
+        if (i < GLBK__CSM_NEAR)
+            memcpy(out->heads[i], (const char *)blocks[i].data + 16, 4 * GLBK__CSM_HEAD);
+        for (k = 0; k < KINDS; k++) {
+            const uint32_t value = glbk__csm_word(&blocks[i], word[k]);
+            kind[k] = value < count_of[k] && (i == 0 || kind[k] == value) ? value : 0;
+        }
     }
     if (count <= GLBK__CSM_NEAR && out->capacity <= GLBK__CSM_NEAR)
         out->near_count = out->capacity <= 1 ? 1 : GLBK__CSM_NEAR;
     sink.out = out->defines;
     sink.bytes = sizeof out->defines;
-    glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
-    glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
-    glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[2]);
+    glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[OF_DOMAIN]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[OF_ORDER]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORIENTATION=", kind[OF_ORIENTATION]);
     layout = layouts < 3 ? layouts : 0;
     glbk__csm_define(&sink, " COHSM_ONE_LAYOUT=", layout);
     glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
-    out->key = (((layout * 16 + kind[0]) * 8 + kind[1]) * 4 + kind[2]) * 4;
+    out->key = (((layout * 16 + kind[OF_DOMAIN]) * 8 + kind[OF_ORDER]) * 4 + kind[OF_ORIENTATION]) * 4;
     out->key += out->near_count > 1 ? 2 : out->near_count;
 }
 
@@ -3082,10 +3104,9 @@ static glbk_result glbk__csm_upload(glbk_context *ctx, const glbk_csm_maps *maps
     size_t at, n = 0, i;
     glbk_result result = GLBK_OK;
 
-    memcpy(words, b->data, 4);
-    if (words[0] == GLBK__CSM_MAGIC)
+    if (glbk__csm_word(b, GLBK__CSM_WORD_MAGIC) == GLBK__CSM_MAGIC)
         return glbk__table_update(ctx, &maps->blocks, start, b->bytes / 16, b->data);
-    glbk__csm_sections(b->data, sections);
+    glbk__csm_sections(b, sections);
     for (at = 0; at < b->bytes / 4 && result == GLBK_OK; at += n) {
         n = b->bytes / 4 - at < 4096 ? b->bytes / 4 - at : 4096;
         memcpy(words, (const char *)b->data + 4 * at, 4 * n);
