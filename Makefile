@@ -118,7 +118,7 @@ PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]*_*.c))
 ifneq ($(HAVE_GLFW),1)
-EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal $(BUILD)/%_deferred_gl $(BUILD)/%_compute_gl,$(EXAMPLES))
+EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal $(BUILD)/%_deferred_gl $(BUILD)/%_compute_gl $(BUILD)/%_gl_build $(BUILD)/%_gl_passes,$(EXAMPLES))
 endif
 ifneq ($(HAVE_RAYLIB),1)
 EXAMPLES := $(filter-out $(BUILD)/12_raylib,$(EXAMPLES))

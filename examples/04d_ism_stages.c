@@ -149,9 +149,11 @@ static void axes_of(const float z[3], float axes[3][3])
     memcpy(axes[2], z, 3 * sizeof *z);
 }
 
-/* The map read as a shader would: from a place to its texel and the depth there, and from a texel back to a place. */
-static void read_map(const ism_maps *maps, uint32_t number)
+/* The map read as a shader would: from a place to its texel and the depth there, and from a texel back to a place; and
+   the library's own answers, which follow the receiver's plane within a texel. */
+static ism_result read_map(const ism_maps *maps, uint32_t number, const ism_points *points)
 {
+    static float visible[SIDE * SIDE];
     const float middle[2] = { 0.5f, 0.5f };
     uint32_t side, across, seen = 0, same = 0;
     size_t count;
@@ -159,8 +161,9 @@ static void read_map(const ism_maps *maps, uint32_t number)
     const float *atlas = ism_atlas(maps, &side, &across) + (size_t)(number / across) * TILE * side +
                          (size_t)(number % across) * TILE;
     float axes[3][3], local[3], place[3];
-    float uv[2], at[2], depth;
+    float uv[2], at[2], depth, alike = 0;
     int i, k, j;
+    ism_result result = ism_visible(maps, number, points, 0, visible);
     axes_of(v->normal, axes);
     for (i = 0; i < SIDE * SIDE; i++) {
         float d[3], length = 0;
@@ -177,15 +180,19 @@ static void read_map(const ism_maps *maps, uint32_t number)
         depth = atlas[(size_t)(at[1] * TILE) * side + (size_t)(at[0] * TILE)];
         seen++;
         same += depth > 0.9f * length;
+        alike += depth > 0.9f * length ? visible[i] : 1 - visible[i];
     }
     ism_unzoom(v->window, TILE, TILE / 8, middle, uv);
     ism_map_direction(ISM_PROJECTION_COSINE, 1, uv, local);
     depth = atlas[(size_t)(TILE / 2) * side + TILE / 2];
     for (k = 0; k < 3; k++)
         for (place[k] = v->position[k], j = 0; j < 3; j++) place[k] += depth * axes[j][k] * local[j];
-    printf("light %u at %.2f %.2f %.2f sees %.0f %% of the pixels before it, and %.2f %.2f %.2f in its map's middle\n",
+    printf("light %u at %.2f %.2f %.2f sees %.0f %% of the pixels before it, and %.2f %.2f %.2f in its map's middle;\n"
+           "ism_visible agrees on %.1f %% of the pixels\n",
            (unsigned)number, (double)v->position[0], (double)v->position[1], (double)v->position[2],
-           100.0 * same / (seen ? seen : 1), (double)place[0], (double)place[1], (double)place[2]);
+           100.0 * same / (seen ? seen : 1), (double)place[0], (double)place[1], (double)place[2],
+           100.0 * (double)alike / (seen ? seen : 1));
+    return result;
 }
 
 static void show_light(int panel, const float *light, float scale)
@@ -281,7 +288,8 @@ int main(int count, char **values)
     if (result != ISM_OK) return fail("the first bounce", result);
     show_choice(maps);
     if (!show_map(maps, VPLS / 2)) return fail("a map", ISM_ERR_ORDER);
-    read_map(maps, VPLS / 2);
+    result = read_map(maps, VPLS / 2, &points);
+    if (result != ISM_OK) return fail("asking a map", result);
     show_light(2, light, 0.2f);
     result = bounce_again(maps, &desc, &frame, &shading, second);
     if (result != ISM_OK) return fail("the second bounce", result);

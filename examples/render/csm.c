@@ -305,6 +305,7 @@ static void read_options(cs_options *o, const rd_settings *settings)
     o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_map_side");
     o->layers = (cohsm_layers)(COHSM_LAYERS_Z1Z2 + place_of(layers_words, rd_setting_text(settings, "layers")));
     o->order = (cohsm_order)(COHSM_ORDER_DEFAULT + place_of(order_words, rd_setting_text(settings, "order")));
+    o->layout = rd_setting_is(settings, "layout", "fast") ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     o->filter = (cohsm_filter)(COHSM_FILTER_NEAREST + place_of(filter_words, rd_setting_text(settings, "filter")));
     o->bias = (float)rd_setting_number(settings, "bias");
     o->offset = (float)rd_setting_number(settings, "offset");
@@ -413,7 +414,7 @@ static int update_csm(void *opaque, const rd_job *job, char *error)
 
 /* ---- figures ---- */
 
-typedef struct totals { uint64_t blocks, maps, segments, bytes; double raw; } totals;
+typedef struct totals { uint64_t blocks, maps, segments, bytes, fast_bytes; double raw; } totals;
 
 static void add_totals(totals *t, const cs_casters *c)
 {
@@ -424,6 +425,7 @@ static void add_totals(totals *t, const cs_casters *c)
         t->maps += info.map_count;
         t->segments += info.segment_count;
         t->bytes += info.bytes;
+        t->fast_bytes += info.fast_bytes;
         t->raw += info.ratio * (double)info.bytes;
     }
 }
@@ -431,7 +433,7 @@ static void add_totals(totals *t, const cs_casters *c)
 static void report_csm(const void *opaque, rd_report *report)
 {
     const cs_state *state = opaque;
-    totals t = { 0, 0, 0, 0, 0 };
+    totals t = { 0, 0, 0, 0, 0, 0 };
     uint64_t own = 0;
     add_totals(&t, &state->directions);
     for (size_t i = 0; i < state->light_count; i++) {
@@ -446,6 +448,7 @@ static void report_csm(const void *opaque, rd_report *report)
     rd_json_integer(report->json, "maps", t.maps);
     rd_json_integer(report->json, "segments", t.segments);
     rd_json_integer(report->json, "map_bytes", t.bytes);
+    rd_json_integer(report->json, "fast_bytes", t.fast_bytes);
     rd_json_number(report->json, "ratio", t.bytes ? t.raw / (double)t.bytes : 0);
     rd_json_integer(report->json, "lights", state->light_count);
     if (!state->gl)
@@ -457,6 +460,7 @@ static const rd_key keys[] = {
     { "map_side", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of each of them" },
     { "layers", RD_WORD, layers_words, 0, 0, "z1z2", "z1z3: smaller, for closed surfaces with nothing else near" },
     { "order", RD_WORD, order_words, 0, 0, "auto", "how maps follow one another; auto: tries them" },
+    { "layout", RD_WORD, "compact|fast", 0, 0, "compact", "of maps in memory; fast: trays, of --baked files too" },
     { "filter", RD_WORD, filter_words, 0, 0, "nearest", "of map and pixel; pcf and roulette have the same mean" },
     { "bias", RD_NUMBER, NULL, 0, 100, "1", "towards the light, in map pixels" },
     { "offset", RD_NUMBER, NULL, 0, 100, "0.5", "of receivers along the geometric normal, in map pixels" },

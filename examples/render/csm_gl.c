@@ -33,8 +33,11 @@ static int upload_casters(cs_gl *g, const cs_casters *c, glbk_csm_maps *out, cha
     uint32_t *starts = calloc(c->map_count + 1, sizeof *starts);
     glbk_result result = GLBK_OK;
     int failed = !blocks || !instances || !starts;
-    for (size_t i = 0; i < c->map_count && !failed; i++)
-        blocks[i].data = cohsm_data(c->maps[i], &blocks[i].bytes);
+    for (size_t i = 0; i < c->map_count && !failed; i++) {
+        blocks[i].data = cohsm_fast_data(c->maps[i], &blocks[i].bytes);
+        if (!blocks[i].data)            /* layout=compact, or trays of 4 GB */
+            blocks[i].data = cohsm_data(c->maps[i], &blocks[i].bytes);
+    }
     if (!failed)
         result = glbk_csm_maps_create(g->gl, blocks, c->map_count, (uint32_t)c->count, starts, out);
     for (size_t i = 0; i < c->count && !failed; i++) {

@@ -148,6 +148,7 @@ static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const coh
     desc.map_side = map_side;
     desc.layers = state->options.layers;
     desc.order = state->options.order;
+    desc.layout = state->options.layout;
     desc.system.allocator = cs_memory_allocator(&state->memory);
     ex_pool_label(job->pool, progress_label);
     desc.system.parallel_for = ex_pool_run;
@@ -435,7 +436,7 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     services.system.allocator = cs_memory_allocator(&state->memory);
     services.system.progress = ex_progress;
     services.system.user = progress_label;
-    result = cohsm_open(data, size, &services.system, &maps);
+    result = cohsm_open_as(data, size, state->options.layout, 0, &services.system, &maps);
     ex_progress(NULL, 1);
     free(data);
     if (result != COHSM_OK)

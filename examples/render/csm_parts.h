@@ -17,6 +17,7 @@ typedef struct cs_options {      /* --set, resolved */
     uint32_t     hard_size;                  /* pixels a side of the map of a light without size */
     cohsm_layers layers;
     cohsm_order  order;
+    cohsm_layout layout;
     cohsm_filter filter;
     float        bias, offset;               /* map pixels: towards the light, and along the geometric normal */
     int          semi, shared_sun, whole;

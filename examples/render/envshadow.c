@@ -306,7 +306,8 @@ static int create_maps(es_state *s, const rd_job *job, char *error)
     envsh_maps_desc desc;
     envsh_result result;
     uint32_t all = s->sky_count + job->scene->light_count;
-    s->cluster = (uint32_t)rd_setting_integer(job->settings, "capacity");
+    s->choose_cluster = job->gl && rd_setting_is(job->settings, "capacity", "auto");
+    s->cluster = s->choose_cluster ? ES_MOST_CHOSEN : (uint32_t)rd_setting_integer(job->settings, "capacity");
     s->cluster = s->cluster && s->cluster < all ? s->cluster : all;
     s->rgba = (uint32_t)rd_setting_integer(job->settings, "rgba");
     memset(&desc, 0, sizeof desc);
@@ -401,7 +402,7 @@ static const rd_key keys[] = {
     { "filter", RD_WORD, filter_words, 0, 0, "auto", "of a map; auto: plain with --samples 1, else penumbra" },
     { "radius", RD_NUMBER, "auto", 0, 64, "auto", "texels: of smooth and pcf (2), at most of penumbra (12)" },
     { "bias", RD_NUMBER, NULL, 0, 100, "1", "along the geometric normal at grazing light, in texels" },
-    { "capacity", RD_INTEGER, NULL, 0, 8192, "0", "lights held at once, the paper's algorithm 2; 0: all of them" },
+    { "capacity", RD_INTEGER, "auto", 0, 8192, "0", "lights held at once, algorithm 2; 0: all; auto: GL times some" },
     { "rgba", RD_WORD, "0|1", 0, 0, "0", "four maps share a texel's channels" },
     { "split_sun", RD_WORD, "0|1", 0, 0, "0", "a small bright spot becomes a light of its own" },
     { "hemisphere", RD_WORD, "0|1", 0, 0, "0", "only the upper half of the sky" },

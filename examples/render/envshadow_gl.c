@@ -124,41 +124,31 @@ static glbk_result upload_pixels(es_gl *g, const ex_gbuffer *b)
     return result;
 }
 
-/* ---- the technique ---- */
+/* ---- maps ---- */
 
-int es_gl_open(es_state *s, const rd_job *job, char *error)
+/* Makes the maps anew, with room for so many lights at once. */
+static glbk_result make_maps(es_state *s, uint32_t capacity)
 {
-    es_gl *g = s->gl = calloc(1, sizeof *g);
     glbk_envsh_maps_desc desc;
     envsh_maps_desc maps;
-    glbk_result result;
-    if (!g)
-        return es_refuse("out of memory", error);
-    g->gl = job->gl;
-    g->state = s;
-    g->casters = calloc((size_t)s->caster_count + 1, sizeof *g->casters);
-    if (!g->casters)
-        return es_refuse("out of memory", error);
-    g->count = s->caster_count;
     memset(&desc, 0, sizeof desc);
     memset(&maps, 0, sizeof maps);
-    desc.capacity = s->cluster ? s->cluster : 1;
+    s->cluster = capacity;
+    desc.capacity = capacity ? capacity : 1;
     desc.maps = &maps;
     maps.map_side = s->atlas.map_side;
     maps.guard = s->atlas.guard;
     maps.rgba = (int)s->rgba;
-    result = glbk_envsh_maps_create(g->gl, &desc, &g->maps);
-    return result == GLBK_OK ? upload_all(s, 0, error) : gl_failed(result, error);
+    glbk_envsh_maps_free(s->gl->gl, &s->gl->maps);
+    return glbk_envsh_maps_create(s->gl->gl, &desc, &s->gl->maps);
 }
 
 /* glbk_envsh_illuminate, with clocks in between. */
-int es_gl_frame(es_state *s, const rd_job *job, char *error)
+static glbk_result light(es_state *s, const envsh_view *views, uint32_t count)
 {
     es_gl *g = s->gl;
-    uint32_t count;
-    const envsh_view *views = envsh_views(s->maps, &count);
     envsh_query query = s->query;
-    glbk_result result = upload_pixels(g, job->gbuffer);
+    glbk_result result = GLBK_OK;
     g->renderer.begun = 0;
     s->maps_ms = s->shade_ms = 0;
     for (uint32_t first = 0; first < count && result == GLBK_OK; first += s->cluster) {
@@ -174,6 +164,69 @@ int es_gl_frame(es_state *s, const rd_job *job, char *error)
         s->maps_ms += 1000 * (middle - start);
         s->shade_ms += 1000 * (ex_seconds() - middle);
     }
+    return result;
+}
+
+/* capacity=auto: some lights of the first frame, with some capacities, say what a pass and a place in it cost, and by
+   that the best capacity of all is taken; but one that was tried, if it was quicker than the best is expected to be. */
+static glbk_result choose_cluster(es_state *s, const envsh_view *views, uint32_t count)
+{
+    enum { TRIED = 3 };
+    static const uint32_t sizes[TRIED] = { 1, 8, ES_MOST_CHOSEN };
+    uint32_t tried[TRIED], few = count < ES_MOST_CHOSEN ? count : ES_MOST_CHOSEN, best = 0, chosen;
+    double ms[TRIED];
+    envsh_cost cost;
+    glbk_result result = GLBK_OK;
+    for (uint32_t i = 0; i < TRIED && result == GLBK_OK; i++) {
+        tried[i] = sizes[i] < few ? sizes[i] : few;
+        result = make_maps(s, tried[i]);
+        if (result == GLBK_OK && i == 0)
+            result = light(s, views, few);          /* compiles */
+        if (result == GLBK_OK)
+            result = light(s, views, few);
+        ms[i] = s->maps_ms + s->shade_ms;
+        best = ms[i] < ms[best] ? i : best;
+    }
+    s->choose_cluster = 0;
+    if (result != GLBK_OK)
+        return result;
+    chosen = tried[best];
+    if (envsh_cost_fit(few, tried, ms, TRIED, &cost)) {
+        uint32_t c = envsh_cost_cluster(&cost, count, few);
+        double passes = (few + c - 1) / c;
+        chosen = passes * (cost.pass + c * cost.slot) < ms[best] ? c : chosen;
+    }
+    return make_maps(s, chosen);
+}
+
+/* ---- the technique ---- */
+
+int es_gl_open(es_state *s, const rd_job *job, char *error)
+{
+    es_gl *g = s->gl = calloc(1, sizeof *g);
+    glbk_result result;
+    if (!g)
+        return es_refuse("out of memory", error);
+    g->gl = job->gl;
+    g->state = s;
+    g->casters = calloc((size_t)s->caster_count + 1, sizeof *g->casters);
+    if (!g->casters)
+        return es_refuse("out of memory", error);
+    g->count = s->caster_count;
+    result = make_maps(s, s->cluster);
+    return result == GLBK_OK ? upload_all(s, 0, error) : gl_failed(result, error);
+}
+
+int es_gl_frame(es_state *s, const rd_job *job, char *error)
+{
+    es_gl *g = s->gl;
+    uint32_t count;
+    const envsh_view *views = envsh_views(s->maps, &count);
+    glbk_result result = upload_pixels(g, job->gbuffer);
+    if (result == GLBK_OK && s->choose_cluster && count)
+        result = choose_cluster(s, views, count);
+    if (result == GLBK_OK)
+        result = light(s, views, count);
     if (result == GLBK_OK)
         result = glbk_envsh_read(g->gl, &g->renderer, g->picture);
     if (result != GLBK_OK)

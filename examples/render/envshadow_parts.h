@@ -21,13 +21,16 @@ typedef struct es_caster {
 
 typedef struct es_gl es_gl;
 
+enum { ES_MOST_CHOSEN = 64 };    /* the most lights that capacity=auto holds at once */
+
 typedef struct es_state {
     es_memory     memory;
     envlt_lights *sky;           /* NULL: no sky */
     envlt_light  *lights;        /* of the frame: the sky's, turned, then the suns */
     uint32_t      sky_count, count;
     envsh_maps   *maps;          /* with GL: layout and matrices only, of all lights */
-    uint32_t      cluster, rgba;
+    uint32_t      cluster, rgba; /* lights that are held at once */
+    int           choose_cluster;   /* not 0: the first frame on GL finds it */
     es_caster    *casters;       /* one an object */
     uint32_t      caster_count;
     envsh_query   query;

@@ -250,6 +250,10 @@ static void baked_file_is_used(void **state)
     expect(0, "", SMALL "--baked knot.csm --out baked.pfm");
     assert_int_equal(run("compare", "built.pfm baked.pfm"), 0);
     assert_true(number("relative_rmse") < 1e-3);
+    expect(0, "", SMALL "--baked knot.csm --set layout=fast --out fast.pfm");
+    assert_true(number("fast_bytes") > 0);
+    assert_int_equal(run("compare", "fast.pfm baked.pfm"), 0);
+    assert_true(!(number("relative_rmse") > 0));
     expect(1, "another object",
            "--technique csm --scene builtin:plant --size 32x24 --samples 4 --baked knot.csm --out x.pfm");
     expect(1, "no light", SMALL "--baked knot.csm --light sun:0,1,0 --out x.pfm");

@@ -23,6 +23,15 @@ static void cloth_in_motion_in_clusters_is_lit_alike(void **state)
     agree("--scene builtin:cloth --frames 3 --set light_count=30 --set capacity=7 --set filter=smooth");
 }
 
+static void times_of_a_frame_choose_the_clusters(void **state)
+{
+    (void)state;
+    agree("--scene builtin:cloth --frames 2 --set light_count=100 --set map_side=64 --set capacity=auto");
+    assert_int_equal(run("render", "--technique envshadow --backend gl --scene builtin:cloth --size 32x24 "
+                         "--set light_count=100 --set map_side=64 --set capacity=auto --out x.pfm --json -"), 0);
+    assert_true(number("capacity") >= 1 && number("capacity") <= 64);
+}
+
 static void an_explosion_under_a_sun_in_channels_is_lit_alike(void **state)
 {
     (void)state;
@@ -57,6 +66,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(instances_by_the_penumbra_filter_are_lit_alike),
         cmocka_unit_test(cloth_in_motion_in_clusters_is_lit_alike),
+        cmocka_unit_test(times_of_a_frame_choose_the_clusters),
         cmocka_unit_test(an_explosion_under_a_sun_in_channels_is_lit_alike),
         cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf),
         cmocka_unit_test(a_board_with_holes_is_lit_alike), cmocka_unit_test(a_sky_through_a_window_lights_alike)

@@ -66,6 +66,16 @@ static void probes_print_what_was_looked_at(void **state)
     assert_int_equal(run("02b_shadowfield_probes", ""), 0);
     assert_non_null(strstr(output, "probe 0: 85 % of all directions open, 1.88 W/m^2 from above"));
     assert_non_null(strstr(output, "three walls leave 0.3308 of all directions: wavelets 0.3308"));
+    assert_non_null(strstr(output, "of a sun above them 1.00 is seen, of one below 0.00"));
+}
+
+/* A reading of a map by eye, without its bias, is the library's but at edges. */
+static void stages_are_asked_and_read(void **state)
+{
+    (void)state;
+    assert_int_equal(run("04d_ism_stages", "picture.ppm"), 0);
+    assert_non_null(strstr(output, "sees 77 % of the pixels before it"));
+    assert_non_null(strstr(output, "ism_visible agrees on 96."));
 }
 
 /* What 06b writes for other APIs is a shader that compiles for Vulkan, a block and a light. */
@@ -84,6 +94,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(examples_draw_what_was_looked_at),
                                         cmocka_unit_test(probes_print_what_was_looked_at),
+                                        cmocka_unit_test(stages_are_asked_and_read),
                                         cmocka_unit_test(own_api_example_writes_a_shader) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -229,6 +229,37 @@ static void minimal_example_draws(void **state)
     assert_true(torus[0] > torus[2] + 20);
 }
 
+/* Where two strands of the knot pass each other, they shade each other. The GPU answers as the CPU does but for what
+   rounding takes to the pixel beside: fewer than one question in a thousand. */
+static void occlusion_example_answers_as_the_cpu(void **state)
+{
+    enum { W = 480, H = 400, HEAD = 15 };
+    static unsigned char picture[HEAD + 3 * W * H + 1];
+    const unsigned char *open = picture + HEAD + 3 * (300 * W + 130), *dark = picture + HEAD + 3 * (230 * W + 215);
+    const unsigned char *sky = picture + HEAD + 3 * (20 * W + 20);
+    char command[600], said[300] = "", *counts;
+    unsigned questions = 0, differ = 1;
+    float mean = 0, low = 0;
+    (void)state;
+    need();
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06c_csm_gl_build %s/occlusion.ppm > %s/said",
+             build_folder(), folder, folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("occlusion.ppm", picture, sizeof picture), HEAD + 3 * W * H);
+    assert_in_range(read_file("said", (unsigned char *)said, sizeof said - 1), 100, sizeof said - 1);
+    assert_ptr_equal(strstr(said, "1024 maps in "), said);
+    counts = strchr(said, '\n');
+    assert_non_null(counts);
+    assert_int_equal(sscanf(counts, " %u questions, %u answers differ from the CPU's; vertices see %f of the sky, at "
+                            "least %f", &questions, &differ, &mean, &low), 4);
+    assert_int_equal(questions, 256 * 24 * 64);
+    assert_true(differ < questions / 1000);
+    assert_true(mean > 0.72f && mean < 0.76f && low > 0.25f && low < 0.45f);
+    assert_true(open[0] > dark[0] + 40 && dark[0] > dark[2] + 20);
+    assert_in_range(sky[2], 240, 244);
+}
+
 /* No light goes up: what is seen on the ceiling came by way of the red wall and the floor. */
 static void bounced_light_example_draws(void **state)
 {
@@ -510,6 +541,7 @@ int main(int count, char **values)
         cmocka_unit_test(shows_what_render_writes),
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
+        cmocka_unit_test(occlusion_example_answers_as_the_cpu),
         cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
         cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
