@@ -229,16 +229,22 @@ static int make_canvas(app *a, glbk_format format, glbk_texture *texture, glbk_t
            glbk_target_create(&a->gl, &to, target) == GLBK_OK;
 }
 
+/* Where the vertex array has what it has: the position alone; normals are those of the triangles. */
+static const glbk_attributes where = { 3, -1, -1, -1 };
+
 static int make_light(app *a)
 {
     const rsm_light spot = { RSM_LIGHT_SPOT, { 0.2f, 1.9f, 0.8f }, { -1, -0.5f, -0.5f }, { 0, 1, 0 }, { 25, 25, 25 }, 0,
                              0.35f, 0.05f, 10 };
-    const glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 0, 0, 0 };
+    glbk_rsm_renderer_desc size = { 0 };
     const glbk_ism_renderer_desc ism_size = { WIDTH, HEIGHT };
     ism_desc sizes = { 0 };
     sizes.vpl_count = VPLS;
     sizes.surfel_count = SURFELS;
     sizes.lazy_frames = LAZY;
+    size.width = WIDTH;
+    size.height = HEIGHT;
+    size.attributes = where;
     return ism_create(&sizes, &a->chosen) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
            glbk_ism_renderer_create(&a->gl, &ism_size, &a->ism) == GLBK_OK &&
            glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
@@ -248,11 +254,12 @@ static int make_light(app *a)
 static int make_all(app *a)
 {
     const glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };
-    const glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
     glbk_desc desc = { 0 };
     const glbk_functions *gl = &a->gl.gl;
     desc.get_proc_fn = get_proc;
     desc.system.log = say;
+    view.attributes = where;
     if (glbk_init(&a->gl, &desc) != GLBK_OK || glbk_gbuffer_create(&a->gl, &view, &a->seen) != GLBK_OK ||
         glbk_program_compile(&a->gl, &source, &a->tone) != GLBK_OK || !make_light(a) ||
         !make_canvas(a, GLBK_FORMAT_RGBA16F, &a->light_texture, &a->light) ||
@@ -262,8 +269,8 @@ static int make_all(app *a)
     gl->GenVertexArrays(1, &a->vertex_array);
     gl->BindVertexArray(a->vertex_array);
     gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, a->vertices.name);
-    gl->EnableVertexAttribArray(0);
-    gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+    gl->EnableVertexAttribArray((uint32_t)where.position);
+    gl->VertexAttribPointer((uint32_t)where.position, 3, GLBK_GL_FLOAT, 0, 0, NULL);
     return 1;
 }
 

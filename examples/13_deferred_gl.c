@@ -579,7 +579,7 @@ static glbk_result make_sky(app *a)
     envlt_map map = { ENVLT_PROJECTION_LATLONG, 64, 32, rgb, 0 };
     const glbk_envsh_renderer_desc size = { WIDTH, HEIGHT };
     envsh_maps_desc layout = { 0 };
-    const glbk_envsh_maps_desc maps = { SKY_LIGHTS, &layout, NULL, NULL };
+    const glbk_envsh_maps_desc maps = { SKY_LIGHTS, &layout, NULL, NULL, { 0, 0, 0, 0 } };
     envlt_desc desc = { 0 };
     envlt_result lit;
     envsh_result laid;

@@ -498,8 +498,8 @@ typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
    alone. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
-/* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
-   changes neither program nor state. */
+/* Draws your object: it binds a vertex array with the position in object space, and draws. It changes neither
+   program nor state. */
 
 typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
 /* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
@@ -513,6 +513,7 @@ typedef struct glbk_csm_builder_desc {
     glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
     glbk_csm_draw_fn  draw_fn;
     void             *user;             /* given to both */
+    glbk_attributes   attributes;       /* of your object: position counts, all zero = 0 */
 } glbk_csm_builder_desc;                /* maps is read until glbk_csm_builder_create returns */
 
 typedef struct glbk_csm_segment {       /* private: of one pixel */
@@ -2775,8 +2776,11 @@ static const struct { char s0[385]; char end; } glbk__glsl_prog_csm_peel_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[333]; char end; } glbk__glsl_prog_csm_peel_vert = {
-    "\n\n\nlayout(location=0)in vec3 position;\n"
+static const struct { char s0[407]; char end; } glbk__glsl_prog_csm_peel_vert = {
+    "\n\n\n#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
     "invariant gl_Position;\n"
     "invariant out float csm_depth;\n"
     "\nvoid main()\n"
@@ -4581,7 +4585,7 @@ static glbk_result glbk__csm_take_maps(const glbk_context *ctx, const cohsm_desc
 
 /* Checks the desc of a builder, and takes over what it says. */
 static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d,
-                                          glbk_csm_builder *out)
+                                          glbk_csm_builder *out, glbk_attributes *attributes)
 {
     static const char function[] = "glbk_csm_builder_create";
     const glbk_result bad = GLBK_ERR_DESC;
@@ -4595,21 +4599,32 @@ static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_cs
     out->view_fn = d->view_fn;
     out->draw_fn = d->draw_fn;
     out->user = d->user;
-    result = glbk__csm_take_maps(ctx, d->maps ? d->maps : &defaults, out);
+    result = glbk__take_attributes(ctx, function, &d->attributes, attributes);
+    if (result == GLBK_OK) result = glbk__csm_take_maps(ctx, d->maps ? d->maps : &defaults, out);
     if (result != GLBK_OK) memset(out, 0, sizeof *out);
     return result;
+}
+
+/* Compiles the program that draws the first layer, or that of the others. */
+static glbk_result glbk__csm_peel_program(glbk_context *ctx, const glbk_attributes *attributes,
+                                          const char *first, glbk_program *out)
+{
+    char defines[GLBK__ATTRIBUTES_ROOM];
+    glbk__write_attributes(attributes, first, defines);
+    return glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", defines, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
                                              glbk_csm_builder *out)
 {
     glbk_csm__allocator memory;
+    glbk_attributes attributes;
     size_t pixels;
     glbk_result result;
 
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
-    if (result == GLBK_OK) result = glbk__csm_take_builder(ctx, d, out);
+    if (result == GLBK_OK) result = glbk__csm_take_builder(ctx, d, out, &attributes);
     if (result != GLBK_OK) return result;
     pixels = (size_t)out->map_side * out->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
@@ -4620,10 +4635,9 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result =
-            glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=1", &out->first_layer);
     if (result == GLBK_OK)
-        result = glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=0", &out->next_layer);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_csm_part(),
                                       out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,

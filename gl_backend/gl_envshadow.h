@@ -170,10 +170,11 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
 typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_envsh_maps *maps,
                                           uint32_t instances);
 /* Draws everything that casts shadows. For each object the function calls glbk_envsh_cast, binds its vertex
-   array (attribute 0 is the position), and draws `instances` instances. It returns GLBK_OK; any other result
-   ends the call that renders the maps and is what that call returns. The function is called once for each
-   page, with rgba once for each of the four channels of a page, and on OpenGL ES that often for each column
-   of tiles. With desc.check of the context it is called twice as often, and must draw the same each time. */
+   array (with the position where glbk_envsh_maps_desc.attributes says), and draws `instances` instances. It
+   returns GLBK_OK; any other result ends the call that renders the maps and is what that call returns. The
+   function is called once for each page, with rgba once for each of the four channels of a page, and on
+   OpenGL ES that often for each column of tiles. With desc.check of the context it is called twice as often,
+   and must draw the same each time. */
 
 GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float transform[16]);
 /* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
@@ -207,6 +208,8 @@ typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about
     const char            *vertex;      /* your own vertex shader for casters (skinning), written as
                                            lib/envsh_cast.glsl says; NULL, like fragment = the library's */
     const char            *fragment;    /* your own fragment shader for them (alpha masks) */
+    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0. Shaders of your own say
+                                           themselves where they have it */
 } glbk_envsh_maps_desc;                 /* maps is read until glbk_envsh_maps_create returns */
 
 struct glbk_envsh_maps {                /* read only; zeroed = none */
@@ -914,8 +917,11 @@ static const struct { char s0[131]; char end; } glbk__glsl_prog_envsh_cast_frag 
     "}\n", 0
 };
 
-static const struct { char s0[144]; char end; } glbk__glsl_prog_envsh_cast_vert = {
-    "\n\n\nlayout(location=0)in vec3 position;\n"
+static const struct { char s0[218]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+    "\n\n\n#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
     "out float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1188,7 +1194,10 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
                                                glbk_envsh_maps *m)
 {
     const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
-    glbk_result result;
+    char with_attributes[GLBK__ATTRIBUTES_ROOM];
+    glbk_attributes attributes;
+    glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
+    if (result != GLBK_OK) return result;
     if (d->vertex) {
         glbk_source source;
         memset(&source, 0, sizeof source);
@@ -1199,7 +1208,8 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
         source.defines = defines;
         result = glbk_program_compile(ctx, &source, &m->cast);
     } else {
-        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
+        glbk__write_attributes(&attributes, defines, with_attributes);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", with_attributes, &m->cast);
     }
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);

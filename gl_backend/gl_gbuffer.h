@@ -173,7 +173,8 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffe
 
 /* ---- structs of page one ---- */
 
-/* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. */
+/* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. All
+   calls that draw your meshes take it: what they do not read may stand anywhere. */
 typedef struct glbk_attributes {
     int32_t position;
     int32_t normal;                 /* below 0: the mesh has no normals, and those of its triangles are
@@ -386,6 +387,18 @@ GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_r
    lib/gbuffer.glsl beside files of its own part. */
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out);
+
+/* Copies the locations of attributes with their defaults resolved, and checks that each is at most 15 and
+   used once, and that there is a position. function is __func__ of a call whose desc has them. */
+GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
+                                            const glbk_attributes *from, glbk_attributes *to);
+
+/* Writes defines for a program whose vertex shader has its attributes there: GBUFFER_POSITION,
+   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and behind them `more`, which may be "" and has up to 48
+   characters. */
+#define GLBK__ATTRIBUTES_ROOM 128
+GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                      char defines[GLBK__ATTRIBUTES_ROOM]);
 
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
    width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is
@@ -1136,11 +1149,9 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
-/* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
-static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
-                                            glbk_attributes *to)
+GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
+                                            const glbk_attributes *from, glbk_attributes *to)
 {
-    static const char function[] = "glbk_gbuffer_create";
     static const char *const names[4] = { "desc.attributes.position", "desc.attributes.normal",
                                           "desc.attributes.uv", "desc.attributes.tangent" };
     int32_t at[4];
@@ -1163,6 +1174,30 @@ static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_
                                           "used by no other attribute");
     }
     return GLBK_OK;
+}
+
+GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                      char defines[GLBK__ATTRIBUTES_ROOM])
+{
+    static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
+                                          " GBUFFER_TANGENT=" };
+    int32_t locations[4];
+    size_t used = 0;
+    int i;
+
+    locations[0] = at->position;
+    locations[1] = at->normal;
+    locations[2] = at->uv;
+    locations[3] = at->tangent;
+    for (i = 0; i < 4; i++) {
+        memcpy(defines + used, names[i], strlen(names[i]));
+        used += strlen(names[i]);
+        if (locations[i] < 0) defines[used++] = '-';
+        if (locations[i] > 9) defines[used++] = '1';
+        defines[used++] = (char)(locations[i] < 0 ? '1' : '0' + locations[i] % 10);
+    }
+    defines[used++] = ' ';
+    memcpy(defines + used, more, strlen(more) + 1);
 }
 
 /* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
@@ -1241,7 +1276,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
     result = glbk__require(ctx, __func__, "out", out);
     if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, d);
     if (result != GLBK_OK) return result;
-    result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
+    result = glbk__take_attributes(ctx, __func__, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
         out->height = d->height;
@@ -1485,26 +1520,10 @@ enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_
    one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
-    static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
-                                          " GBUFFER_TANGENT=" };
-    int32_t at[4];
-    char defines[100];
-    size_t used = 0;
-    int i;
+    char defines[GLBK__ATTRIBUTES_ROOM];
 
     if (g->draw_program.name) return GLBK_OK;
-    at[0] = g->attributes.position;
-    at[1] = g->attributes.normal;
-    at[2] = g->attributes.uv;
-    at[3] = g->attributes.tangent;
-    for (i = 0; i < 4; i++) {
-        memcpy(defines + used, names[i], strlen(names[i]));
-        used += strlen(names[i]);
-        if (at[i] < 0) defines[used++] = '-';
-        if (at[i] > 9) defines[used++] = '1';
-        defines[used++] = (char)(at[i] < 0 ? '1' : '0' + at[i] % 10);
-    }
-    defines[used] = 0;
+    glbk__write_attributes(&g->attributes, "", defines);
     return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
 }
 

@@ -170,8 +170,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const struct gl
    the renderer gathers and filters by compute.
    out      zeroed on errors
    Memory   on the GPU: 4 MB, and for each pixel 48 bytes, with interpolate 13 more, with denoise 96 more
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. Those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range, or a location is
+            used twice. GLBK_ERR_LIMIT: width or height is above ctx->max_side. Those of textures and
+            targets */
 
 GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
                                          glbk_rsm_map *out);
@@ -185,8 +186,8 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Draws your scene: for each object the function calls glbk_rsm_object, binds its vertex array and draws.
-   Attributes are 0 position, 1 normal, 2 texture coordinates; an attribute that the array has not enabled
-   must be zero. Where the normal is zero, the triangle's own counts. */
+   Attributes are where glbk_rsm_renderer_desc.attributes says; one that the array has not enabled must be
+   zero. Where the normal is zero, the triangle's own counts. */
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
                                        glbk_rsm_draw_fn draw_fn, void *user);
@@ -258,6 +259,8 @@ typedef struct glbk_rsm_renderer_desc { /* zero it, then set what you care about
     int      denoise;                   /* not 0: makes room for glbk_rsm_denoise */
     uint32_t lights_per_pass;           /* pixel lights that one pass adds up, at most 32768; 0 = 4096. Give
                                            fewer if the driver stops passes that take long */
+    glbk_attributes attributes;         /* of meshes that are drawn into maps: position, normal and uv count.
+                                           All zero = 0, 1, 2 */
 } glbk_rsm_renderer_desc;
 
 /* ==== src/gl_rsm/api.h ==== */
@@ -563,6 +566,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     uint32_t        width;              /* pixels */
     uint32_t        height;
     uint32_t        lights_per_pass;    /* as in the desc, with its default */
+    glbk_attributes attributes;         /* the same */
     uint32_t        direct;             /* which of sums holds direct light; 9 = none */
     uint32_t        bounce;             /* which of sums holds bounced light; 3 and 4 = history; 9 = none */
     uint32_t        remembers;          /* 1 + which history is the newest; 0 = none */
@@ -1721,10 +1725,23 @@ static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "}\n", 0
 };
 
-static const struct { char s0[406]; char end; } glbk__glsl_prog_rsm_fill_vert = {
-    "\n\nlayout(location=0)in vec3 position;\n"
-    "layout(location=1)in vec3 normal;\n"
-    "layout(location=2)in vec2 uv;\n"
+static const struct { char s0[671]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+    "\n\n\n#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#define GBUFFER_NORMAL 1\n"
+    "#define GBUFFER_UV 2\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
+    "#if GBUFFER_NORMAL >= 0\n"
+    "layout(location=GBUFFER_NORMAL)in vec3 normal;\n"
+    "#else\n"
+    "const vec3 normal=vec3(.0);\n"
+    "#endif\n"
+    "#if GBUFFER_UV >= 0\n"
+    "layout(location=GBUFFER_UV)in vec2 uv;\n"
+    "#else\n"
+    "const vec2 uv=vec2(.0);\n"
+    "#endif\n"
     "out vec3 rsm_place,rsm_facing;\n"
     "out vec2 rsm_uv;\n"
     "\nvoid main()\n"
@@ -3108,6 +3125,11 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     if (d->lights_per_pass > GLBK__RSM_LIST / 2)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lights_per_pass", d->lights_per_pass, 0,
                                   GLBK__RSM_LIST / 2);
+    result = glbk__take_attributes(ctx, __func__, &d->attributes, &out->attributes);
+    if (result != GLBK_OK) {
+        memset(out, 0, sizeof *out);
+        return result;
+    }
     out->width = d->width;
     out->height = d->height;
     out->lights_per_pass = d->lights_per_pass ? d->lights_per_pass : 4096;
@@ -3224,6 +3246,11 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
     const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
                       which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
+    if (which == GLBK__RSM_FILL) {
+        char defines[GLBK__ATTRIBUTES_ROOM];
+        glbk__write_attributes(&r->attributes, "", defines);
+        return glbk__program_create(ctx, glbk_rsm_part(), names[0], defines, &r->programs[which]);
+    }
     if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }

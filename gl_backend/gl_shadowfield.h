@@ -377,8 +377,8 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
 
 typedef void (*glbk_sfield_draw_fn)(void *user, glbk_context *ctx, int32_t instances);
 /* Draws so many instances of your object, which lies within the field's sphere. The function binds a vertex
-   array with the position in the field's space as attribute 0 and, for sources, the radiance of the triangle
-   as attribute 1. It must change neither program nor state. */
+   array with the position in the field's space and, for sources, the radiance of the triangle. It must change
+   neither program nor state. */
 
 typedef struct glbk_sfield_builder glbk_sfield_builder; /* see below */
 
@@ -391,6 +391,8 @@ typedef struct glbk_sfield_builder_desc {
                                        draw_fn draws others */
     glbk_sfield_draw_fn draw_fn;    /* used without a mesh */
     void               *user;       /* given to draw_fn */
+    glbk_attributes     attributes; /* of what draw_fn draws: position counts, all zero = 0 */
+    uint32_t            radiance_attribute; /* location of its radiance, 1..15; 0 = 1 */
 } glbk_sfield_builder_desc;         /* keep all of it until glbk_sfield_builder_create returns */
 
 GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
@@ -1515,10 +1517,14 @@ static const struct { char s0[330]; char end; } glbk__glsl_prog_sfield_see_frag 
     "}\n", 0
 };
 
-static const struct { char s0[876]; char end; } glbk__glsl_prog_sfield_see_vert = {
-    "\n\n\n\n\nlayout(location=0)in vec3 position;\n"
+static const struct { char s0[990]; char end; } glbk__glsl_prog_sfield_see_vert = {
+    "\n\n\n\n\n#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#define SFIELD_RADIANCE 1\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
     "#if SFIELD_SOURCE\n"
-    "layout(location=1)in vec3 radiance;\n"
+    "layout(location=SFIELD_RADIANCE)in vec3 radiance;\n"
     "flat out vec3 sfield_radiance;\n"
     "out float sfield_depth;\n"
     "#endif\n"
@@ -3138,15 +3144,45 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     return GLBK_OK;
 }
 
+/* Compiles the program that draws what a builder sees; the library draws a mesh with attributes of its
+   own. */
+static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield_builder_desc *d,
+                                            glbk_sfield_builder *b)
+{
+    static const char function[] = "glbk_sfield_builder_create";
+    const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
+    char more[40], defines[GLBK__ATTRIBUTES_ROOM];
+    glbk_attributes at;
+    glbk__sink sink;
+    glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
+
+    if (result != GLBK_OK) return result;
+    if (radiance > 15)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance, 0, 15);
+    if (d->mesh) at.position = 0;
+    if (b->source && (uint32_t)at.position == radiance)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance,
+                                  "other than desc.attributes.position");
+    sink.out = more;
+    sink.bytes = sizeof more;
+    sink.used = 0;
+    glbk__append_text(&sink, b->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0");
+    glbk__append_text(&sink, " SFIELD_RADIANCE=");
+    glbk__sfield_number(&sink, radiance);
+    more[sink.used] = 0;
+    glbk__write_attributes(&at, more, defines);
+    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+}
+
 /* Compiles the programs of a builder. */
-static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_builder *b)
+static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, const glbk_sfield_builder_desc *d,
+                                                 glbk_sfield_builder *b)
 {
     char defines[] = "SFIELD_SOURCE=0 SFIELD_BANDS=0";
-    glbk_result result;
+    glbk_result result = glbk__sfield_see_program(ctx, d, b);
 
     defines[14] = b->source ? '1' : '0';
     defines[29] = (char)('0' + b->bands);
-    result = glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_sfield_part(),
                                       b->compute ? "sfield_sum.comp" : "sfield_sum.frag", defines, &b->sum);
@@ -3172,7 +3208,7 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     if (result == GLBK_OK && out->bands) result = glbk__sfield_upload_basis(ctx, out);
     if (result == GLBK_OK) result = glbk__sfield_canvases(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_views), NULL, &out->block);
-    if (result == GLBK_OK) result = glbk__sfield_builder_programs(ctx, out);
+    if (result == GLBK_OK) result = glbk__sfield_builder_programs(ctx, d, out);
     if (result == GLBK_OK) {
         last = out->bands ? &out->coefs : &out->cube;
         memory = glbk_sfield__memory(ctx);

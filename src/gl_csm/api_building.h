@@ -16,8 +16,8 @@ typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
    alone. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
-/* Draws your object: it binds a vertex array whose attribute 0 is the position in object space, and draws. It
-   changes neither program nor state. */
+/* Draws your object: it binds a vertex array with the position in object space, and draws. It changes neither
+   program nor state. */
 
 typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
 /* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
@@ -31,6 +31,7 @@ typedef struct glbk_csm_builder_desc {
     glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
     glbk_csm_draw_fn  draw_fn;
     void             *user;             /* given to both */
+    glbk_attributes   attributes;       /* of your object: position counts, all zero = 0 */
 } glbk_csm_builder_desc;                /* maps is read until glbk_csm_builder_create returns */
 
 typedef struct glbk_csm_segment {       /* private: of one pixel */

@@ -163,7 +163,7 @@ static glbk_result glbk__csm_take_maps(const glbk_context *ctx, const cohsm_desc
 
 /* Checks the desc of a builder, and takes over what it says. */
 static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d,
-                                          glbk_csm_builder *out)
+                                          glbk_csm_builder *out, glbk_attributes *attributes)
 {
     static const char function[] = "glbk_csm_builder_create";
     const glbk_result bad = GLBK_ERR_DESC;
@@ -177,21 +177,32 @@ static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_cs
     out->view_fn = d->view_fn;
     out->draw_fn = d->draw_fn;
     out->user = d->user;
-    result = glbk__csm_take_maps(ctx, d->maps ? d->maps : &defaults, out);
+    result = glbk__take_attributes(ctx, function, &d->attributes, attributes);
+    if (result == GLBK_OK) result = glbk__csm_take_maps(ctx, d->maps ? d->maps : &defaults, out);
     if (result != GLBK_OK) memset(out, 0, sizeof *out);
     return result;
+}
+
+/* Compiles the program that draws the first layer, or that of the others. */
+static glbk_result glbk__csm_peel_program(glbk_context *ctx, const glbk_attributes *attributes,
+                                          const char *first, glbk_program *out)
+{
+    char defines[GLBK__ATTRIBUTES_ROOM];
+    glbk__write_attributes(attributes, first, defines);
+    return glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", defines, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
                                              glbk_csm_builder *out)
 {
     glbk_csm__allocator memory;
+    glbk_attributes attributes;
     size_t pixels;
     glbk_result result;
 
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
-    if (result == GLBK_OK) result = glbk__csm_take_builder(ctx, d, out);
+    if (result == GLBK_OK) result = glbk__csm_take_builder(ctx, d, out, &attributes);
     if (result != GLBK_OK) return result;
     pixels = (size_t)out->map_side * out->map_side;
     out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
@@ -202,10 +213,9 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result =
-            glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=1", &out->first_layer);
     if (result == GLBK_OK)
-        result = glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=0", &out->next_layer);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_csm_part(),
                                       out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,

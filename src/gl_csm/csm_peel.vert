@@ -1,7 +1,10 @@
-// Draws into a view of a builder; attribute 0 is the position. The depth is a varying, so that nothing is cut
-// off in front or behind; two programs compare it exactly, hence invariant.
+// Draws into a view of a builder; the position stands where glbk_csm_builder_desc says. The depth is a
+// varying, so that nothing is cut off in front or behind; two programs compare it exactly, hence invariant.
 // uses: csm_bindings
-layout(location = 0) in vec3 position;
+#ifndef GBUFFER_POSITION
+#define GBUFFER_POSITION 0
+#endif
+layout(location = GBUFFER_POSITION) in vec3 position;
 invariant gl_Position;
 invariant out float csm_depth;
 

@@ -52,10 +52,11 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
 typedef glbk_result (*glbk_envsh_draw_fn)(void *user, glbk_context *ctx, glbk_envsh_maps *maps,
                                           uint32_t instances);
 /* Draws everything that casts shadows. For each object the function calls glbk_envsh_cast, binds its vertex
-   array (attribute 0 is the position), and draws `instances` instances. It returns GLBK_OK; any other result
-   ends the call that renders the maps and is what that call returns. The function is called once for each
-   page, with rgba once for each of the four channels of a page, and on OpenGL ES that often for each column
-   of tiles. With desc.check of the context it is called twice as often, and must draw the same each time. */
+   array (with the position where glbk_envsh_maps_desc.attributes says), and draws `instances` instances. It
+   returns GLBK_OK; any other result ends the call that renders the maps and is what that call returns. The
+   function is called once for each page, with rgba once for each of the four channels of a page, and on
+   OpenGL ES that often for each column of tiles. With desc.check of the context it is called twice as often,
+   and must draw the same each time. */
 
 GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float transform[16]);
 /* Sets the matrix of the next object that a glbk_envsh_draw_fn draws. Only such a function may call it.
@@ -89,6 +90,8 @@ typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about
     const char            *vertex;      /* your own vertex shader for casters (skinning), written as
                                            lib/envsh_cast.glsl says; NULL, like fragment = the library's */
     const char            *fragment;    /* your own fragment shader for them (alpha masks) */
+    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0. Shaders of your own say
+                                           themselves where they have it */
 } glbk_envsh_maps_desc;                 /* maps is read until glbk_envsh_maps_create returns */
 
 struct glbk_envsh_maps {                /* read only; zeroed = none */

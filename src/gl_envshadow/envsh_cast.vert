@@ -1,7 +1,10 @@
-// Puts a caster into the tile of a light: attribute 0 is its position.
+// Puts a caster into the tile of a light. Its position stands where glbk_envsh_maps_desc says.
 // uses: envsh_cast
 // sets: ENVSH_RGBA=0 | ENVSH_RGBA=1
-layout(location = 0) in vec3 position;
+#ifndef GBUFFER_POSITION
+#define GBUFFER_POSITION 0
+#endif
+layout(location = GBUFFER_POSITION) in vec3 position;
 out float envsh_depth;
 
 void main()

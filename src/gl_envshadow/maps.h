@@ -70,7 +70,10 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
                                                glbk_envsh_maps *m)
 {
     const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
-    glbk_result result;
+    char with_attributes[GLBK__ATTRIBUTES_ROOM];
+    glbk_attributes attributes;
+    glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
+    if (result != GLBK_OK) return result;
     if (d->vertex) {
         glbk_source source;
         memset(&source, 0, sizeof source);
@@ -81,7 +84,8 @@ static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_env
         source.defines = defines;
         result = glbk_program_compile(ctx, &source, &m->cast);
     } else {
-        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
+        glbk__write_attributes(&attributes, defines, with_attributes);
+        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", with_attributes, &m->cast);
     }
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);

@@ -87,6 +87,18 @@ GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_r
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out);
 
+/* Copies the locations of attributes with their defaults resolved, and checks that each is at most 15 and
+   used once, and that there is a position. function is __func__ of a call whose desc has them. */
+GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
+                                            const glbk_attributes *from, glbk_attributes *to);
+
+/* Writes defines for a program whose vertex shader has its attributes there: GBUFFER_POSITION,
+   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and behind them `more`, which may be "" and has up to 48
+   characters. */
+#define GLBK__ATTRIBUTES_ROOM 128
+GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                      char defines[GLBK__ATTRIBUTES_ROOM]);
+
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
    width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is
    __func__ of the resolve. */

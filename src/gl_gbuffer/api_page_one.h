@@ -67,7 +67,8 @@ GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *gbuffe
 
 /* ---- structs of page one ---- */
 
-/* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. */
+/* Where a mesh has its attributes: locations 0..15, each used once. All four 0 stands for 0, 1, 2, 3. All
+   calls that draw your meshes take it: what they do not read may stand anywhere. */
 typedef struct glbk_attributes {
     int32_t position;
     int32_t normal;                 /* below 0: the mesh has no normals, and those of its triangles are

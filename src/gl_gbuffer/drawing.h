@@ -6,26 +6,10 @@ enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_
    one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
-    static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
-                                          " GBUFFER_TANGENT=" };
-    int32_t at[4];
-    char defines[100];
-    size_t used = 0;
-    int i;
+    char defines[GLBK__ATTRIBUTES_ROOM];
 
     if (g->draw_program.name) return GLBK_OK;
-    at[0] = g->attributes.position;
-    at[1] = g->attributes.normal;
-    at[2] = g->attributes.uv;
-    at[3] = g->attributes.tangent;
-    for (i = 0; i < 4; i++) {
-        memcpy(defines + used, names[i], strlen(names[i]));
-        used += strlen(names[i]);
-        if (at[i] < 0) defines[used++] = '-';
-        if (at[i] > 9) defines[used++] = '1';
-        defines[used++] = (char)(at[i] < 0 ? '1' : '0' + at[i] % 10);
-    }
-    defines[used] = 0;
+    glbk__write_attributes(&g->attributes, "", defines);
     return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
 }
 

@@ -55,11 +55,9 @@ static int glbk__gbuffer_is_zero(const float *v, int count)
     return i == count;
 }
 
-/* Copies the locations with their defaults resolved, and checks that each is at most 15 and used once. */
-static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from,
-                                            glbk_attributes *to)
+GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
+                                            const glbk_attributes *from, glbk_attributes *to)
 {
-    static const char function[] = "glbk_gbuffer_create";
     static const char *const names[4] = { "desc.attributes.position", "desc.attributes.normal",
                                           "desc.attributes.uv", "desc.attributes.tangent" };
     int32_t at[4];
@@ -82,6 +80,30 @@ static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_
                                           "used by no other attribute");
     }
     return GLBK_OK;
+}
+
+GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                      char defines[GLBK__ATTRIBUTES_ROOM])
+{
+    static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
+                                          " GBUFFER_TANGENT=" };
+    int32_t locations[4];
+    size_t used = 0;
+    int i;
+
+    locations[0] = at->position;
+    locations[1] = at->normal;
+    locations[2] = at->uv;
+    locations[3] = at->tangent;
+    for (i = 0; i < 4; i++) {
+        memcpy(defines + used, names[i], strlen(names[i]));
+        used += strlen(names[i]);
+        if (locations[i] < 0) defines[used++] = '-';
+        if (locations[i] > 9) defines[used++] = '1';
+        defines[used++] = (char)(locations[i] < 0 ? '1' : '0' + locations[i] % 10);
+    }
+    defines[used++] = ' ';
+    memcpy(defines + used, more, strlen(more) + 1);
 }
 
 /* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
@@ -160,7 +182,7 @@ GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_d
     result = glbk__require(ctx, __func__, "out", out);
     if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, d);
     if (result != GLBK_OK) return result;
-    result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
+    result = glbk__take_attributes(ctx, __func__, &d->attributes, &out->attributes);
     if (result == GLBK_OK) {
         out->width = d->width;
         out->height = d->height;

@@ -46,6 +46,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     uint32_t        width;              /* pixels */
     uint32_t        height;
     uint32_t        lights_per_pass;    /* as in the desc, with its default */
+    glbk_attributes attributes;         /* the same */
     uint32_t        direct;             /* which of sums holds direct light; 9 = none */
     uint32_t        bounce;             /* which of sums holds bounced light; 3 and 4 = history; 9 = none */
     uint32_t        remembers;          /* 1 + which history is the newest; 0 = none */

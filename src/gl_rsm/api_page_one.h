@@ -10,8 +10,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const struct gl
    the renderer gathers and filters by compute.
    out      zeroed on errors
    Memory   on the GPU: 4 MB, and for each pixel 48 bytes, with interpolate 13 more, with denoise 96 more
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. Those of textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range, or a location is
+            used twice. GLBK_ERR_LIMIT: width or height is above ctx->max_side. Those of textures and
+            targets */
 
 GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *light, uint32_t side,
                                          glbk_rsm_map *out);
@@ -25,8 +26,8 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Draws your scene: for each object the function calls glbk_rsm_object, binds its vertex array and draws.
-   Attributes are 0 position, 1 normal, 2 texture coordinates; an attribute that the array has not enabled
-   must be zero. Where the normal is zero, the triangle's own counts. */
+   Attributes are where glbk_rsm_renderer_desc.attributes says; one that the array has not enabled must be
+   zero. Where the normal is zero, the triangle's own counts. */
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
                                        glbk_rsm_draw_fn draw_fn, void *user);
@@ -98,4 +99,6 @@ typedef struct glbk_rsm_renderer_desc { /* zero it, then set what you care about
     int      denoise;                   /* not 0: makes room for glbk_rsm_denoise */
     uint32_t lights_per_pass;           /* pixel lights that one pass adds up, at most 32768; 0 = 4096. Give
                                            fewer if the driver stops passes that take long */
+    glbk_attributes attributes;         /* of meshes that are drawn into maps: position, normal and uv count.
+                                           All zero = 0, 1, 2 */
 } glbk_rsm_renderer_desc;

@@ -73,6 +73,11 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     if (d->lights_per_pass > GLBK__RSM_LIST / 2)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lights_per_pass", d->lights_per_pass, 0,
                                   GLBK__RSM_LIST / 2);
+    result = glbk__take_attributes(ctx, __func__, &d->attributes, &out->attributes);
+    if (result != GLBK_OK) {
+        memset(out, 0, sizeof *out);
+        return result;
+    }
     out->width = d->width;
     out->height = d->height;
     out->lights_per_pass = d->lights_per_pass ? d->lights_per_pass : 4096;
@@ -189,6 +194,11 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
     const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
                       which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
+    if (which == GLBK__RSM_FILL) {
+        char defines[GLBK__ATTRIBUTES_ROOM];
+        glbk__write_attributes(&r->attributes, "", defines);
+        return glbk__program_create(ctx, glbk_rsm_part(), names[0], defines, &r->programs[which]);
+    }
     if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }

@@ -1,8 +1,22 @@
-// Places a vertex in a face of a map. Attributes are 0 position, 1 normal, 2 texture coordinates.
+// Places a vertex in a face of a map. Attributes stand where glbk_rsm_renderer_desc says; if a location is
+// below 0, the mesh has no such attribute.
 // uses: rsm_bindings
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec2 uv;
+#ifndef GBUFFER_POSITION
+#define GBUFFER_POSITION 0
+#define GBUFFER_NORMAL 1
+#define GBUFFER_UV 2
+#endif
+layout(location = GBUFFER_POSITION) in vec3 position;
+#if GBUFFER_NORMAL >= 0
+layout(location = GBUFFER_NORMAL) in vec3 normal;
+#else
+const vec3 normal = vec3(0.0);
+#endif
+#if GBUFFER_UV >= 0
+layout(location = GBUFFER_UV) in vec2 uv;
+#else
+const vec2 uv = vec2(0.0);
+#endif
 out vec3 rsm_place, rsm_facing;
 out vec2 rsm_uv;
 

@@ -12,8 +12,8 @@
 
 typedef void (*glbk_sfield_draw_fn)(void *user, glbk_context *ctx, int32_t instances);
 /* Draws so many instances of your object, which lies within the field's sphere. The function binds a vertex
-   array with the position in the field's space as attribute 0 and, for sources, the radiance of the triangle
-   as attribute 1. It must change neither program nor state. */
+   array with the position in the field's space and, for sources, the radiance of the triangle. It must change
+   neither program nor state. */
 
 typedef struct glbk_sfield_builder glbk_sfield_builder; /* see below */
 
@@ -26,6 +26,8 @@ typedef struct glbk_sfield_builder_desc {
                                        draw_fn draws others */
     glbk_sfield_draw_fn draw_fn;    /* used without a mesh */
     void               *user;       /* given to draw_fn */
+    glbk_attributes     attributes; /* of what draw_fn draws: position counts, all zero = 0 */
+    uint32_t            radiance_attribute; /* location of its radiance, 1..15; 0 = 1 */
 } glbk_sfield_builder_desc;         /* keep all of it until glbk_sfield_builder_create returns */
 
 GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,

@@ -284,15 +284,45 @@ static glbk_result glbk__sfield_read_builder(const glbk_context *ctx, const char
     return GLBK_OK;
 }
 
+/* Compiles the program that draws what a builder sees; the library draws a mesh with attributes of its
+   own. */
+static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield_builder_desc *d,
+                                            glbk_sfield_builder *b)
+{
+    static const char function[] = "glbk_sfield_builder_create";
+    const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
+    char more[40], defines[GLBK__ATTRIBUTES_ROOM];
+    glbk_attributes at;
+    glbk__sink sink;
+    glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
+
+    if (result != GLBK_OK) return result;
+    if (radiance > 15)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance, 0, 15);
+    if (d->mesh) at.position = 0;
+    if (b->source && (uint32_t)at.position == radiance)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance,
+                                  "other than desc.attributes.position");
+    sink.out = more;
+    sink.bytes = sizeof more;
+    sink.used = 0;
+    glbk__append_text(&sink, b->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0");
+    glbk__append_text(&sink, " SFIELD_RADIANCE=");
+    glbk__sfield_number(&sink, radiance);
+    more[sink.used] = 0;
+    glbk__write_attributes(&at, more, defines);
+    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+}
+
 /* Compiles the programs of a builder. */
-static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, glbk_sfield_builder *b)
+static glbk_result glbk__sfield_builder_programs(glbk_context *ctx, const glbk_sfield_builder_desc *d,
+                                                 glbk_sfield_builder *b)
 {
     char defines[] = "SFIELD_SOURCE=0 SFIELD_BANDS=0";
-    glbk_result result;
+    glbk_result result = glbk__sfield_see_program(ctx, d, b);
 
     defines[14] = b->source ? '1' : '0';
     defines[29] = (char)('0' + b->bands);
-    result = glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_sfield_part(),
                                       b->compute ? "sfield_sum.comp" : "sfield_sum.frag", defines, &b->sum);
@@ -318,7 +348,7 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     if (result == GLBK_OK && out->bands) result = glbk__sfield_upload_basis(ctx, out);
     if (result == GLBK_OK) result = glbk__sfield_canvases(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_views), NULL, &out->block);
-    if (result == GLBK_OK) result = glbk__sfield_builder_programs(ctx, out);
+    if (result == GLBK_OK) result = glbk__sfield_builder_programs(ctx, d, out);
     if (result == GLBK_OK) {
         last = out->bands ? &out->coefs : &out->cube;
         memory = glbk_sfield__memory(ctx);

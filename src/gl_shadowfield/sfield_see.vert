@@ -1,11 +1,15 @@
 // Draws a mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column
-// and clips along x; the near and far planes do so along y, so that no triangle leaves its tile. Attribute 0
-// is the position, 1 the radiance.
+// and clips along x; the near and far planes do so along y, so that no triangle leaves its tile. The
+// position and the radiance stand where glbk_sfield_builder_desc says.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
-layout(location = 0) in vec3 position;
+#ifndef GBUFFER_POSITION
+#define GBUFFER_POSITION 0
+#define SFIELD_RADIANCE 1
+#endif
+layout(location = GBUFFER_POSITION) in vec3 position;
 #if SFIELD_SOURCE
-layout(location = 1) in vec3 radiance;
+layout(location = SFIELD_RADIANCE) in vec3 radiance;
 flat out vec3 sfield_radiance;
 out float sfield_depth;
 #endif

@@ -586,7 +586,7 @@ static void tiles_do_not_bleed(void **state)
     c.r = &r;
     for (rgba = 0; rgba < 2; rgba++) {
         const envsh_maps_desc layout = { .map_side = 64, .rgba = rgba };
-        const glbk_envsh_maps_desc d = { r.count, &layout, checker_vertex, checker_fragment };
+        const glbk_envsh_maps_desc d = { r.count, &layout, checker_vertex, checker_fragment, { 0, 0, 0, 0 } };
         glbk_envsh_maps m;
         glbk_texture table;
         tool ask = make_tool(t, ask_text, "envsh_light",
@@ -907,9 +907,11 @@ static void bad_arguments_are_named(void **state)
     glbk_envsh_frame frame;
     static const envsh_maps_desc good = { .map_side = 64, .guard = 4 }, low = { .map_side = 15 },
                                  high = { .map_side = 5000 }, wide = { .map_side = 64, .guard = 17 };
-    static const glbk_envsh_maps_desc bad[] = { { 0, &good, NULL, NULL }, { 8193, &good, NULL, NULL },
-                                                { 4, &low, NULL, NULL }, { 4, &high, NULL, NULL },
-                                                { 4, &wide, NULL, NULL }, { 4, &good, leaf_vertex, NULL } };
+    static const glbk_envsh_maps_desc bad[] = {
+        { .capacity = 0, .maps = &good }, { .capacity = 8193, .maps = &good }, { .capacity = 4, .maps = &low },
+        { .capacity = 4, .maps = &high }, { .capacity = 4, .maps = &wide },
+        { .capacity = 4, .maps = &good, .vertex = leaf_vertex }
+    };
     size_t i;
     for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         assert_int_equal(glbk_envsh_maps_create(&t->gl, &bad[i], &m), GLBK_ERR_DESC);

@@ -757,8 +757,8 @@ static void csm_builders_refuse_bad_arguments(void **state)
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
     cohsm_desc maps;
-    const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL };
-    glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL };
+    const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL, { 0, 0, 0, 0 } };
+    glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL, { 0, 0, 0, 0 } };
     glbk_csm_builder b, none;
     uint32_t last = 99;
 
@@ -830,7 +830,7 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     envsh_maps_desc maps = { .map_side = 16, .guard = 2 };
-    glbk_envsh_maps_desc d = { 2, &maps, NULL, NULL };
+    glbk_envsh_maps_desc d = { 2, &maps, NULL, NULL, { 0, 0, 0, 0 } };
     envsh_query q = { ENVSH_FILTER_PENUMBRA, 16, 4, 1, 1, 0, 0 };
     glbk_envsh_maps m, none = { 0 };
     glbk_envsh_renderer r, no_r = { 0 };
@@ -1044,7 +1044,7 @@ static void rsm_renderers_and_tables_refuse_bad_arguments(void **state)
     rsm_light l = { RSM_LIGHT_SPOT, { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, { 1, 1, 1 }, 1, 0.5f, 0.1f, 10 };
     static const rsm_material materials[2], shining = { { 2, 0, 0 }, 1 };
     static const float two[4] = { 0, 0, 2, 0 };
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 0, 0 };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 0, 0, { 0, 0, 0, 0 } };
     rsm_gather_desc tables;
     glbk_rsm_renderer r, none = { 0 };
     glbk_rsm_map m, no_map = { 0 };
@@ -1114,7 +1114,7 @@ static void rsm_passes_refuse_bad_arguments(void **state)
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     rsm_light l = { RSM_LIGHT_SPOT, { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, { 1, 1, 1 }, 1, 0.5f, 0.1f, 10 };
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0 }, plain = { SIDE, SIDE, 0, 0, 0 };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } }, plain = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0 } };
     glbk_rsm_renderer r, none = { 0 }, bare;
     glbk_rsm_map m, no_map = { 0 }, *maps[1] = { &m }, *bad[1] = { NULL }, *unmade[1] = { &no_map };
     const glbk_rsm_map *seen[1] = { &m }, *nothing[1] = { NULL }, *unseen[1] = { &no_map };

@@ -216,7 +216,7 @@ static void make_envsh(gl_test *t)
     const envsh_bounds bounds = { { -1, -1, -1 }, { 1, 1, 1 } };
     glbk_gbuffer_desc size;
     envsh_maps_desc layout;
-    const glbk_envsh_maps_desc maps = { LIGHTS, &layout, NULL, NULL };
+    const glbk_envsh_maps_desc maps = { LIGHTS, &layout, NULL, NULL, { 0, 0, 0, 0 } };
     envlt_desc d;
     const envlt_light *list;
     uint32_t count, i;
@@ -275,7 +275,7 @@ static void destroy_envsh(glbk_context *gl)
 
 static void make_rsm(gl_test *t)
 {
-    const glbk_rsm_renderer_desc renderer = { SIDE, SIDE, 1, 1, 0 };
+    const glbk_rsm_renderer_desc renderer = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
     glbk_gbuffer_desc size;
     rsm_light lamp;
     memset(&size, 0, sizeof size);

@@ -92,7 +92,7 @@ static void make_rsm(gl_test *t, glbk_rsm_renderer *r, glbk_gbuffer *seen)
 {
     static glbk_pixel pixels[TEXELS];
     const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
-    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0 };
+    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0 } };
     int i, k;
     for (i = 0; i < TEXELS; i++) {
         memset(&pixels[i], 0, sizeof pixels[i]);

@@ -158,7 +158,7 @@ static void rsm_resolves_into_any_view(void **state)
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
     const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
-    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0 };
+    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0 } };
     glbk_rsm_renderer r;
     int i, k;
     for (i = 0; i < TEXELS; i++)
