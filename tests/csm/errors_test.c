@@ -350,7 +350,7 @@ static void a_bias_of_zero_is_one_pixel(void **state)
     assert_true(differ > 0);                                    /* below 0: none */
 }
 
-static void meshes_that_cannot_be_used(void **state)
+static void meshes_that_cannot_be_used_are_refused(void **state)
 {
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 3, 8);
     cohsm_mesh m;
@@ -586,7 +586,7 @@ static void every_call_refuses_null(void **state)
     assert_true(v == 5);
 }
 
-static void queries_that_cannot_be_asked(void **state)
+static void queries_that_cannot_be_asked_are_refused(void **state)
 {
     float p[6] = { 0, 0, 0, 1, 1, 1 }, l[6] = { 0, 1, 0, 1, 0, 0 }, v[2] = { 5, 5 };
     const float odd[3] = { NOT_A_NUMBER, INF, -INF };
@@ -676,7 +676,7 @@ static void queries_that_cannot_be_asked(void **state)
     }
 }
 
-static void shards_that_do_not_belong_together(void **state)
+static void shards_that_do_not_belong_together_are_refused(void **state)
 {
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 4, 8);
     cohsm_maps *a, *b, *c, *other[6], *out = (cohsm_maps *)UNTOUCHED;
@@ -838,15 +838,15 @@ int main(void)
         cmocka_unit_test(descs_out_of_range_are_refused), cmocka_unit_test(zeros_of_a_domain_are_its_defaults),
         cmocka_unit_test(domains_of_no_extent_or_not_finite_are_refused),
         cmocka_unit_test(lists_and_tables_that_cannot_be_are_refused),
-        cmocka_unit_test(meshes_that_cannot_be_used),
+        cmocka_unit_test(meshes_that_cannot_be_used_are_refused),
         cmocka_unit_test(messages_name_field_value_and_range),
         cmocka_unit_test(short_indices_build_the_same_bytes),
         cmocka_unit_test(a_bias_of_zero_is_one_pixel),
         cmocka_unit_test(meshes_with_faults_are_used_and_counted),
         cmocka_unit_test(builders_out_of_order_or_without_layers_are_refused),
         cmocka_unit_test(every_call_refuses_null),
-        cmocka_unit_test(queries_that_cannot_be_asked),
-        cmocka_unit_test(shards_that_do_not_belong_together),
+        cmocka_unit_test(queries_that_cannot_be_asked_are_refused),
+        cmocka_unit_test(shards_that_do_not_belong_together_are_refused),
         cmocka_unit_test(results_have_texts),
         cmocka_unit_test(a_budget_counts_the_tables_of_many_maps),
         cmocka_unit_test(a_budget_bounds_what_is_built),

@@ -178,7 +178,7 @@ static void make_plate(gl_test *t, glbk_csm_maps *out)
     model_free(&m);
 }
 
-static void bound_for_a_shader_of_the_users(void **state)
+static void maps_are_bound_for_a_shader_of_the_users(void **state)
 {
     GL_TEST(t, state)
     static const char text[] =
@@ -282,7 +282,7 @@ static void a_shadow_falls_on_a_gbuffer_of_the_users(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(draws_with_maps_and_resolves),
-                                  gl_unit_test(bound_for_a_shader_of_the_users),
+                                  gl_unit_test(maps_are_bound_for_a_shader_of_the_users),
                                   gl_unit_test(a_shadow_falls_on_a_gbuffer_of_the_users) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);

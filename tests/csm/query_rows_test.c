@@ -256,7 +256,7 @@ static void a_sphere_blocks_its_solid_angle(void **state)
     model_free(&m);
 }
 
-static void above_a_plane_and_in_a_closed_box(void **state)
+static void a_plane_hides_its_solid_angle_and_a_closed_box_all(void **state)
 {
     static const double lo[3] = { -1, -0.1, -1 }, hi[3] = { 1, 0, 1 };
     static const double in_lo[3] = { -1, -1, -1 }, in_hi[3] = { 1, 1, 1 };
@@ -685,7 +685,7 @@ int main(void)
 #undef ROW
         cmocka_unit_test(t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette),
         cmocka_unit_test(a_sphere_blocks_its_solid_angle),
-        cmocka_unit_test(above_a_plane_and_in_a_closed_box),
+        cmocka_unit_test(a_plane_hides_its_solid_angle_and_a_closed_box_all),
         cmocka_unit_test(t71_convex_objects_do_not_shadow_themselves_at_bias_0),
         cmocka_unit_test(batches_equal_single_queries_and_simd_equals_scalar),
         cmocka_unit_test(lights_that_are_not_finite_give_1),

@@ -147,7 +147,7 @@ static void t61_what_is_seen_through_a_hole_is_lit_at_any_distance(void **state)
 
 /* ---- T62 ---- */
 
-static void t62_other_objects_behind_and_inside_the_sphere(void **state)
+static void t62_z1z2_lights_nothing_behind_or_inside_the_sphere(void **state)
 {
     static const char *const names[4] = { "", "z1z2", "z1z3_sphere", "z1z3_far" };
     model m = model_sphere(40, 20, 0);
@@ -638,7 +638,7 @@ static double irradiance(const cohsm_maps *maps, const float *p, const double *n
 
 /* A light 2 above the receiver; the object between them is far away (free), or a thin box that covers one
    half (T50). */
-static void irradiance_of_area_lights(void **state)
+static void area_lights_have_the_irradiance_of_closed_forms(void **state)
 {
     static const double free_lo[3] = { 5, 0, 5 }, free_hi[3] = { 6, 1, 6 }, half_lo[3] = { 0, 0.95, -4 },
                         half_hi[3] = { 8, 1.0, 4 };
@@ -689,13 +689,13 @@ static void irradiance_of_area_lights(void **state)
 
 #define CSM_ROWS(X)                                                             \
     X(t61_what_is_seen_through_a_hole_is_lit_at_any_distance)                   \
-    X(t62_other_objects_behind_and_inside_the_sphere)                           \
+    X(t62_z1z2_lights_nothing_behind_or_inside_the_sphere)                      \
     X(t66_object_and_light_moved_together_give_the_same_answers)                \
     X(t67_an_occluder_beyond_the_light_casts_no_shadow)                         \
     X(t67_a_light_at_a_place_shadows_along_segments)                            \
     X(t68_a_light_inside_the_hull_is_refused_and_counted)                       \
     X(t69_agreement_is_exactly_one_or_zero)                                     \
     X(t70_cube_faces_agree_with_ray_casts)                                      \
-    X(irradiance_of_area_lights)
+    X(area_lights_have_the_irradiance_of_closed_forms)
 
 #endif

@@ -888,7 +888,7 @@ static void one_light_takes_the_sun_too(void **state)
 }
 
 /* The sun moves onto the only texel of another light. That one divides another stratum, or has none and stays. */
-static void a_stratum_that_the_sun_takes(void **state)
+static void a_light_whose_stratum_the_sun_takes_divides_another_or_stays(void **state)
 {
     enum { W = 40, H = 20, K = W * H };
     (void)state;
@@ -1317,7 +1317,7 @@ int main(void)
         cmocka_unit_test(a_black_first_frame_starves_none),
         cmocka_unit_test(sun_comes_up),
         cmocka_unit_test(one_light_takes_the_sun_too),
-        cmocka_unit_test(a_stratum_that_the_sun_takes),
+        cmocka_unit_test(a_light_whose_stratum_the_sun_takes_divides_another_or_stays),
         cmocka_unit_test(another_count_changes_few),
         cmocka_unit_test(bright_lights_are_matched_first),
         cmocka_unit_test(match_undoes_a_shuffle),

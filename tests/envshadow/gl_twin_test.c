@@ -806,7 +806,7 @@ static const char leaf_fragment[] =
     "void main() { if (place.x > 0.0) discard; ENVSH_STORE(envsh_depth) }\n";
 
 /* A square over the ground of which a mask leaves the left half, lit from straight above; the picture is drawn. */
-static void masks_of_the_users_and_a_drawn_picture(void **state)
+static void a_mask_of_the_users_lets_light_through_in_a_drawn_picture(void **state)
 {
     GL_TEST(t, state)
     static const double a[3] = { -1, 1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 };
@@ -1266,7 +1266,7 @@ int main(int count, char **values)
         gl_unit_test(tiles_do_not_bleed),
         gl_unit_test(compute_is_the_core_path),
         gl_unit_test(groups_know_what_their_pixels_see),
-        gl_unit_test(masks_of_the_users_and_a_drawn_picture),
+        gl_unit_test(a_mask_of_the_users_lets_light_through_in_a_drawn_picture),
         gl_unit_test(bad_arguments_are_named),
         gl_unit_test(a_draw_of_too_few_instances_is_an_error), gl_unit_test(empty_maps_are_no_error),
         gl_unit_test(failures_leave_nothing),

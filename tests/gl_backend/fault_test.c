@@ -222,7 +222,7 @@ static uint32_t GLBK_CALL unsupported(uint32_t target)
 }
 
 /* A combination of formats that a driver refuses: its number in the log, no framebuffer left, the bound one again. */
-static void targets_that_a_driver_refuses(void **state)
+static void targets_that_a_driver_refuses_leave_nothing(void **state)
 {
     GL_TEST(t, state)
     gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 4, 4, 0);
@@ -668,7 +668,7 @@ static void two_contexts_keep_their_own_functions(void **state)
 
 /* ---- ES 3.0 without EXT_color_buffer_float ---- */
 
-static void floats_that_cannot_be_rendered_to(void **state)
+static void floats_that_cannot_be_rendered_to_are_refused(void **state)
 {
     GL_TEST(t, state)
     static const uint16_t halves[4 * 4 * 4] = { 0 };
@@ -703,7 +703,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(every_function_missing_once_is_named), gl_unit_test(versions_are_read),
-        gl_unit_test(features_are_read),           gl_unit_test(targets_that_a_driver_refuses),
+        gl_unit_test(features_are_read),           gl_unit_test(targets_that_a_driver_refuses_leave_nothing),
         gl_unit_test(bad_descs_of_a_context_are_refused), gl_unit_test(out_of_memory_is_returned_wherever_it_comes),
         gl_unit_test(an_error_of_gl_is_returned_wherever_it_comes), gl_unit_test(without_a_shader_no_program_is_made),
         gl_unit_test(a_failing_allocator_leaves_no_object),             gl_unit_test(real_out_of_memory_is_returned),
@@ -713,7 +713,7 @@ int main(int count, char **values)
         gl_unit_test(a_lost_context_is_called_no_more),               gl_unit_test(destroying_is_always_safe),
         gl_unit_test(without_a_current_context_init_fails_and_freeing_works),
         gl_unit_test(two_contexts_keep_their_own_functions),
-        gl_unit_test(floats_that_cannot_be_rendered_to),
+        gl_unit_test(floats_that_cannot_be_rendered_to_are_refused),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL & ~GL_SOFTPIPE);

@@ -673,7 +673,7 @@ static void colours_gloss_openness_and_entities_are_imported(void **state)
 
 /* ---- a shader of the user's; errors; state ---- */
 
-static void read_by_a_shader_of_the_users(void **state)
+static void a_shader_of_the_users_reads_the_gbuffer(void **state)
 {
     GL_TEST(t, state)
     static const char text[] =
@@ -713,7 +713,7 @@ static void read_by_a_shader_of_the_users(void **state)
     glbk_gbuffer_free(&t->gl, &g);
 }
 
-static void what_is_refused(void **state)
+static void bad_arguments_of_a_gbuffer_are_refused(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
@@ -845,8 +845,8 @@ int main(int count, char **values)
                                   gl_unit_test(its_depth_is_that_of_the_import),
                                   gl_unit_test(a_depth_texture_of_the_users_is_drawn_with_and_left_alone),
                                   gl_unit_test(colours_gloss_openness_and_entities_are_imported),
-                                  gl_unit_test(read_by_a_shader_of_the_users),
-                                  gl_unit_test(what_is_refused),
+                                  gl_unit_test(a_shader_of_the_users_reads_the_gbuffer),
+                                  gl_unit_test(bad_arguments_of_a_gbuffer_are_refused),
                                   gl_unit_test(state_is_left_or_put_back) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);

@@ -89,7 +89,7 @@ static void every_allocation_fails(void **state)
 }
 
 /* A choice that needs more room than the one before, and does not get it: its importances are none. */
-static void importances_of_a_choice_that_failed(void **state)
+static void a_choice_that_failed_has_no_importances(void **state)
 {
     static const float a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 }, up[3] = { 0, 1, 0 };
     ism_mesh m;
@@ -202,7 +202,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_fails),
-        cmocka_unit_test(importances_of_a_choice_that_failed),
+        cmocka_unit_test(a_choice_that_failed_has_no_importances),
         cmocka_unit_test(emitters_may_fail_too),
         cmocka_unit_test(peak_is_what_the_stats_say),
     };

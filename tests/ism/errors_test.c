@@ -496,7 +496,7 @@ static int cancel_after(void *user, float fraction)
 }
 
 /* Importances of a choice that was cancelled are none, though VPLs may be set after it. */
-static void no_importances_of_a_cancelled_choice(void **state)
+static void a_cancelled_choice_has_no_importances(void **state)
 {
     ism_desc d = small_desc();
     ism_vpl v = util_vpl(0, 0, 0, 0, 1, 0, 1);
@@ -845,7 +845,7 @@ int main(void)
         cmocka_unit_test(arguments_are_checked), cmocka_unit_test(limits_of_descs_are_exact),
         cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
         cmocka_unit_test(several_sources_share_the_vpls), cmocka_unit_test(tiles_of_no_vpl_are_empty),
-        cmocka_unit_test(no_importances_of_a_cancelled_choice), cmocka_unit_test(fluxes_beyond_all_sums_are_bad),
+        cmocka_unit_test(a_cancelled_choice_has_no_importances), cmocka_unit_test(fluxes_beyond_all_sums_are_bad),
         cmocka_unit_test(surfels_without_an_atlas_are_the_atlas_s_own),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),

@@ -175,7 +175,7 @@ static double point_kernel(const float *p, const float *n, const float *q, const
     return a > 0 && b > 0 ? a * b / (d2 * d2) * (near_point ? h : 1 - h) : 0;
 }
 
-static void sums_to_the_letter(void **state)
+static void vpls_and_near_points_sum_to_the_formula(void **state)
 {
     static float light[3 * SEEN];
     ism_source s;
@@ -332,7 +332,7 @@ static void an_ornament_lights_the_wall_by_its_form_factor(void **state)
 
 /* ---- who has none ---- */
 
-static void who_has_none(void **state)
+static void lists_lobes_and_directions_have_no_near_points(void **state)
 {
     static float lobes[4 * SIDE * SIDE];
     ism_source s[2];
@@ -436,10 +436,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_in_a_corner_is_near_the_truth), cmocka_unit_test(no_flux_is_lost),
-        cmocka_unit_test(sums_to_the_letter),
+        cmocka_unit_test(vpls_and_near_points_sum_to_the_formula),
         cmocka_unit_test(a_near_point_belongs_to_its_nearest_vpl),
         cmocka_unit_test(an_ornament_lights_the_wall_by_its_form_factor),
-        cmocka_unit_test(who_has_none), cmocka_unit_test(any_order_of_tasks_gives_the_same_bytes),
+        cmocka_unit_test(lists_lobes_and_directions_have_no_near_points),
+        cmocka_unit_test(any_order_of_tasks_gives_the_same_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -303,7 +303,7 @@ static void effects_are_blurred_by_the_radius(void **state)
 
 /* All texels at one place have one effect: what differs is noise of the view samples, about 1 / grid^2 of them for a
    jittered grid. */
-static void more_view_samples_less_noise(void **state)
+static void more_view_samples_make_less_noise(void **state)
 {
     static double all[256];
     double spread[2];
@@ -446,7 +446,7 @@ int main(void)
         cmocka_unit_test(a_spherical_light_aslant_is_the_sum_over_its_cone),
         cmocka_unit_test(lights_are_clamped_to_their_mean),
         cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),
-        cmocka_unit_test(effects_are_blurred_by_the_radius), cmocka_unit_test(more_view_samples_less_noise),
+        cmocka_unit_test(effects_are_blurred_by_the_radius), cmocka_unit_test(more_view_samples_make_less_noise),
         cmocka_unit_test(area_keeps_its_share_of_points), cmocka_unit_test(weak_vpls_take_fewer_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

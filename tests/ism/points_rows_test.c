@@ -348,7 +348,7 @@ static void pull_and_push_fill_holes(void **state)
 }
 
 /* Up to the border, as dense as tiles are. */
-static void pull_and_push_at_the_border(void **state)
+static void pull_and_push_fill_the_border_too(void **state)
 {
     uint32_t seed = 5;
     double open = 0, count = 0;
@@ -442,7 +442,7 @@ int main(void)
         cmocka_unit_test(lazy_renewal_reaches_all_points),
         cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
-        cmocka_unit_test(pull_and_push_fill_holes), cmocka_unit_test(pull_and_push_at_the_border),
+        cmocka_unit_test(pull_and_push_fill_holes), cmocka_unit_test(pull_and_push_fill_the_border_too),
         cmocka_unit_test(silhouettes_do_not_grow),
         cmocka_unit_test(cells_share_the_hemisphere),
     };

@@ -97,7 +97,7 @@ static double round_trip_of(ism_projection p, float exponent, float *uv, const f
     return worst;
 }
 
-static void maps_of_the_hemisphere(void **state)
+static void maps_of_the_hemisphere_keep_solid_angle_and_come_back(void **state)
 {
     ROW_TEST(state)
     enum { T = 32, SUB = 16, SIDE = T * SUB, LINE = SIDE + 1, MOST = LINE * LINE };
@@ -391,7 +391,7 @@ static double transmitted(const ism_mesh *m, uint32_t side, uint32_t points, uin
     return sum;
 }
 
-static void an_occluder_between_two_squares(void **state)
+static void an_occluder_between_two_squares_takes_its_share(void **state)
 {
     ROW_TEST(state)
     const float a[3] = { -0.05f, 0.5f, -0.05f }, u[3] = { 1.1f, 0, 0 }, v[3] = { 0, 0, 1.1f };
@@ -639,9 +639,11 @@ static void t45_a_closed_furnace_gains_half_of_the_last_bounce(void **state)
 }
 
 #define ISM_ROWS(test)                                                                                          \
-    test(t42_t43_form_factors_equal_their_closed_forms), test(maps_of_the_hemisphere),                          \
+    test(t42_t43_form_factors_equal_their_closed_forms),                                                        \
+    test(maps_of_the_hemisphere_keep_solid_angle_and_come_back),                                                \
     test(a_fine_surface_does_not_hide_itself), test(splats_cover_a_sphere), test(tiles_are_apart),              \
-    test(an_occluder_between_two_squares), test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below),     \
+    test(an_occluder_between_two_squares_takes_its_share), test(a_sealed_box_stays_dark),                       \
+    test(a_folded_sheet_is_dark_below),                                                                         \
     test(clamping_is_known), test(t45_a_closed_furnace_gains_half_of_the_last_bounce)
 
 #endif

@@ -261,7 +261,7 @@ static void bent_normals_lean_away(void **state)
 
 /* UV squares beside each other make one image; a second object with the same material gets a copy of it; where squares
    overlap, vertices are taken. */
-static void images_where_charts_do_not_overlap(void **state)
+static void objects_whose_charts_do_not_overlap_get_images(void **state)
 {
     static const float left[3] = { 0, 0, 0.45f }, right[3] = { 0.5f, 0.5f, 0.45f };
     static const char more[] = ",\"materials\":[{\"name\":\"m\",\"occlusionTexture\":{\"index\":0,\"strength\":0.5}}]"
@@ -450,7 +450,7 @@ int main(void)
         cmocka_unit_test(the_distance_ends_occlusion_and_a_ground_adds_it),
         cmocka_unit_test(all_else_stays),
         cmocka_unit_test(bent_normals_lean_away),
-        cmocka_unit_test(images_where_charts_do_not_overlap),
+        cmocka_unit_test(objects_whose_charts_do_not_overlap_get_images),
         cmocka_unit_test(shards_parts_and_threads_give_the_same_bytes),
         cmocka_unit_test(hostile_models_leave_no_file),
         cmocka_unit_test(a_full_disk_leaves_the_old_output),

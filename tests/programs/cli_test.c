@@ -379,7 +379,7 @@ static void render_is_deterministic(void **state)
 }
 
 /* A scene that brings no light: a sun for rsm and ism, the sky for the others. */
-static void render_unlit_scene(void **state)
+static void a_scene_without_light_gets_a_sun_or_the_sky(void **state)
 {
     (void)state;
     need("render");
@@ -419,7 +419,7 @@ static void frames_of_a_static_scene_are_averaged(void **state)
 }
 
 /* A default point light makes E = pi at the scene's centre: so does the default sun, from the same side. */
-static void render_light_defaults(void **state)
+static void default_point_spot_and_sun_light_the_centre_alike(void **state)
 {
     (void)state;
     need_reference();
@@ -504,8 +504,10 @@ int main(void)
         cmocka_unit_test(bench_prints_its_usage), cmocka_unit_test(gallery_prints_its_usage),
         cmocka_unit_test(the_viewer_refuses_before_it_opens_a_window),
         cmocka_unit_test(render_writes_what_it_measured_as_json), cmocka_unit_test(render_is_deterministic),
-        cmocka_unit_test(frames_of_a_static_scene_are_averaged), cmocka_unit_test(render_light_defaults),
-        cmocka_unit_test(render_unlit_scene), cmocka_unit_test(a_background_fills_black_pixels_alone),
+        cmocka_unit_test(frames_of_a_static_scene_are_averaged),
+        cmocka_unit_test(default_point_spot_and_sun_light_the_centre_alike),
+        cmocka_unit_test(a_scene_without_light_gets_a_sun_or_the_sky),
+        cmocka_unit_test(a_background_fills_black_pixels_alone),
         cmocka_unit_test(a_bare_scene_gets_a_ground_and_a_sky)
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -157,7 +157,7 @@ static void gltf_geometry_comes_in_every_form(void **state)
     assert_int_equal(load_json(&scene, error, VIEWS ACCESSORS MESH(",\"mode\":1") NODE), -1);
 }
 
-static void gltf_nodes_lights_and_camera(void **state)
+static void gltf_nodes_place_objects_lights_and_camera(void **state)
 {
     static const char json[] = VIEWS ACCESSORS MESH(",\"indices\":1") ","
         "\"extensionsUsed\":[\"KHR_lights_punctual\"],\"extensions\":{\"KHR_lights_punctual\":{\"lights\":["
@@ -509,7 +509,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gltf_geometry_comes_in_every_form),
-        cmocka_unit_test(gltf_nodes_lights_and_camera),
+        cmocka_unit_test(gltf_nodes_place_objects_lights_and_camera),
         cmocka_unit_test(gltf_materials_and_textures_are_read),
         cmocka_unit_test(gltf_normal_maps_are_read_where_they_are_wanted),
         cmocka_unit_test(gltf_glass_is_left_out),

@@ -202,7 +202,7 @@ static void raster_is_the_same_on_any_number_of_threads(void **state)
     ex_scene_free(&scene);
 }
 
-static void raster_sides_of_emission_and_mirrored_objects(void **state)
+static void raster_keeps_the_sides_of_emission_and_mirrored_objects(void **state)
 {
     float corners[9] = {-9, -9, -1, 9, -9, -1, 0, 9, -1};
     uint32_t indices[3] = {0, 1, 2};
@@ -377,7 +377,7 @@ int main(void)
         cmocka_unit_test(raster_has_no_cracks),
         cmocka_unit_test(raster_gives_shared_edges_to_one_side),
         cmocka_unit_test(raster_is_the_same_on_any_number_of_threads),
-        cmocka_unit_test(raster_sides_of_emission_and_mirrored_objects),
+        cmocka_unit_test(raster_keeps_the_sides_of_emission_and_mirrored_objects),
         cmocka_unit_test(raster_cuts_holes_of_alpha_masks),
         cmocka_unit_test(raster_by_clusters_is_the_same),
         cmocka_unit_test(raster_from_far_away_is_exact),

@@ -23,7 +23,7 @@ static void an_emitter_in_a_room_lights_alike(void **state)
     agree("--scene builtin:cornell --samples 16 --set light_side=3 --set light_map_side=48");
 }
 
-static void sun_lamp_and_spot_on_glossy_leaves(void **state)
+static void sun_lamp_and_spot_light_glossy_leaves_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_map_side=48 "
@@ -45,7 +45,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(a_sky_on_instances_lights_alike),
                                         cmocka_unit_test(an_emitter_in_a_room_lights_alike),
-                                        cmocka_unit_test(sun_lamp_and_spot_on_glossy_leaves),
+                                        cmocka_unit_test(sun_lamp_and_spot_light_glossy_leaves_alike),
                                         cmocka_unit_test(cornell_matches_reference) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

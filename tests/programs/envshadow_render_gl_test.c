@@ -39,7 +39,7 @@ static void an_explosion_under_a_sun_in_channels_is_lit_alike(void **state)
                       "--set emitters=0 --set light_count=14 --set rgba=1 --set map_side=200 --samples 1");
 }
 
-static void leaves_of_one_triangle_layer_by_pcf(void **state)
+static void leaves_of_one_triangle_layer_by_pcf_are_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --set light_count=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
@@ -68,7 +68,7 @@ int main(void)
         cmocka_unit_test(cloth_in_motion_in_clusters_is_lit_alike),
         cmocka_unit_test(times_of_a_frame_choose_the_clusters),
         cmocka_unit_test(an_explosion_under_a_sun_in_channels_is_lit_alike),
-        cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf),
+        cmocka_unit_test(leaves_of_one_triangle_layer_by_pcf_are_lit_alike),
         cmocka_unit_test(a_board_with_holes_is_lit_alike), cmocka_unit_test(a_sky_through_a_window_lights_alike)
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);

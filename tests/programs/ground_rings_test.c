@@ -112,7 +112,7 @@ static void rings_have_all_flux_of_the_ground(void **state)
 }
 
 /* The dark area near the scene, where far flux does not hide an error of it. */
-static void none_that_a_picture_shows(void **state)
+static void rings_have_the_area_and_shadow_of_the_inner_square(void **state)
 {
     static const float light[3] = { 1, 1, 1 };
     ex_scene scene;
@@ -193,7 +193,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rings_have_all_flux_of_the_ground),
-        cmocka_unit_test(none_that_a_picture_shows),
+        cmocka_unit_test(rings_have_the_area_and_shadow_of_the_inner_square),
         cmocka_unit_test(positions_of_rings_reach_from_corner_to_corner),
         cmocka_unit_test(no_ground_or_no_light_gives_no_rings),
     };

@@ -19,7 +19,7 @@ static void an_emitter_in_a_room_lights_alike(void **state)
     agree("--scene builtin:cornell --set near_mode=sphere");
 }
 
-static void leaves_under_a_sky(void **state)
+static void leaves_under_a_sky_are_lit_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --env builtin:sky --samples 64");
@@ -38,7 +38,7 @@ static void instances_and_lamps_are_lit_alike(void **state)
     agree("--scene builtin:chess --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
 }
 
-static void two_bounces_round_a_corner(void **state)
+static void two_bounces_round_a_corner_light_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:uroom --set bounces=2 --set projection=lobe");
@@ -76,10 +76,10 @@ static void the_energy_that_rules_take_is_the_cpus(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(an_emitter_in_a_room_lights_alike),
-                                        cmocka_unit_test(leaves_under_a_sky),
+                                        cmocka_unit_test(leaves_under_a_sky_are_lit_alike),
                                         cmocka_unit_test(a_board_with_holes_is_lit_alike),
                                         cmocka_unit_test(instances_and_lamps_are_lit_alike),
-                                        cmocka_unit_test(two_bounces_round_a_corner),
+                                        cmocka_unit_test(two_bounces_round_a_corner_light_alike),
                                         cmocka_unit_test(a_moving_cloth_with_lazy_maps_is_lit_alike),
                                         cmocka_unit_test(the_energy_that_rules_take_is_the_cpus) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);

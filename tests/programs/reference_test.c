@@ -278,7 +278,7 @@ static rf_v3 zero(void) { return rf_make(0, 0, 0); }
 
 /* ---- skies ---- */
 
-static void uniform_sky_on_a_plane(void **state)
+static void a_plane_under_a_uniform_sky_reflects_its_albedo(void **state)
 {
     world *w = *state;
     need_embree();
@@ -307,7 +307,7 @@ static void one_texel_of_a_sky_lights_from_its_side(void **state)
     assert_true(seen[0] > 1);
 }
 
-static void foot_of_a_wall(void **state)
+static void a_wall_hides_half_of_the_sky_and_a_roof_the_rest(void **state)
 {
     world *w = *state;
     need_embree();
@@ -469,7 +469,7 @@ static void a_form_factor_halves_behind_half_a_sheet(void **state)
     assert_near(form_factor(w), 0, 0);
 }
 
-static void form_factor_of_an_edge(void **state)
+static void squares_that_share_an_edge_have_the_known_form_factor(void **state)
 {
     world *w = *state;
     need_embree();
@@ -641,7 +641,7 @@ static void holes_of_an_alpha_mask_let_light_through(void **state)
     assert_near(irradiance(w, rf_make(0.5, 0, 0), up()), 0, 0);
 }
 
-static void same_for_any_threads(void **state)
+static void any_number_of_threads_makes_the_same_picture(void **state)
 {
     enum { COUNT = 200 };
     static ex_pixel pixels[COUNT];
@@ -693,16 +693,17 @@ static void noise_is_the_error(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        TEST(uniform_sky_on_a_plane), TEST(one_texel_of_a_sky_lights_from_its_side), TEST(foot_of_a_wall),
+        TEST(a_plane_under_a_uniform_sky_reflects_its_albedo), TEST(one_texel_of_a_sky_lights_from_its_side),
+        TEST(a_wall_hides_half_of_the_sky_and_a_roof_the_rest),
         TEST(suns_spots_and_points_light_as_in_closed_form), TEST(a_sheet_hides_the_sun_below_it),
         TEST(a_rectangle_lights_as_in_closed_form), TEST(a_disc_lights_as_in_closed_form),
         TEST(a_sphere_lights_as_in_closed_form), TEST(a_line_lights_as_in_closed_form),
         TEST(two_lights_sum_whichever_is_chosen), TEST(an_emissive_square_lights_as_a_rectangle),
-        TEST(a_form_factor_halves_behind_half_a_sheet), TEST(form_factor_of_an_edge),
+        TEST(a_form_factor_halves_behind_half_a_sheet), TEST(squares_that_share_an_edge_have_the_known_form_factor),
         TEST(bounces_in_a_furnace_halve_what_is_missing), TEST(no_light_enters_a_sealed_box),
         TEST(bounced_light_is_hidden_unless_the_setting_says_no), TEST(metal_rough_reflects_its_share_of_a_white_sky),
         TEST(samples_of_the_brdf_follow_their_density), TEST(holes_of_an_alpha_mask_let_light_through),
-        TEST(same_for_any_threads), TEST(noise_is_the_error)
+        TEST(any_number_of_threads_makes_the_same_picture), TEST(noise_is_the_error)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

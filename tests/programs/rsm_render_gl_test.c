@@ -23,14 +23,14 @@ static void light_of_a_spot_is_interpolated(void **state)
                       "--samples 100 --set side=64 --set mode=interpolated --set pattern=mixed");
 }
 
-static void lamps_denoised_over_frames(void **state)
+static void lamps_denoised_over_frames_light_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:uroom --light point:0.3,1.2,0.2 --light spot:0,1.5,0.5,0,-1,0.1,150 --samples 64 "
                       "--set side=48 --set mode=denoised --frames 3");
 }
 
-static void sun_on_instances_and_leaves(void **state)
+static void a_sun_lights_instances_and_leaves_alike(void **state)
 {
     (void)state;
     agree("--scene builtin:chess --samples 200 --set side=256");
@@ -56,7 +56,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_emitter_in_a_room_lights_alike), cmocka_unit_test(light_of_a_spot_is_interpolated),
-        cmocka_unit_test(lamps_denoised_over_frames), cmocka_unit_test(sun_on_instances_and_leaves),
+        cmocka_unit_test(lamps_denoised_over_frames_light_alike),
+        cmocka_unit_test(a_sun_lights_instances_and_leaves_alike),
         cmocka_unit_test(a_board_with_holes_is_lit_alike), cmocka_unit_test(cloth_and_robots_in_motion_are_lit_alike)
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);

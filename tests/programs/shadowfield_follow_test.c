@@ -120,7 +120,7 @@ static void turn_rect(ex_light *l, float angle, float scale)
     }
 }
 
-static void lights_that_change(void **state)
+static void lights_that_change_are_followed(void **state)
 {
     char *values[] = { "render", "--technique", "shadowfield", "--scene", "builtin:knot", "--out", "a.pfm", "--light",
                        "rect:-1,4,-1,2,0,0,0,0,2,20", "--light", "sphere:3,3,0,0.3,20", "--light", "sun:1,2,0,1",
@@ -157,7 +157,7 @@ static void lights_that_change(void **state)
 }
 
 /* The deck shines, on robots alone: its own pixels are what they were. */
-static void a_receiver_that_shines(void **state)
+static void a_receiver_that_shines_lights_others_alone(void **state)
 {
     char *values[] = { "render", "--technique", "shadowfield", "--scene", "builtin:robots", "--out", "a.pfm", SMALL };
     ex_image dull, lit;
@@ -201,7 +201,7 @@ static void a_receiver_that_shines(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(lights_that_change),
-                                        cmocka_unit_test(a_receiver_that_shines) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(lights_that_change_are_followed),
+                                        cmocka_unit_test(a_receiver_that_shines_lights_others_alone) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -60,7 +60,7 @@ static void map_is(const rsm_desc *d, rsm_result expected, int line)
 #define REFUSED(change) do { rsm_desc d = base; change; map_is(&d, RSM_ERR_DESC, __LINE__); } while (0)
 #define ACCEPTED(change) do { rsm_desc d = base; change; map_is(&d, RSM_OK, __LINE__); } while (0)
 
-static void lights_out_of_range(void **state)
+static void lights_out_of_range_are_refused(void **state)
 {
     rsm_desc base = sun_desc(1, 1, 8);
     const float odd[3] = { NOT_A_NUMBER, INF, -INF };
@@ -206,7 +206,7 @@ static rsm_result gather(const rsm_gather_desc *g, const rsm_points *p)
     return r;
 }
 
-static void gathers_out_of_range(void **state)
+static void gathers_out_of_range_are_refused(void **state)
 {
     rsm_gather_desc base = gather_desc(RSM_PATTERN_EQUATION3, 16);
     const float odd[3] = { NOT_A_NUMBER, INF, -1 };
@@ -841,7 +841,7 @@ static int only_holes(void *user, const rsm_mesh *m, uint32_t triangle, const fl
     return 0;
 }
 
-static void nothing_to_take_light_from(void **state)
+static void maps_without_lit_texels_give_no_light(void **state)
 {
     static const rsm_light_kind kinds[2] = { RSM_LIGHT_SUN, RSM_LIGHT_POINT };
     const float nowhere[3] = { 0, 0, 0 };
@@ -1240,15 +1240,16 @@ static void blue_noise_has_each_value_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lights_out_of_range), cmocka_unit_test(bad_meshes_are_refused),
-        cmocka_unit_test(bad_buffers_are_refused_and_bad_texels_counted), cmocka_unit_test(gathers_out_of_range),
+        cmocka_unit_test(lights_out_of_range_are_refused), cmocka_unit_test(bad_meshes_are_refused),
+        cmocka_unit_test(bad_buffers_are_refused_and_bad_texels_counted),
+        cmocka_unit_test(gathers_out_of_range_are_refused),
         cmocka_unit_test(pictures_out_of_range_are_refused), cmocka_unit_test(limits_are_exact),
         cmocka_unit_test(limits_of_gathers_are_exact), cmocka_unit_test(limits_of_pictures_are_exact),
         cmocka_unit_test(tasks_run_once_between_fractions), cmocka_unit_test(fractions_of_levels_never_fall),
         cmocka_unit_test(odd_receivers_get_finite_light), cmocka_unit_test(the_order_of_tasks_changes_nothing),
         cmocka_unit_test(a_cancelled_map_is_empty), cmocka_unit_test(a_cancelled_face_is_empty_and_no_other),
         cmocka_unit_test(vector_units_agree), cmocka_unit_test(vector_units_agree_on_pictures),
-        cmocka_unit_test(nothing_to_take_light_from),
+        cmocka_unit_test(maps_without_lit_texels_give_no_light),
         cmocka_unit_test(maps_lists_and_sums_of_both_are_the_same_light),
         cmocka_unit_test(textures_are_averaged_over_taps), cmocka_unit_test(the_callback_gets_the_taps_of_a_texel),
         cmocka_unit_test(a_matrix_of_no_face_is_refused), cmocka_unit_test(nothing_is_no_error),

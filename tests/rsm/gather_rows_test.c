@@ -233,7 +233,7 @@ static void shares_are_reported(void **state)
 }
 
 /* Interpolated or not, the shares are the same where all receivers are. */
-static void shares_of_interpolated_receivers(void **state)
+static void interpolated_receivers_have_the_shares_of_all(void **state)
 {
     enum { N = 9 };
     lit *map = disc_map(1, 512, 0);
@@ -306,7 +306,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_give_the_inner_half_its_share),
         cmocka_unit_test(shares_are_reported),
-        cmocka_unit_test(shares_of_interpolated_receivers),
+        cmocka_unit_test(interpolated_receivers_have_the_shares_of_all),
         cmocka_unit_test(the_mixed_pattern_reaches_into_a_corner), cmocka_unit_test(r_min_is_the_inner_disc),
         cmocka_unit_test(distance_bounds_interpolation),
         cmocka_unit_test(filter_puts_sets_together),

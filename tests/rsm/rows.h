@@ -112,7 +112,7 @@ static void t30_the_flux_of_a_lamp_fills_its_cone(void **state)
     CONFORM("T30", "flux of a patch of intensity 1 along its normal", PI, flux_in_a_box(RSM_LIGHT_PATCH, 0, 64), 1e-3);
 }
 
-static void no_cosine_in_flux(void **state)
+static void flux_of_a_tilted_disc_is_that_of_its_projected_area(void **state)
 {
     ROW_TEST(state)
     model m = model_disc(512, 1);
@@ -152,7 +152,7 @@ static void t32_light_is_linear_without_a_clamp(void **state)
     CONFORM("T32", "result for 1000 times the light / 1000", 1, e[1] / e[0] / 1000, 1e-5);    /* rounding of sums */
 }
 
-static void no_floating_texels(void **state)
+static void no_texel_floats_between_two_planes(void **state)
 {
     ROW_TEST(state)
     static const float planes[] = { -1, 0, -1, 1, 0, 0, 0, 0, 2,  0, 1, -1, 1, 0, 0, 0, 0, 2 };
@@ -354,7 +354,7 @@ static void t38_a_shift_dims_as_the_distance_it_adds(void **state)
     lit_free(map);
 }
 
-static void no_light_of_its_own(void **state)
+static void a_plane_gives_itself_no_light(void **state)
 {
     ROW_TEST(state)
     static const double normals[3][3] = { { 0, 1, 0 }, { 0.6, 0.8, 0 }, { 0.48, 0.6, 0.64 } };
@@ -669,12 +669,12 @@ static void t39_light_of_small_reach_refines_the_grid(void **state)
 }
 
 #define RSM_ROWS(test)                                                                                          \
-    test(t30_the_flux_of_a_lamp_fills_its_cone), test(no_cosine_in_flux),                                       \
-    test(t32_light_is_linear_without_a_clamp), test(no_floating_texels),                                        \
+    test(t30_the_flux_of_a_lamp_fills_its_cone), test(flux_of_a_tilted_disc_is_that_of_its_projected_area),     \
+    test(t32_light_is_linear_without_a_clamp), test(no_texel_floats_between_two_planes),                        \
     test(t37_a_room_in_a_cube_may_be_turned), test(t25_a_disc_lights_by_half_of_what_it_reflects),              \
     test(t26_xi_and_its_square_weigh_as_in_the_paper), test(t27_sample_count_and_r_max_cancel),                 \
     test(t28_the_size_of_a_scene_cancels), test(t29_a_pixel_light_falls_off_by_the_square),                     \
-    test(outside_is_dark), test(t38_a_shift_dims_as_the_distance_it_adds), test(no_light_of_its_own),           \
+    test(outside_is_dark), test(t38_a_shift_dims_as_the_distance_it_adds), test(a_plane_gives_itself_no_light), \
     test(clamp_takes_its_share), test(interpolation_stops_at_edges),                                            \
     test(t39_light_of_small_reach_refines_the_grid), test(near_texels_are_surfaces)
 

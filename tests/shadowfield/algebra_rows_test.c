@@ -371,7 +371,7 @@ static void rotations_there_and_back_change_nothing(void **state)
     }
 }
 
-static void t9_a_quarter_turn(void **state)
+static void t9_a_quarter_turn_brings_x_to_y(void **state)
 {
     sfield_algebra *t = algebra_of(2);
     float m[16], x[4] = { 0, 0, 0, 1 }, y[4];
@@ -466,7 +466,7 @@ int main(void)
         cmocka_unit_test(an_exponential_undoes_a_logarithm),
         cmocka_unit_test(t8_a_window_takes_ringing_away),
         cmocka_unit_test(rotations_there_and_back_change_nothing),
-        cmocka_unit_test(t9_a_quarter_turn),
+        cmocka_unit_test(t9_a_quarter_turn_brings_x_to_y),
         cmocka_unit_test(t13_texels_of_a_cube_fill_the_sphere),
         cmocka_unit_test(t81_products_of_wavelets_are_those_of_texels),
     };

@@ -515,7 +515,7 @@ static void emissive_meshes_shine_outwards_and_by_their_frames(void **state)
 
 /* Sheets that shine red on one side, green on the other: each triangle again the other way round, in each of the three
    ways to write it. What of a position's view they fill is red or green, and as much as they hide. */
-static void sheets_that_shine_on_both_sides(void **state)
+static void sheets_that_shine_on_both_sides_shine_as_much_as_they_hide(void **state)
 {
     model m = model_soup(30, 0.6, 12), both = model_alloc(m.vertices, 2 * m.indices / 3);
     sfield_mesh mesh = mesh_of(&m), lit = mesh_of(&both);
@@ -581,7 +581,7 @@ static void ambient_comes_from_the_first_coefficient(void **state)
 }
 
 /* A rectangle as large as a galaxy or as small as an atom is the same light: all in it is times a power of two. */
-static void lights_of_any_size(void **state)
+static void lights_of_any_size_are_the_same_light(void **state)
 {
     static const int powers[5] = { 0, -50, -38, 33, 50 };
     float c[5][3 * 3 * 16];
@@ -709,11 +709,11 @@ int main(void)
         cmocka_unit_test(points_in_another_part_are_moved_out),
         cmocka_unit_test(a_slab_close_by_hides_only_its_own_side),
         cmocka_unit_test(emissive_meshes_shine_outwards_and_by_their_frames),
-        cmocka_unit_test(sheets_that_shine_on_both_sides),
+        cmocka_unit_test(sheets_that_shine_on_both_sides_shine_as_much_as_they_hide),
         cmocka_unit_test(flat_lights_have_their_solid_angle),
         cmocka_unit_test(ambient_comes_from_the_first_coefficient),
         cmocka_unit_test(ambient_of_wavelets_is_the_sum_over_texels),
-        cmocka_unit_test(lights_of_any_size),
+        cmocka_unit_test(lights_of_any_size_are_the_same_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -223,7 +223,7 @@ static void a_flipped_bit_of_the_header_is_refused_or_safe(void **state)
 }
 
 /* Scales and biases are bounded by what a build can make: 1e4 of what hides, 1e20 of what shines. */
-static void numbers_that_no_build_makes(void **state)
+static void numbers_that_no_build_makes_are_refused(void **state)
 {
     static const float scales[] = { 9e23f, -9e23f, 1e21f, 1e5f, INFINITY, NAN };
     int k, i;
@@ -296,7 +296,7 @@ int main(void)
         cmocka_unit_test(shards_merge_to_the_same_bytes),
         cmocka_unit_test(every_truncation_is_refused),
         cmocka_unit_test(a_flipped_bit_of_the_header_is_refused_or_safe),
-        cmocka_unit_test(numbers_that_no_build_makes),
+        cmocka_unit_test(numbers_that_no_build_makes_are_refused),
         cmocka_unit_test(mutated_files_are_refused_or_usable),
     };
     return cmocka_run_group_tests(tests, make_files, free_files);

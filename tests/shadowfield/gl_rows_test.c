@@ -338,7 +338,7 @@ static void t72_a_sphere_hides_its_solid_angle(void **state)
     close_world(t, &w);
 }
 
-static void order_round_a_light(void **state)
+static void only_what_lies_before_a_light_hides_it(void **state)
 {
     GL_TEST(t, state)
     static const float origin[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
@@ -570,7 +570,7 @@ static void drawn(gl_test *t, uint32_t recorded)
     close_world(t, &w);
 }
 
-static void drawn_into_the_gbuffer(void **state)
+static void what_is_drawn_into_the_gbuffer_is_shaded_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     drawn(t, 0);        /* the floor, which the table hides in part */
@@ -581,8 +581,9 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         SFIELD_ROWS(gl_unit_test), gl_unit_test(t72_a_sphere_hides_its_solid_angle),
-        gl_unit_test(order_round_a_light), gl_unit_test(a_glowing_ball_lights_not_itself),
-        gl_unit_test(t76_turning_everything_changes_nothing), gl_unit_test(drawn_into_the_gbuffer)
+        gl_unit_test(only_what_lies_before_a_light_hides_it), gl_unit_test(a_glowing_ball_lights_not_itself),
+        gl_unit_test(t76_turning_everything_changes_nothing),
+        gl_unit_test(what_is_drawn_into_the_gbuffer_is_shaded_as_on_the_cpu)
     };
     int result;
     (void)count;

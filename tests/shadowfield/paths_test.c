@@ -476,13 +476,13 @@ static void see_a_video(int together)
     sfield_free(f);
 }
 
-static void a_video_seen_from_all_sides(void **state)
+static void a_video_seen_from_all_sides_is_that_of_its_field(void **state)
 {
     (void)state;
     see_a_video(0);
 }
 
-static void a_video_seen_from_one_place(void **state)
+static void a_video_seen_from_one_place_is_that_of_its_field(void **state)
 {
     (void)state;
     see_a_video(1);
@@ -537,8 +537,8 @@ int main(void)
         cmocka_unit_test(harmonics_are_the_same_by_all_vectors),
         cmocka_unit_test(wavelets_are_the_same_by_all_vectors),
         cmocka_unit_test(bundles_are_as_single_points),
-        cmocka_unit_test(a_video_seen_from_all_sides),
-        cmocka_unit_test(a_video_seen_from_one_place),
+        cmocka_unit_test(a_video_seen_from_all_sides_is_that_of_its_field),
+        cmocka_unit_test(a_video_seen_from_one_place_is_that_of_its_field),
         cmocka_unit_test(a_sun_moves_and_the_sky_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

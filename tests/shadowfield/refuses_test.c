@@ -130,7 +130,7 @@ static void terms_make_the_product(void **state)
 }
 
 /* Whole tiles and what is left, and rotations of which only one element of the matrix says that they are any. */
-static void dots_and_turns(void **state)
+static void dots_and_turns_hold_for_tiles_and_what_is_left(void **state)
 {
     enum { N = 37 };
     static const float axes[6][4] = { { 1, 0, 0, 0.5f }, { 0, 1, 0, 0.5f }, { 0, 0, 1, 0.5f }, { 1, 0, 0, 1 },
@@ -491,7 +491,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_algebra_refuses_bad_arguments),
         cmocka_unit_test(terms_make_the_product),
-        cmocka_unit_test(dots_and_turns),
+        cmocka_unit_test(dots_and_turns_hold_for_tiles_and_what_is_left),
         cmocka_unit_test(building_refuses_bad_arguments),
         cmocka_unit_test(many_positions_equal_each_alone),
         cmocka_unit_test(scenes_refuse_bad_arguments),

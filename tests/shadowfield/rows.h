@@ -113,7 +113,7 @@ static void random_visibilities(uint64_t *seed, float *v)
 
 static const int orders[6][3] = { { 0, 1, 2 }, { 0, 2, 1 }, { 1, 0, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 2, 1, 0 } };
 
-static void t7_triple_products_in_any_order(void **state)
+static void t7_triple_products_in_any_order_differ_by_truncation(void **state)
 {
     ROW_TEST(state)
     enum { ROUNDS = 8, ALL = 6 * ROUNDS };
@@ -203,7 +203,7 @@ static double largest_error(const sfield_field *field, double far)
     return worst;
 }
 
-static void t72_t74_between_and_beyond_shells(void **state)
+static void t72_t74_a_sphere_hides_its_share_between_and_beyond_shells(void **state)
 {
     ROW_TEST(state)
     static const float far[3] = { 28.8f, 38.4f, 64 };                 /* 80 r */
@@ -227,7 +227,7 @@ static void t72_t74_between_and_beyond_shells(void **state)
 }
 
 /* Along great circles on the position grid: no step at edges, corners, poles. */
-static void t14_t75_walk_across_edges(void **state)
+static void t14_t75_a_walk_across_edges_has_no_step(void **state)
 {
     ROW_TEST(state)
     enum { CIRCLES = 20, STEPS = 6001 };
@@ -282,8 +282,8 @@ static void t14_t75_walk_across_edges(void **state)
 
 #define SFIELD_ROWS(test)                                                                                       \
     test(t3_the_first_band_is_y_z_x), test(t5_products_have_as_many_coefficients_as_they_should),               \
-    test(t6_squares_lose_light), test(t7_triple_products_in_any_order),                                         \
+    test(t6_squares_lose_light), test(t7_triple_products_in_any_order_differ_by_truncation),                    \
     test(t9_a_turned_function_has_the_values_of_the_old), test(t10_a_cosine_has_its_closed_form),               \
-    test(t72_t74_between_and_beyond_shells), test(t14_t75_walk_across_edges)
+    test(t72_t74_a_sphere_hides_its_share_between_and_beyond_shells), test(t14_t75_a_walk_across_edges_has_no_step)
 
 #endif

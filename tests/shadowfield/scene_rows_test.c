@@ -531,7 +531,7 @@ static void arena_free(void *memory, void *user)
 }
 
 /* An occluder that is freed and built anew where it lay, of another shape; another scene; another self-visibility. */
-static void t79_bodies_that_change(void **state)
+static void t79_bodies_that_change_are_not_taken_from_the_cache(void **state)
 {
     static arena a;
     static float p[3 * 40], n[3 * 40];
@@ -847,7 +847,7 @@ static void incident_radiance_comes_from_below_too(void **state)
     sfield_scene_free(s);
 }
 
-static void skies_suns_and_turns(void **state)
+static void skies_and_suns_light_and_turn(void **state)
 {
     static float map[3 * 64 * 32];
     static const float sun[3] = { 0, 1, 0 }, strength[3] = { 3, 2, 1 };
@@ -1321,14 +1321,14 @@ int main(void)
         cmocka_unit_test(t79_a_body_drops_what_lies_behind_it),
         cmocka_unit_test(t79_what_nothing_touched_is_as_before),
         cmocka_unit_test(t79_points_on_a_lamp_move_with_it),
-        cmocka_unit_test(t79_bodies_that_change),
+        cmocka_unit_test(t79_bodies_that_change_are_not_taken_from_the_cache),
         cmocka_unit_test(t80_overlaps_are_counted_or_refused),
         cmocka_unit_test(all_ways_of_the_product_agree),
         cmocka_unit_test(scaled_is_not_rotated),
         cmocka_unit_test(self_visibility_turns_with_what_only_receives),
         cmocka_unit_test(incident_radiance_sums_to_what_is_shaded),
         cmocka_unit_test(incident_radiance_comes_from_below_too),
-        cmocka_unit_test(skies_suns_and_turns),
+        cmocka_unit_test(skies_and_suns_light_and_turn),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
         cmocka_unit_test(t12_a_sun_of_one_texel_has_its_flux),
         cmocka_unit_test(a_phong_lobe_reflects_all_of_a_white_sky),

@@ -76,7 +76,7 @@ static sfield_result serviced(int call, const bundle *b, const sfield_system *d,
     return r;
 }
 
-static void tell_progress_and_cancel_without_a_trace(void **state)
+static void calls_tell_progress_and_cancel_without_a_trace(void **state)
 {
     /* parts of 256 KB through the checksum, and into the block; 4 shells' colours, 5 times 1,024 samples; shards */
     static const int asked[SERVICED] = { 2 + 3 + 4, 6 + 6 + 5, 2 + 3 + 4, 2 + 6 };
@@ -119,6 +119,6 @@ static void tell_progress_and_cancel_without_a_trace(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(tell_progress_and_cancel_without_a_trace) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(calls_tell_progress_and_cancel_without_a_trace) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

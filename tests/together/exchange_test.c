@@ -424,7 +424,7 @@ static void domains_of_lights_have_the_numbers_of_csm(void **state)
 
 
 /* csm's maps answer for the k lights of envshadow; beside them rays against the ball, and envshadow's own maps. */
-static void lights_of_a_sky_through_csm(void **state)
+static void lights_of_a_sky_shadow_through_csm_as_by_rays(void **state)
 {
     static float visible[FLOOR_POINTS], turning[FLOOR_POINTS], own[FLOOR_POINTS];
     envsh_mesh caster = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL };
@@ -563,7 +563,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(without_occluders_both_give_the_same_light),
         cmocka_unit_test(an_occluder_hides_the_same_light_from_both),
-        cmocka_unit_test(lights_of_a_sky_through_csm),
+        cmocka_unit_test(lights_of_a_sky_shadow_through_csm_as_by_rays),
         cmocka_unit_test(domains_of_lights_have_the_numbers_of_csm),
         cmocka_unit_test(ambient_occlusion_of_a_field_is_the_balls_cap),
     };
