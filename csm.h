@@ -1012,7 +1012,8 @@ static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
     y = cohsm__v3_scale(y, 1.0f / ly);
     z = cohsm__v3_scale(z, 1.0f / lz);
     if (fabsf(cohsm__v3_dot(x, y)) > 1e-4f || fabsf(cohsm__v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(cohsm__v3_dot(y, z)) > 1e-4f || cohsm__v3_dot(cohsm__v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(cohsm__v3_dot(y, z)) > 1e-4f ||
+        cohsm__v3_dot(cohsm__v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }
@@ -1407,18 +1408,19 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
 
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for cohsm__lanes: COHSM__LANE_COUNT floats, which the instruction set COHSM__SET computes
-   COHSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   COHSM__SIMD_SETS is 1, the header includes itself with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. cohsm__simd_level returns which set to call. With COHSM__NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is defined. COHSM__FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for cohsm__lanes: COHSM__LANE_COUNT floats, of which the instruction set COHSM__SET
+   computes COHSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if COHSM__SIMD_SETS is 1, the header includes itself with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. cohsm__simd_level returns which set to call. With COHSM__NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is
+   defined. COHSM__FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes cohsm__lanes_add the name
-   cohsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. COHSM__KERNEL stands before a kernel,
-   COHSM__IN_KERNEL before what is inlined into kernels.
+   cohsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. COHSM__KERNEL stands before a
+   kernel, COHSM__IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for cohsm__lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */
@@ -1651,7 +1653,8 @@ static inline COHSM__COLD void cohsm__message_number(cohsm__message *m, double v
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline COHSM__COLD void cohsm__message_begin(cohsm__message *m, const cohsm__logger *logger, const char *field)
+static inline COHSM__COLD void cohsm__message_begin(cohsm__message *m,
+                                          const cohsm__logger *logger, const char *field)
 {
     m->used = 0;
     cohsm__message_text(m, logger->function);
@@ -1720,8 +1723,9 @@ static inline COHSM__COLD void cohsm__log_element_text(const cohsm__logger *logg
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     cohsm__message m;
     if (!logger->log) return;
@@ -5812,7 +5816,8 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define COHSM__EACH(...) { int piece; for (piece = 0; piece < COHSM__LANE_COUNT / COHSM__WIDTH; piece++) { __VA_ARGS__; } }
+#define COHSM__EACH(...) \
+    { int piece; for (piece = 0; piece < COHSM__LANE_COUNT / COHSM__WIDTH; piece++) { __VA_ARGS__; } }
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
@@ -5882,7 +5887,8 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lan
 }
 
 /* Returns m ? a : b in each lane. */
-static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a,
+                                                 cohsm__lanes b)
 {
 #if COHSM__WIDTH == 16
     COHSM__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
@@ -6127,7 +6133,8 @@ typedef uint32_t cohsm__piece_words;
 #endif
 typedef struct cohsm__lanes { cohsm__piece v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lanes;
 typedef struct cohsm__lane_ints { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_ints;
-typedef struct cohsm__lane_mask { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct cohsm__lane_mask { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_mask;
 
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_load(const float *from)
 {
@@ -6177,7 +6184,8 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lan
 }
 
 /* Returns m ? a : b in each lane. */
-static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a,
+                                                 cohsm__lanes b)
 {
 #if COHSM__SIMD_VECTORS
     COHSM__EACH(a.v[piece] = (cohsm__piece)((m.v[piece] & (cohsm__piece_ints)a.v[piece]) |
@@ -6461,7 +6469,8 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_scale(cohsm__lanes3 a
 
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes3_dot(cohsm__lanes3 a, cohsm__lanes3 b)
 {
-    return cohsm__lanes_add(cohsm__lanes_add(cohsm__lanes_mul(a.x, b.x), cohsm__lanes_mul(a.y, b.y)), cohsm__lanes_mul(a.z, b.z));
+    return cohsm__lanes_add(cohsm__lanes_add(cohsm__lanes_mul(a.x, b.x), cohsm__lanes_mul(a.y, b.y)),
+                       cohsm__lanes_mul(a.z, b.z));
 }
 
 /* ==== src/shared/simd_ints.h ==== */
@@ -6520,7 +6529,8 @@ static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_greater(cohsm__lane_
 }
 
 /* Returns m ? k : n in each lane. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_select(cohsm__lane_mask m, cohsm__lane_ints k, cohsm__lane_ints n)
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_select(cohsm__lane_mask m, cohsm__lane_ints k,
+                                                    cohsm__lane_ints n)
 {
 #if COHSM__WIDTH == 16
     COHSM__EACH(k.v[piece] = _mm512_mask_mov_epi32(n.v[piece], m.v[piece], k.v[piece]))

@@ -619,7 +619,8 @@ static inline ENVLT__COLD void envlt__message_number(envlt__message *m, double v
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline ENVLT__COLD void envlt__message_begin(envlt__message *m, const envlt__logger *logger, const char *field)
+static inline ENVLT__COLD void envlt__message_begin(envlt__message *m,
+                                          const envlt__logger *logger, const char *field)
 {
     m->used = 0;
     envlt__message_text(m, logger->function);
@@ -757,7 +758,10 @@ static inline void envlt__v3_basis(envlt__v3 n, envlt__v3 *b1, envlt__v3 *b2)
 #define ENVLT__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int envlt__is_unit2(float length2) { return length2 >= ENVLT__UNIT_LEAST2 && length2 <= ENVLT__UNIT_MOST2; }
+static inline int envlt__is_unit2(float length2)
+{
+    return length2 >= ENVLT__UNIT_LEAST2 && length2 <= ENVLT__UNIT_MOST2;
+}
 
 /* ==== src/shared/m4.h ==== */
 
@@ -799,7 +803,8 @@ static inline int envlt__m4_is_rigid_uniform(const float *m, float *scale)
     y = envlt__v3_scale(y, 1.0f / ly);
     z = envlt__v3_scale(z, 1.0f / lz);
     if (fabsf(envlt__v3_dot(x, y)) > 1e-4f || fabsf(envlt__v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(envlt__v3_dot(y, z)) > 1e-4f || envlt__v3_dot(envlt__v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(envlt__v3_dot(y, z)) > 1e-4f ||
+        envlt__v3_dot(envlt__v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }

@@ -693,7 +693,8 @@ static inline ENVSH__COLD void envsh__message_number(envsh__message *m, double v
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline ENVSH__COLD void envsh__message_begin(envsh__message *m, const envsh__logger *logger, const char *field)
+static inline ENVSH__COLD void envsh__message_begin(envsh__message *m,
+                                          const envsh__logger *logger, const char *field)
 {
     m->used = 0;
     envsh__message_text(m, logger->function);
@@ -748,8 +749,9 @@ static inline ENVSH__COLD void envsh__log_element(const envsh__logger *logger, c
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     envsh__message m;
     if (!logger->log) return;
@@ -861,7 +863,10 @@ static inline void envsh__v3_basis(envsh__v3 n, envsh__v3 *b1, envsh__v3 *b2)
 #define ENVSH__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int envsh__is_unit2(float length2) { return length2 >= ENVSH__UNIT_LEAST2 && length2 <= ENVSH__UNIT_MOST2; }
+static inline int envsh__is_unit2(float length2)
+{
+    return length2 >= ENVSH__UNIT_LEAST2 && length2 <= ENVSH__UNIT_MOST2;
+}
 
 /* ==== src/shared/m4.h ==== */
 

@@ -462,7 +462,10 @@ static inline int gifilt__finite(float x)
 #define GIFILT__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int gifilt__is_unit2(float length2) { return length2 >= GIFILT__UNIT_LEAST2 && length2 <= GIFILT__UNIT_MOST2; }
+static inline int gifilt__is_unit2(float length2)
+{
+    return length2 >= GIFILT__UNIT_LEAST2 && length2 <= GIFILT__UNIT_MOST2;
+}
 
 /* ==== src/shared/cpu.h ==== */
 
@@ -564,18 +567,19 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
 
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for gifilt__lanes: GIFILT__LANE_COUNT floats, which the instruction set GIFILT__SET computes
-   GIFILT__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   GIFILT__SIMD_SETS is 1, the header includes itself with GIFILT__SET, GIFILT__WIDTH and GIFILT__LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. gifilt__simd_level returns which set to call. With GIFILT__NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if GIFILT__COMPILER_VECTORS is defined. GIFILT__FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for gifilt__lanes: GIFILT__LANE_COUNT floats, of which the instruction set GIFILT__SET
+   computes GIFILT__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if GIFILT__SIMD_SETS is 1, the header includes itself with GIFILT__SET, GIFILT__WIDTH and GIFILT__LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. gifilt__simd_level returns which set to call. With GIFILT__NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if GIFILT__COMPILER_VECTORS is
+   defined. GIFILT__FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes gifilt__lanes_add the name
-   gifilt__lanes_add_avx2 in set avx2; the header has such a list for its kernels. GIFILT__KERNEL stands before a kernel,
-   GIFILT__IN_KERNEL before what is inlined into kernels.
+   gifilt__lanes_add_avx2 in set avx2; the header has such a list for its kernels. GIFILT__KERNEL stands before a
+   kernel, GIFILT__IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for gifilt__lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */
@@ -757,7 +761,8 @@ static inline GIFILT__COLD void gifilt__message_number(gifilt__message *m, doubl
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline GIFILT__COLD void gifilt__message_begin(gifilt__message *m, const gifilt__logger *logger, const char *field)
+static inline GIFILT__COLD void gifilt__message_begin(gifilt__message *m,
+                                          const gifilt__logger *logger, const char *field)
 {
     m->used = 0;
     gifilt__message_text(m, logger->function);
@@ -1108,7 +1113,8 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define GIFILT__EACH(...) { int piece; for (piece = 0; piece < GIFILT__LANE_COUNT / GIFILT__WIDTH; piece++) { __VA_ARGS__; } }
+#define GIFILT__EACH(...) \
+    { int piece; for (piece = 0; piece < GIFILT__LANE_COUNT / GIFILT__WIDTH; piece++) { __VA_ARGS__; } }
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
@@ -1191,7 +1197,8 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_differ(gifilt__l
 }
 
 /* Returns m ? a : b in each lane. */
-static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a, gifilt__lanes b)
+static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a,
+                                                 gifilt__lanes b)
 {
 #if GIFILT__WIDTH == 16
     GIFILT__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
@@ -1339,7 +1346,8 @@ typedef uint32_t gifilt__piece_words;
 #endif
 typedef struct gifilt__lanes { gifilt__piece v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lanes;
 typedef struct gifilt__lane_ints { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_ints;
-typedef struct gifilt__lane_mask { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct gifilt__lane_mask { gifilt__piece_ints v[GIFILT__LANE_COUNT / GIFILT__WIDTH]; } gifilt__lane_mask;
 
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_load(const float *from)
 {
@@ -1400,7 +1408,8 @@ static inline GIFILT__IN_KERNEL gifilt__lane_mask gifilt__lanes_differ(gifilt__l
 }
 
 /* Returns m ? a : b in each lane. */
-static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a, gifilt__lanes b)
+static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes_select(gifilt__lane_mask m, gifilt__lanes a,
+                                                 gifilt__lanes b)
 {
 #if GIFILT__SIMD_VECTORS
     GIFILT__EACH(a.v[piece] = (gifilt__piece)((m.v[piece] & (gifilt__piece_ints)a.v[piece]) |
@@ -1552,7 +1561,8 @@ static inline GIFILT__IN_KERNEL gifilt__lanes3 gifilt__lanes3_sub(gifilt__lanes3
 
 static inline GIFILT__IN_KERNEL gifilt__lanes gifilt__lanes3_dot(gifilt__lanes3 a, gifilt__lanes3 b)
 {
-    return gifilt__lanes_add(gifilt__lanes_add(gifilt__lanes_mul(a.x, b.x), gifilt__lanes_mul(a.y, b.y)), gifilt__lanes_mul(a.z, b.z));
+    return gifilt__lanes_add(gifilt__lanes_add(gifilt__lanes_mul(a.x, b.x), gifilt__lanes_mul(a.y, b.y)),
+                       gifilt__lanes_mul(a.z, b.z));
 }
 
 /* Stores x, y, z of the first lane, then those of the next, and so on. */

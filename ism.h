@@ -1017,7 +1017,10 @@ static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
 #define ISM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int ism__is_unit2(float length2) { return length2 >= ISM__UNIT_LEAST2 && length2 <= ISM__UNIT_MOST2; }
+static inline int ism__is_unit2(float length2)
+{
+    return length2 >= ISM__UNIT_LEAST2 && length2 <= ISM__UNIT_MOST2;
+}
 
 /* ==== src/shared/trig.h ==== */
 
@@ -1467,18 +1470,19 @@ static inline void ism__batch_task(void *context, size_t index)
 
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for ism__lanes: ISM__LANE_COUNT floats, which the instruction set ISM__SET computes
-   ISM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   ISM__SIMD_SETS is 1, the header includes itself with ISM__SET, ISM__WIDTH and ISM__LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. ism__simd_level returns which set to call. With ISM__NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if ISM__COMPILER_VECTORS is defined. ISM__FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for ism__lanes: ISM__LANE_COUNT floats, of which the instruction set ISM__SET
+   computes ISM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if ISM__SIMD_SETS is 1, the header includes itself with ISM__SET, ISM__WIDTH and ISM__LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. ism__simd_level returns which set to call. With ISM__NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if ISM__COMPILER_VECTORS is
+   defined. ISM__FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes ism__lanes_add the name
-   ism__lanes_add_avx2 in set avx2; the header has such a list for its kernels. ISM__KERNEL stands before a kernel,
-   ISM__IN_KERNEL before what is inlined into kernels.
+   ism__lanes_add_avx2 in set avx2; the header has such a list for its kernels. ISM__KERNEL stands before a
+   kernel, ISM__IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for ism__lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */
@@ -1674,7 +1678,8 @@ static inline ISM__COLD void ism__message_number(ism__message *m, double value)
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline ISM__COLD void ism__message_begin(ism__message *m, const ism__logger *logger, const char *field)
+static inline ISM__COLD void ism__message_begin(ism__message *m,
+                                          const ism__logger *logger, const char *field)
 {
     m->used = 0;
     ism__message_text(m, logger->function);
@@ -1729,8 +1734,9 @@ static inline ISM__COLD void ism__log_element(const ism__logger *logger, const c
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     ism__message m;
     if (!logger->log) return;
@@ -3662,7 +3668,8 @@ static float ism__texels_per_unit(const ism__tile *tile)
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define ISM__EACH(...) { int piece; for (piece = 0; piece < ISM__LANE_COUNT / ISM__WIDTH; piece++) { __VA_ARGS__; } }
+#define ISM__EACH(...) \
+    { int piece; for (piece = 0; piece < ISM__LANE_COUNT / ISM__WIDTH; piece++) { __VA_ARGS__; } }
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
@@ -3732,7 +3739,8 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_at_least(ism__lanes a, is
 }
 
 /* Returns m ? a : b in each lane. */
-static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a, ism__lanes b)
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a,
+                                                 ism__lanes b)
 {
 #if ISM__WIDTH == 16
     ISM__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
@@ -3906,7 +3914,8 @@ typedef uint32_t ism__piece_words;
 #endif
 typedef struct ism__lanes { ism__piece v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lanes;
 typedef struct ism__lane_ints { ism__piece_ints v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lane_ints;
-typedef struct ism__lane_mask { ism__piece_ints v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct ism__lane_mask { ism__piece_ints v[ISM__LANE_COUNT / ISM__WIDTH]; } ism__lane_mask;
 
 static inline ISM__IN_KERNEL ism__lanes ism__lanes_load(const float *from)
 {
@@ -3956,7 +3965,8 @@ static inline ISM__IN_KERNEL ism__lane_mask ism__lanes_at_least(ism__lanes a, is
 }
 
 /* Returns m ? a : b in each lane. */
-static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a, ism__lanes b)
+static inline ISM__IN_KERNEL ism__lanes ism__lanes_select(ism__lane_mask m, ism__lanes a,
+                                                 ism__lanes b)
 {
 #if ISM__SIMD_VECTORS
     ISM__EACH(a.v[piece] = (ism__piece)((m.v[piece] & (ism__piece_ints)a.v[piece]) |
@@ -4144,7 +4154,8 @@ static inline ISM__IN_KERNEL ism__lanes3 ism__lanes3_scale(ism__lanes3 a, ism__l
 
 static inline ISM__IN_KERNEL ism__lanes ism__lanes3_dot(ism__lanes3 a, ism__lanes3 b)
 {
-    return ism__lanes_add(ism__lanes_add(ism__lanes_mul(a.x, b.x), ism__lanes_mul(a.y, b.y)), ism__lanes_mul(a.z, b.z));
+    return ism__lanes_add(ism__lanes_add(ism__lanes_mul(a.x, b.x), ism__lanes_mul(a.y, b.y)),
+                       ism__lanes_mul(a.z, b.z));
 }
 
 /* ==== src/shared/simd_ints.h ==== */

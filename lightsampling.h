@@ -744,7 +744,10 @@ static inline void lsamp__v3_basis(lsamp__v3 n, lsamp__v3 *b1, lsamp__v3 *b2)
 #define LSAMP__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int lsamp__is_unit2(float length2) { return length2 >= LSAMP__UNIT_LEAST2 && length2 <= LSAMP__UNIT_MOST2; }
+static inline int lsamp__is_unit2(float length2)
+{
+    return length2 >= LSAMP__UNIT_LEAST2 && length2 <= LSAMP__UNIT_MOST2;
+}
 
 /* ==== src/shared/trig.h ==== */
 
@@ -1186,7 +1189,8 @@ static inline LSAMP__COLD void lsamp__message_number(lsamp__message *m, double v
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline LSAMP__COLD void lsamp__message_begin(lsamp__message *m, const lsamp__logger *logger, const char *field)
+static inline LSAMP__COLD void lsamp__message_begin(lsamp__message *m,
+                                          const lsamp__logger *logger, const char *field)
 {
     m->used = 0;
     lsamp__message_text(m, logger->function);
@@ -1241,8 +1245,9 @@ static inline LSAMP__COLD void lsamp__log_element(const lsamp__logger *logger, c
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     lsamp__message m;
     if (!logger->log) return;

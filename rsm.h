@@ -918,7 +918,10 @@ static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
 #define RSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int rsm__is_unit2(float length2) { return length2 >= RSM__UNIT_LEAST2 && length2 <= RSM__UNIT_MOST2; }
+static inline int rsm__is_unit2(float length2)
+{
+    return length2 >= RSM__UNIT_LEAST2 && length2 <= RSM__UNIT_MOST2;
+}
 
 /* ==== src/shared/trig.h ==== */
 
@@ -1226,18 +1229,19 @@ static inline void rsm__batch_task(void *context, size_t index)
 
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for rsm__lanes: RSM__LANE_COUNT floats, which the instruction set RSM__SET computes
-   RSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   RSM__SIMD_SETS is 1, the header includes itself with RSM__SET, RSM__WIDTH and RSM__LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. rsm__simd_level returns which set to call. With RSM__NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if RSM__COMPILER_VECTORS is defined. RSM__FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for rsm__lanes: RSM__LANE_COUNT floats, of which the instruction set RSM__SET
+   computes RSM__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if RSM__SIMD_SETS is 1, the header includes itself with RSM__SET, RSM__WIDTH and RSM__LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. rsm__simd_level returns which set to call. With RSM__NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if RSM__COMPILER_VECTORS is
+   defined. RSM__FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes rsm__lanes_add the name
-   rsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. RSM__KERNEL stands before a kernel,
-   RSM__IN_KERNEL before what is inlined into kernels.
+   rsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. RSM__KERNEL stands before a
+   kernel, RSM__IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for rsm__lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */
@@ -1418,7 +1422,8 @@ static inline RSM__COLD void rsm__message_number(rsm__message *m, double value)
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline RSM__COLD void rsm__message_begin(rsm__message *m, const rsm__logger *logger, const char *field)
+static inline RSM__COLD void rsm__message_begin(rsm__message *m,
+                                          const rsm__logger *logger, const char *field)
 {
     m->used = 0;
     rsm__message_text(m, logger->function);
@@ -1487,8 +1492,9 @@ static inline RSM__COLD void rsm__log_element_text(const rsm__logger *logger, co
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     rsm__message m;
     if (!logger->log) return;
@@ -3234,7 +3240,8 @@ typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], c
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define RSM__EACH(...) { int piece; for (piece = 0; piece < RSM__LANE_COUNT / RSM__WIDTH; piece++) { __VA_ARGS__; } }
+#define RSM__EACH(...) \
+    { int piece; for (piece = 0; piece < RSM__LANE_COUNT / RSM__WIDTH; piece++) { __VA_ARGS__; } }
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
@@ -3304,7 +3311,8 @@ static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_at_least(rsm__lanes a, rs
 }
 
 /* Returns m ? a : b in each lane. */
-static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a, rsm__lanes b)
+static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a,
+                                                 rsm__lanes b)
 {
 #if RSM__WIDTH == 16
     RSM__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
@@ -3464,7 +3472,8 @@ typedef uint32_t rsm__piece_words;
 #endif
 typedef struct rsm__lanes { rsm__piece v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lanes;
 typedef struct rsm__lane_ints { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_ints;
-typedef struct rsm__lane_mask { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct rsm__lane_mask { rsm__piece_ints v[RSM__LANE_COUNT / RSM__WIDTH]; } rsm__lane_mask;
 
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_load(const float *from)
 {
@@ -3514,7 +3523,8 @@ static inline RSM__IN_KERNEL rsm__lane_mask rsm__lanes_at_least(rsm__lanes a, rs
 }
 
 /* Returns m ? a : b in each lane. */
-static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a, rsm__lanes b)
+static inline RSM__IN_KERNEL rsm__lanes rsm__lanes_select(rsm__lane_mask m, rsm__lanes a,
+                                                 rsm__lanes b)
 {
 #if RSM__SIMD_VECTORS
     RSM__EACH(a.v[piece] = (rsm__piece)((m.v[piece] & (rsm__piece_ints)a.v[piece]) |
@@ -3657,7 +3667,8 @@ static inline RSM__IN_KERNEL rsm__lanes3 rsm__lanes3_sub(rsm__lanes3 a, rsm__lan
 
 static inline RSM__IN_KERNEL rsm__lanes rsm__lanes3_dot(rsm__lanes3 a, rsm__lanes3 b)
 {
-    return rsm__lanes_add(rsm__lanes_add(rsm__lanes_mul(a.x, b.x), rsm__lanes_mul(a.y, b.y)), rsm__lanes_mul(a.z, b.z));
+    return rsm__lanes_add(rsm__lanes_add(rsm__lanes_mul(a.x, b.x), rsm__lanes_mul(a.y, b.y)),
+                       rsm__lanes_mul(a.z, b.z));
 }
 
 /* ==== src/rsm/kernels_gather.h ==== */

@@ -1130,7 +1130,10 @@ static inline int sfield__v3_finite(sfield__v3 a)
 #define SFIELD__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int sfield__is_unit2(float length2) { return length2 >= SFIELD__UNIT_LEAST2 && length2 <= SFIELD__UNIT_MOST2; }
+static inline int sfield__is_unit2(float length2)
+{
+    return length2 >= SFIELD__UNIT_LEAST2 && length2 <= SFIELD__UNIT_MOST2;
+}
 
 /* ==== src/shared/m4.h ==== */
 
@@ -1183,7 +1186,8 @@ static inline int sfield__m4_is_rigid_uniform(const float *m, float *scale)
     y = sfield__v3_scale(y, 1.0f / ly);
     z = sfield__v3_scale(z, 1.0f / lz);
     if (fabsf(sfield__v3_dot(x, y)) > 1e-4f || fabsf(sfield__v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(sfield__v3_dot(y, z)) > 1e-4f || sfield__v3_dot(sfield__v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(sfield__v3_dot(y, z)) > 1e-4f ||
+        sfield__v3_dot(sfield__v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }
@@ -1425,18 +1429,19 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for sfield__lanes: SFIELD__LANE_COUNT floats, which the instruction set SFIELD__SET computes
-   SFIELD__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   SFIELD__SIMD_SETS is 1, the header includes itself with SFIELD__SET, SFIELD__WIDTH and SFIELD__LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. sfield__simd_level returns which set to call. With SFIELD__NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if SFIELD__COMPILER_VECTORS is defined. SFIELD__FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for sfield__lanes: SFIELD__LANE_COUNT floats, of which the instruction set SFIELD__SET
+   computes SFIELD__WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if SFIELD__SIMD_SETS is 1, the header includes itself with SFIELD__SET, SFIELD__WIDTH and SFIELD__LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. sfield__simd_level returns which set to call. With SFIELD__NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if SFIELD__COMPILER_VECTORS is
+   defined. SFIELD__FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes sfield__lanes_add the name
-   sfield__lanes_add_avx2 in set avx2; the header has such a list for its kernels. SFIELD__KERNEL stands before a kernel,
-   SFIELD__IN_KERNEL before what is inlined into kernels.
+   sfield__lanes_add_avx2 in set avx2; the header has such a list for its kernels. SFIELD__KERNEL stands before a
+   kernel, SFIELD__IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for sfield__lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */
@@ -1676,7 +1681,8 @@ static inline SFIELD__COLD void sfield__message_number(sfield__message *m, doubl
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline SFIELD__COLD void sfield__message_begin(sfield__message *m, const sfield__logger *logger, const char *field)
+static inline SFIELD__COLD void sfield__message_begin(sfield__message *m,
+                                          const sfield__logger *logger, const char *field)
 {
     m->used = 0;
     sfield__message_text(m, logger->function);
@@ -1731,8 +1737,9 @@ static inline SFIELD__COLD void sfield__log_element(const sfield__logger *logger
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     sfield__message m;
     if (!logger->log) return;
@@ -5645,7 +5652,8 @@ typedef struct sfield__bundle {
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define SFIELD__EACH(...) { int piece; for (piece = 0; piece < SFIELD__LANE_COUNT / SFIELD__WIDTH; piece++) { __VA_ARGS__; } }
+#define SFIELD__EACH(...) \
+    { int piece; for (piece = 0; piece < SFIELD__LANE_COUNT / SFIELD__WIDTH; piece++) { __VA_ARGS__; } }
 #endif
 
 /* ==== src/shared/simd_x86.h ==== */
@@ -5728,7 +5736,8 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_differ(sfield__l
 }
 
 /* Returns m ? a : b in each lane. */
-static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a, sfield__lanes b)
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a,
+                                                 sfield__lanes b)
 {
 #if SFIELD__WIDTH == 16
     SFIELD__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
@@ -6001,7 +6010,8 @@ typedef uint32_t sfield__piece_words;
 #endif
 typedef struct sfield__lanes { sfield__piece v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lanes;
 typedef struct sfield__lane_ints { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_ints;
-typedef struct sfield__lane_mask { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct sfield__lane_mask { sfield__piece_ints v[SFIELD__LANE_COUNT / SFIELD__WIDTH]; } sfield__lane_mask;
 
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_load(const float *from)
 {
@@ -6062,7 +6072,8 @@ static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__lanes_differ(sfield__l
 }
 
 /* Returns m ? a : b in each lane. */
-static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a, sfield__lanes b)
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_select(sfield__lane_mask m, sfield__lanes a,
+                                                 sfield__lanes b)
 {
 #if SFIELD__SIMD_VECTORS
     SFIELD__EACH(a.v[piece] = (sfield__piece)((m.v[piece] & (sfield__piece_ints)a.v[piece]) |
@@ -6342,7 +6353,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_load_halves(const fl
     SFIELD__EACH(a.v[piece] = _mm512_maskz_insertf32x8((__mmask16)0xffff, low, _mm256_loadu_ps(second), 1))
 #else
     SFIELD__EACH(
-        const float *from = piece * SFIELD__WIDTH < 8 ? first + piece * SFIELD__WIDTH : second + piece * SFIELD__WIDTH - 8;
+        const float *from = piece * SFIELD__WIDTH < 8 ? first + piece * SFIELD__WIDTH
+                                                : second + piece * SFIELD__WIDTH - 8;
         memcpy(&a.v[piece], from, sizeof a.v[piece]))
 #endif
     return a;
@@ -6418,7 +6430,8 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_swap_twos(sfield__la
 
 #if SFIELD__WIDTH <= 4
 /* Writes the columns of 4 x 4 floats as rows. */
-static inline SFIELD__IN_KERNEL void sfield__transpose4(const float *in, size_t in_stride, float *out, size_t out_stride)
+static inline SFIELD__IN_KERNEL void sfield__transpose4(const float *in, size_t in_stride, float *out,
+                                            size_t out_stride)
 {
 #if SFIELD__SIMD_X86
     const __m128 a = _mm_loadu_ps(in), b = _mm_loadu_ps(in + in_stride);
@@ -6442,7 +6455,8 @@ static inline SFIELD__IN_KERNEL void sfield__transpose4(const float *in, size_t 
 #endif
 
 /* Writes the columns of 8 x 8 floats as rows. */
-static inline SFIELD__IN_KERNEL void sfield__transpose8(const float *in, size_t in_stride, float *out, size_t out_stride)
+static inline SFIELD__IN_KERNEL void sfield__transpose8(const float *in, size_t in_stride, float *out,
+                                            size_t out_stride)
 {
     size_t i;
 #if SFIELD__WIDTH > 4

@@ -908,7 +908,8 @@ static inline GLBK__COLD void glbk__message_number(glbk__message *m, double valu
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline GLBK__COLD void glbk__message_begin(glbk__message *m, const glbk__logger *logger, const char *field)
+static inline GLBK__COLD void glbk__message_begin(glbk__message *m,
+                                          const glbk__logger *logger, const char *field)
 {
     m->used = 0;
     glbk__message_text(m, logger->function);

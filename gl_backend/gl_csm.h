@@ -928,7 +928,8 @@ static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
     y = glbk_csm__v3_scale(y, 1.0f / ly);
     z = glbk_csm__v3_scale(z, 1.0f / lz);
     if (fabsf(glbk_csm__v3_dot(x, y)) > 1e-4f || fabsf(glbk_csm__v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(glbk_csm__v3_dot(y, z)) > 1e-4f || glbk_csm__v3_dot(glbk_csm__v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(glbk_csm__v3_dot(y, z)) > 1e-4f ||
+        glbk_csm__v3_dot(glbk_csm__v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }
@@ -943,7 +944,10 @@ static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
 #define GLBK_CSM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int glbk_csm__is_unit2(float length2) { return length2 >= GLBK_CSM__UNIT_LEAST2 && length2 <= GLBK_CSM__UNIT_MOST2; }
+static inline int glbk_csm__is_unit2(float length2)
+{
+    return length2 >= GLBK_CSM__UNIT_LEAST2 && length2 <= GLBK_CSM__UNIT_MOST2;
+}
 
 /* ==== src/shared/gl_memory.h ==== */
 
@@ -1243,7 +1247,8 @@ static const struct { char s0[2721]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "}\n", 0
 };
 
-static const struct { char s0[3935]; char s1[3982]; char s2[3982]; char s3[1072]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
+static const struct { char s0[3935]; char s1[3982]; char s2[3982];
+    char s3[1072]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
     "#endif\n"

@@ -589,7 +589,10 @@ static inline const float *glbk_gbuf__m4_or_identity(const float *m)
 #define GLBK_GBUF__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int glbk_gbuf__is_unit2(float length2) { return length2 >= GLBK_GBUF__UNIT_LEAST2 && length2 <= GLBK_GBUF__UNIT_MOST2; }
+static inline int glbk_gbuf__is_unit2(float length2)
+{
+    return length2 >= GLBK_GBUF__UNIT_LEAST2 && length2 <= GLBK_GBUF__UNIT_MOST2;
+}
 
 /* ==== src/shared/gl_memory.h ==== */
 

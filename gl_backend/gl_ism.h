@@ -517,7 +517,10 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
 #define GLBK_ISM__UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int glbk_ism__is_unit2(float length2) { return length2 >= GLBK_ISM__UNIT_LEAST2 && length2 <= GLBK_ISM__UNIT_MOST2; }
+static inline int glbk_ism__is_unit2(float length2)
+{
+    return length2 >= GLBK_ISM__UNIT_LEAST2 && length2 <= GLBK_ISM__UNIT_MOST2;
+}
 
 /* ==== src/shared/message.h ==== */
 

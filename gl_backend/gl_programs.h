@@ -488,7 +488,8 @@ static inline GLBK_PROG__COLD void glbk_prog__message_count(glbk_prog__message *
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline GLBK_PROG__COLD void glbk_prog__message_begin(glbk_prog__message *m, const glbk_prog__logger *logger, const char *field)
+static inline GLBK_PROG__COLD void glbk_prog__message_begin(glbk_prog__message *m,
+                                          const glbk_prog__logger *logger, const char *field)
 {
     m->used = 0;
     glbk_prog__message_text(m, logger->function);
@@ -498,8 +499,9 @@ static inline GLBK_PROG__COLD void glbk_prog__message_begin(glbk_prog__message *
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline GLBK_PROG__COLD void glbk_prog__log_index(const glbk_prog__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline GLBK_PROG__COLD void glbk_prog__log_index(const glbk_prog__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     glbk_prog__message m;
     if (!logger->log) return;

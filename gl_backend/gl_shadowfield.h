@@ -713,7 +713,8 @@ static inline int glbk_sfield__m4_is_rigid_uniform(const float *m, float *scale)
     y = glbk_sfield__v3_scale(y, 1.0f / ly);
     z = glbk_sfield__v3_scale(z, 1.0f / lz);
     if (fabsf(glbk_sfield__v3_dot(x, y)) > 1e-4f || fabsf(glbk_sfield__v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(glbk_sfield__v3_dot(y, z)) > 1e-4f || glbk_sfield__v3_dot(glbk_sfield__v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(glbk_sfield__v3_dot(y, z)) > 1e-4f ||
+        glbk_sfield__v3_dot(glbk_sfield__v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }
@@ -767,7 +768,8 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__message_count(glbk_sfield__mes
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__message *m, const glbk_sfield__logger *logger, const char *field)
+static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__message *m,
+                                          const glbk_sfield__logger *logger, const char *field)
 {
     m->used = 0;
     glbk_sfield__message_text(m, logger->function);
@@ -777,8 +779,9 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__mes
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     glbk_sfield__message m;
     if (!logger->log) return;

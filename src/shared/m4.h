@@ -86,7 +86,8 @@ static inline int P_m4_is_rigid_uniform(const float *m, float *scale)
     y = P_v3_scale(y, 1.0f / ly);
     z = P_v3_scale(z, 1.0f / lz);
     if (fabsf(P_v3_dot(x, y)) > 1e-4f || fabsf(P_v3_dot(x, z)) > 1e-4f) return 0;
-    if (fabsf(P_v3_dot(y, z)) > 1e-4f || P_v3_dot(P_v3_cross(x, y), z) < 0.0f) return 0;
+    if (fabsf(P_v3_dot(y, z)) > 1e-4f ||
+        P_v3_dot(P_v3_cross(x, y), z) < 0.0f) return 0;
     *scale = s;
     return 1;
 }

@@ -96,7 +96,8 @@ static inline P_COLD void P_message_number(P_message *m, double value)
 }
 
 /* Begins a line: "FUNCTION: FIELD". */
-static inline P_COLD void P_message_begin(P_message *m, const P_logger *logger, const char *field)
+static inline P_COLD void P_message_begin(P_message *m,
+                                          const P_logger *logger, const char *field)
 {
     m->used = 0;
     P_message_text(m, logger->function);
@@ -165,8 +166,9 @@ static inline P_COLD void P_log_element_text(const P_logger *logger, const char 
 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
-static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh, uint64_t position,
-                                      uint64_t index, uint64_t vertex_count)
+static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index,
+                                      uint64_t vertex_count)
 {
     P_message m;
     if (!logger->log) return;

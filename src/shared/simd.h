@@ -1,17 +1,18 @@
 /* unit simd, needs cpu: one text of a kernel for every instruction set */
 
-/* A kernel is written once, for P_lanes: P_LANE_COUNT floats, which the instruction set P_SET computes
-   P_WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled once for
-   every set that the program may meet. It is first compiled in its place, as set "plain", for what the whole
-   program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then, if
-   P_SIMD_SETS is 1, the header includes itself with P_SET, P_WIDTH and P_LANE_COUNT defined anew: avx2 with
-   8 lanes, avx512 with 16. P_simd_level returns which set to call. With P_NO_SIMD there are no intrinsics;
-   the compiler's own vectors, which are portable, stay if P_COMPILER_VECTORS is defined. P_FILE is the
-   header's name; a header that was pasted into another file cannot include itself and stays with "plain".
+/* A kernel is written once, for P_lanes: P_LANE_COUNT floats, of which the instruction set P_SET
+   computes P_WIDTH at a time. What lies between unit simd_begin and the last kernel of a header is compiled
+   once for every set that the program may meet. It is first compiled in its place, as set "plain", for what
+   the whole program is compiled for (SSE2, NEON, the 128 bits of WebAssembly, or one float at a time). Then,
+   if P_SIMD_SETS is 1, the header includes itself with P_SET, P_WIDTH and P_LANE_COUNT defined
+   anew: avx2 with 8 lanes, avx512 with 16. P_simd_level returns which set to call. With P_NO_SIMD there
+   are no intrinsics; the compiler's own vectors, which are portable, stay if P_COMPILER_VECTORS is
+   defined. P_FILE is the header's name; a header that was pasted into another file cannot include itself
+   and stays with "plain".
 
    What is compiled several times needs a name for each set. The list below makes P_lanes_add the name
-   P_lanes_add_avx2 in set avx2; the header has such a list for its kernels. P_KERNEL stands before a kernel,
-   P_IN_KERNEL before what is inlined into kernels.
+   P_lanes_add_avx2 in set avx2; the header has such a list for its kernels. P_KERNEL stands before a
+   kernel, P_IN_KERNEL before what is inlined into kernels.
 
    Every set gives the same bits, but for P_lanes_muladd, which rounds once in avx2 and avx512, twice
    elsewhere. */

@@ -47,5 +47,6 @@
     { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
     { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
 #else
-#define P_EACH(...) { int piece; for (piece = 0; piece < P_LANE_COUNT / P_WIDTH; piece++) { __VA_ARGS__; } }
+#define P_EACH(...) \
+    { int piece; for (piece = 0; piece < P_LANE_COUNT / P_WIDTH; piece++) { __VA_ARGS__; } }
 #endif

@@ -52,7 +52,8 @@ static inline P_IN_KERNEL P_lane_mask P_ints_greater(P_lane_ints k, P_lane_ints 
 }
 
 /* Returns m ? k : n in each lane. */
-static inline P_IN_KERNEL P_lane_ints P_ints_select(P_lane_mask m, P_lane_ints k, P_lane_ints n)
+static inline P_IN_KERNEL P_lane_ints P_ints_select(P_lane_mask m, P_lane_ints k,
+                                                    P_lane_ints n)
 {
 #if P_WIDTH == 16
     P_EACH(k.v[piece] = _mm512_mask_mov_epi32(n.v[piece], m.v[piece], k.v[piece]))

@@ -84,7 +84,8 @@ static inline P_IN_KERNEL P_lanes3 P_lanes3_scale(P_lanes3 a, P_lanes s)
 
 static inline P_IN_KERNEL P_lanes P_lanes3_dot(P_lanes3 a, P_lanes3 b)
 {
-    return P_lanes_add(P_lanes_add(P_lanes_mul(a.x, b.x), P_lanes_mul(a.y, b.y)), P_lanes_mul(a.z, b.z));
+    return P_lanes_add(P_lanes_add(P_lanes_mul(a.x, b.x), P_lanes_mul(a.y, b.y)),
+                       P_lanes_mul(a.z, b.z));
 }
 
 /* Stores x, y, z of the first lane, then those of the next, and so on. */

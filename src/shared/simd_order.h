@@ -48,7 +48,8 @@ static inline P_IN_KERNEL P_lanes P_lanes_load_halves(const float *first, const 
     P_EACH(a.v[piece] = _mm512_maskz_insertf32x8((__mmask16)0xffff, low, _mm256_loadu_ps(second), 1))
 #else
     P_EACH(
-        const float *from = piece * P_WIDTH < 8 ? first + piece * P_WIDTH : second + piece * P_WIDTH - 8;
+        const float *from = piece * P_WIDTH < 8 ? first + piece * P_WIDTH
+                                                : second + piece * P_WIDTH - 8;
         memcpy(&a.v[piece], from, sizeof a.v[piece]))
 #endif
     return a;
@@ -124,7 +125,8 @@ static inline P_IN_KERNEL P_lanes P_lanes_swap_twos(P_lanes a)
 
 #if P_WIDTH <= 4
 /* Writes the columns of 4 x 4 floats as rows. */
-static inline P_IN_KERNEL void P_transpose4(const float *in, size_t in_stride, float *out, size_t out_stride)
+static inline P_IN_KERNEL void P_transpose4(const float *in, size_t in_stride, float *out,
+                                            size_t out_stride)
 {
 #if P_SIMD_X86
     const __m128 a = _mm_loadu_ps(in), b = _mm_loadu_ps(in + in_stride);
@@ -148,7 +150,8 @@ static inline P_IN_KERNEL void P_transpose4(const float *in, size_t in_stride, f
 #endif
 
 /* Writes the columns of 8 x 8 floats as rows. */
-static inline P_IN_KERNEL void P_transpose8(const float *in, size_t in_stride, float *out, size_t out_stride)
+static inline P_IN_KERNEL void P_transpose8(const float *in, size_t in_stride, float *out,
+                                            size_t out_stride)
 {
     size_t i;
 #if P_WIDTH > 4

@@ -13,7 +13,8 @@ typedef uint32_t P_piece_words;
 #endif
 typedef struct P_lanes { P_piece v[P_LANE_COUNT / P_WIDTH]; } P_lanes;
 typedef struct P_lane_ints { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_ints;
-typedef struct P_lane_mask { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_mask;    /* lanes of 0 or -1 */
+/* Lanes of 0 or -1. */
+typedef struct P_lane_mask { P_piece_ints v[P_LANE_COUNT / P_WIDTH]; } P_lane_mask;
 
 static inline P_IN_KERNEL P_lanes P_lanes_load(const float *from)
 {
@@ -74,7 +75,8 @@ static inline P_IN_KERNEL P_lane_mask P_lanes_differ(P_lanes a, P_lanes b)
 }
 
 /* Returns m ? a : b in each lane. */
-static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a, P_lanes b)
+static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a,
+                                                 P_lanes b)
 {
 #if P_SIMD_VECTORS
     P_EACH(a.v[piece] = (P_piece)((m.v[piece] & (P_piece_ints)a.v[piece]) |

@@ -76,7 +76,8 @@ static inline P_IN_KERNEL P_lane_mask P_lanes_differ(P_lanes a, P_lanes b)
 }
 
 /* Returns m ? a : b in each lane. */
-static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a, P_lanes b)
+static inline P_IN_KERNEL P_lanes P_lanes_select(P_lane_mask m, P_lanes a,
+                                                 P_lanes b)
 {
 #if P_WIDTH == 16
     P_EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))

@@ -6,4 +6,7 @@
 #define P_UNIT_MOST2 1.0609f        /* 1.03^2 */
 
 /* Says whether a vector is unit, by the square of its length. If that is not a number, the vector is not. */
-static inline int P_is_unit2(float length2) { return length2 >= P_UNIT_LEAST2 && length2 <= P_UNIT_MOST2; }
+static inline int P_is_unit2(float length2)
+{
+    return length2 >= P_UNIT_LEAST2 && length2 <= P_UNIT_MOST2;
+}

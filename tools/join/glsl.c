@@ -310,9 +310,10 @@ static void strip(text *out, const char *s)
     }
 }
 
-/* Puts the member for a string of `length` characters: " char s2[1235];". */
+/* Puts the member for a string of `length` characters: " char s2[1235];", three on a line. */
 static void put_member(text *out, unsigned long number, size_t length)
 {
+    if (number && number % 3 == 0) put(out, "\n   ");
     put(out, " char s");
     put_number(out, number);
     put(out, "[");
