@@ -1415,8 +1415,7 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
    if COHSM__SIMD_SETS is 1, the header includes itself with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. cohsm__simd_level returns which set to call. With COHSM__NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is
-   defined. COHSM__FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. COHSM__FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes cohsm__lanes_add the name
    cohsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. COHSM__KERNEL stands before a
@@ -1724,8 +1723,7 @@ static inline COHSM__COLD void cohsm__log_element_text(const cohsm__logger *logg
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     cohsm__message m;
     if (!logger->log) return;

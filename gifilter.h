@@ -574,8 +574,7 @@ static inline int gifilt__cpu_has_avx512(void) { return 0; }
    if GIFILT__SIMD_SETS is 1, the header includes itself with GIFILT__SET, GIFILT__WIDTH and GIFILT__LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. gifilt__simd_level returns which set to call. With GIFILT__NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if GIFILT__COMPILER_VECTORS is
-   defined. GIFILT__FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. GIFILT__FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes gifilt__lanes_add the name
    gifilt__lanes_add_avx2 in set avx2; the header has such a list for its kernels. GIFILT__KERNEL stands before a

@@ -1477,8 +1477,7 @@ static inline void ism__batch_task(void *context, size_t index)
    if ISM__SIMD_SETS is 1, the header includes itself with ISM__SET, ISM__WIDTH and ISM__LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. ism__simd_level returns which set to call. With ISM__NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if ISM__COMPILER_VECTORS is
-   defined. ISM__FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. ISM__FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes ism__lanes_add the name
    ism__lanes_add_avx2 in set avx2; the header has such a list for its kernels. ISM__KERNEL stands before a
@@ -1735,8 +1734,7 @@ static inline ISM__COLD void ism__log_element(const ism__logger *logger, const c
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     ism__message m;
     if (!logger->log) return;

@@ -1246,8 +1246,7 @@ static inline LSAMP__COLD void lsamp__log_element(const lsamp__logger *logger, c
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     lsamp__message m;
     if (!logger->log) return;

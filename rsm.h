@@ -1236,8 +1236,7 @@ static inline void rsm__batch_task(void *context, size_t index)
    if RSM__SIMD_SETS is 1, the header includes itself with RSM__SET, RSM__WIDTH and RSM__LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. rsm__simd_level returns which set to call. With RSM__NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if RSM__COMPILER_VECTORS is
-   defined. RSM__FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. RSM__FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes rsm__lanes_add the name
    rsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. RSM__KERNEL stands before a
@@ -1493,8 +1492,7 @@ static inline RSM__COLD void rsm__log_element_text(const rsm__logger *logger, co
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     rsm__message m;
     if (!logger->log) return;

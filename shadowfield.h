@@ -98,13 +98,11 @@
 
    The knobs, and what each trades:
 
-     bands            fewer: faster and softer, and light leaks round objects. More: the time of a product
-                      grows with the fourth power
+     bands            fewer: faster and softer, and light leaks round objects. Time grows with bands^4
      position_side    fewer: shadows wobble as things move past sample points
      keep             less: noise of 2 x 2 texels in shadows, since fewer wavelets are kept
      cube_side        less: penumbrae in steps, since texels are larger
-     keep_inside      0: positions inside a closed mesh (counter-clockwise from outside) take the view from
-                      its surface. Not 0: they see nothing, and darken receivers near the mesh
+     keep_inside      0: positions inside a closed mesh see from its surface. Not 0: nothing, which darkens
 
    From the paper to the code
 
@@ -132,11 +130,7 @@
                                                                  sfield_entity                        -
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
 
-   T.. are rows of docs/conformance.md. Where there is a -, the paper has no figure that a row could expect:
-   tests/shadowfield/scene_rows_test.c has self_visibility_darkens_points_inside,
-   results_are_the_same_in_any_order_of_tasks, pairs_that_cannot_matter_are_culled and
-   light_of_sparse_points_is_spread_to_all; field_rows_test.c has
-   emissive_meshes_shine_outwards_and_by_their_frames, which are videos.
+   T.. are rows of docs/conformance.md. Where there is a -, tests/shadowfield/ has tests without a row.
 
    Configuration
 
@@ -1436,8 +1430,7 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
    if SFIELD__SIMD_SETS is 1, the header includes itself with SFIELD__SET, SFIELD__WIDTH and SFIELD__LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. sfield__simd_level returns which set to call. With SFIELD__NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if SFIELD__COMPILER_VECTORS is
-   defined. SFIELD__FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. SFIELD__FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes sfield__lanes_add the name
    sfield__lanes_add_avx2 in set avx2; the header has such a list for its kernels. SFIELD__KERNEL stands before a
@@ -1738,8 +1731,7 @@ static inline SFIELD__COLD void sfield__log_element(const sfield__logger *logger
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     sfield__message m;
     if (!logger->log) return;
@@ -8263,8 +8255,8 @@ static void sfield__set_turn(sfield_scene *s, const float *to_world)
     static const float zeros[16] = { 0 };
     const float *m = sfield__m4_or_identity(to_world ? to_world : zeros);
     uint32_t i;
-    float scale = 1;
-    (void)sfield__m4_is_rigid_uniform(m, &scale);       /* sfield__rotation_good has said that it is */
+    float scale = 1;                /* sfield__rotation_good has said that m is rigid */
+    (void)sfield__m4_is_rigid_uniform(m, &scale);
     memset(s->sky_turn, 0, sizeof s->sky_turn);
     for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : m[i] / scale;
     s->sky_turn[15] = 1;

@@ -500,8 +500,7 @@ static inline GLBK_PROG__COLD void glbk_prog__message_begin(glbk_prog__message *
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline GLBK_PROG__COLD void glbk_prog__log_index(const glbk_prog__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     glbk_prog__message m;
     if (!logger->log) return;

@@ -780,8 +780,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__message_begin(glbk_sfield__mes
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     glbk_sfield__message m;
     if (!logger->log) return;

@@ -98,13 +98,11 @@
 
    The knobs, and what each trades:
 
-     bands            fewer: faster and softer, and light leaks round objects. More: the time of a product
-                      grows with the fourth power
+     bands            fewer: faster and softer, and light leaks round objects. Time grows with bands^4
      position_side    fewer: shadows wobble as things move past sample points
      keep             less: noise of 2 x 2 texels in shadows, since fewer wavelets are kept
      cube_side        less: penumbrae in steps, since texels are larger
-     keep_inside      0: positions inside a closed mesh (counter-clockwise from outside) take the view from
-                      its surface. Not 0: they see nothing, and darken receivers near the mesh
+     keep_inside      0: positions inside a closed mesh see from its surface. Not 0: nothing, which darkens
 
    From the paper to the code
 
@@ -132,11 +130,7 @@
                                                                  sfield_entity                        -
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
 
-   T.. are rows of docs/conformance.md. Where there is a -, the paper has no figure that a row could expect:
-   tests/shadowfield/scene_rows_test.c has self_visibility_darkens_points_inside,
-   results_are_the_same_in_any_order_of_tasks, pairs_that_cannot_matter_are_culled and
-   light_of_sparse_points_is_spread_to_all; field_rows_test.c has
-   emissive_meshes_shine_outwards_and_by_their_frames, which are videos.
+   T.. are rows of docs/conformance.md. Where there is a -, tests/shadowfield/ has tests without a row.
 
    Configuration
 

@@ -114,8 +114,8 @@ static void sfield__set_turn(sfield_scene *s, const float *to_world)
     static const float zeros[16] = { 0 };
     const float *m = sfield__m4_or_identity(to_world ? to_world : zeros);
     uint32_t i;
-    float scale = 1;
-    (void)sfield__m4_is_rigid_uniform(m, &scale);       /* sfield__rotation_good has said that it is */
+    float scale = 1;                /* sfield__rotation_good has said that m is rigid */
+    (void)sfield__m4_is_rigid_uniform(m, &scale);
     memset(s->sky_turn, 0, sizeof s->sky_turn);
     for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : m[i] / scale;
     s->sky_turn[15] = 1;

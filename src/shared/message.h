@@ -167,8 +167,7 @@ static inline P_COLD void P_log_element_text(const P_logger *logger, const char 
 /* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
    indices from 0. */
 static inline P_COLD void P_log_index(const P_logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index,
-                                      uint64_t vertex_count)
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
 {
     P_message m;
     if (!logger->log) return;

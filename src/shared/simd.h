@@ -7,8 +7,7 @@
    if P_SIMD_SETS is 1, the header includes itself with P_SET, P_WIDTH and P_LANE_COUNT defined
    anew: avx2 with 8 lanes, avx512 with 16. P_simd_level returns which set to call. With P_NO_SIMD there
    are no intrinsics; the compiler's own vectors, which are portable, stay if P_COMPILER_VECTORS is
-   defined. P_FILE is the header's name; a header that was pasted into another file cannot include itself
-   and stays with "plain".
+   defined. P_FILE is the header's name; a header pasted into another file cannot include itself: "plain".
 
    What is compiled several times needs a name for each set. The list below makes P_lanes_add the name
    P_lanes_add_avx2 in set avx2; the header has such a list for its kernels. P_KERNEL stands before a
