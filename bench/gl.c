@@ -38,4 +38,9 @@ void bn_gl_close(bn_gl *g)
     memset(g, 0, sizeof *g);
 }
 
+int bn_gl_goes_on(const glbk_context *gl, int run, int least, double started)
+{
+    return run < least || (run < 20000 && !ex_gl_is_software(gl->renderer) && ex_seconds() - started < 1.5);
+}
+
 int bn_gl_failed(glbk_result result) { return bn_failed("OpenGL", glbk_result_text(result)); }

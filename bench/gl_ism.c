@@ -107,11 +107,12 @@ static int run_frame(setup *u, const ism_frame *frame)
     return 0;
 }
 
-/* The passes of a frame alone, the paths by turns: the best of five. */
+/* The passes of a frame alone, the paths by turns: the best of five and more. */
 static int run_passes(setup *u)
 {
     glbk_result result = GLBK_OK;
-    for (int k = 0; k < ROUNDS * u->paths && result == GLBK_OK; k++) {
+    double begun = ex_seconds();
+    for (int k = 0; result == GLBK_OK && bn_gl_goes_on(&u->gl->gl, k, ROUNDS * u->paths, begun); k++) {
         int i = k % u->paths;
         glbk_context *gl = context_of(u, i);
         double ms[2];

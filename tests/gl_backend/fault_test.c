@@ -125,6 +125,12 @@ static void every_function_missing_once_is_named(void **state)
     assert_true(refused > 80);
 }
 
+static int is_mesa(gl_test *t)
+{
+    enum { VERSION_TEXT = 0x1F02 };
+    return strstr((const char *)t->gl.gl.GetString(VERSION_TEXT), "Mesa") != NULL;
+}
+
 static void versions_are_read(void **state)
 {
     GL_TEST(t, state)
@@ -155,7 +161,10 @@ static void versions_are_read(void **state)
     glbk_free(&ctx);
     if (gl_this_way()->bit == GL_CORE45) assert_int_equal(t->gl.compute, 1);
     if (gl_this_way()->bit == GL_CORE33) assert_int_equal(t->gl.version, 330);
-    if (t->gl.es) assert_int_equal(t->gl.version, gl_this_way()->bit == GL_ES32 ? 320 : 300);
+    if (t->gl.es) {         /* Mesa is told to give this very version; other drivers give the latest one they have */
+        const uint32_t asked = gl_this_way()->bit == GL_ES32 ? 320 : 300;
+        assert_true(t->gl.version == asked || (t->gl.version > asked && !is_mesa(t)));
+    }
 }
 
 /* What a context can do follows from its version and the names of its extensions alone. */
@@ -400,7 +409,7 @@ static void a_failing_allocator_leaves_no_object(void **state)
     t->gl.gl = fake.real;
 }
 
-/* A texture that no driver of ours can hold, without help. */
+/* A texture of terabytes, without help. A driver that takes memory when it is used may make it all the same. */
 static void real_out_of_memory_is_returned(void **state)
 {
     GL_TEST(t, state)
@@ -412,6 +421,11 @@ static void real_out_of_memory_is_returned(void **state)
     d.layers = t->gl.max_layers;
     t->expected_errors = ~0u;
     result = glbk_texture_create(&t->gl, &d, &texture);
+    if (result == GLBK_OK) {
+        assert_false(is_mesa(t));
+        glbk_texture_free(&t->gl, &texture);
+        return;
+    }
     assert_true(result == GLBK_ERR_GL_MEMORY || result == GLBK_ERR_GL);
     assert_int_equal(texture.name, 0);
     assert_non_null(strstr(t->log, "GL error 0x05"));
@@ -672,14 +686,14 @@ static void floats_that_cannot_be_rendered_to_are_refused(void **state)
 {
     GL_TEST(t, state)
     static const uint16_t halves[4 * 4 * 4] = { 0 };
-    int bare = gl_this_way()->bit == GL_ES30_BARE;
+    int bare = gl_this_way()->bit == GL_ES30_BARE && t->gl.version < 320;       /* 3.2 needs no extension for it */
     glbk_texture_desc d = { 0 };
     glbk_target_desc targets = { 0 };
     glbk_texture texture;
     glbk_target target;
 
     assert_int_equal(t->gl.float_targets, !bare);
-    assert_int_equal(t->gl.float_linear, !bare);
+    assert_int_equal(t->gl.float_linear, gl_this_way()->bit != GL_ES30_BARE);
     d.format = GLBK_FORMAT_R32F;
     d.width = d.height = 4;
     assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));      /* to read from it is no problem */
