@@ -261,7 +261,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, COHSM_ERR_INPUT
               (a transform that shears, mirrors or scales unevenly), COHSM_ERR_LIMIT (2^32 - 1 instances or
               more). The log is that of the first maps of the scene; a scene without maps has none
-   Cost       that of cohsm_visible for each instance */
+   Cost       that of cohsm_visible for each instance whose bounding sphere the way to the light meets. The
+              others cost a third of a nanosecond for each point: lights as directions and positions and four
+              instances or more, but for maps with self_only or of few directions (24 x 12 are enough) */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
 /* Gives back the maps and their memory. NULL is allowed. */
@@ -1474,9 +1476,11 @@ static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
 #define cohsm__lanes_sub COHSM__NAME_IN_SET(cohsm__lanes_sub, COHSM__SET)
 #define cohsm__lanes_mul COHSM__NAME_IN_SET(cohsm__lanes_mul, COHSM__SET)
 #define cohsm__lanes_div COHSM__NAME_IN_SET(cohsm__lanes_div, COHSM__SET)
+#define cohsm__lanes_muladd COHSM__NAME_IN_SET(cohsm__lanes_muladd, COHSM__SET)
 #define cohsm__lanes_max COHSM__NAME_IN_SET(cohsm__lanes_max, COHSM__SET)
 #define cohsm__lanes_min COHSM__NAME_IN_SET(cohsm__lanes_min, COHSM__SET)
 #define cohsm__lanes_sqrt COHSM__NAME_IN_SET(cohsm__lanes_sqrt, COHSM__SET)
+#define cohsm__lanes_abs COHSM__NAME_IN_SET(cohsm__lanes_abs, COHSM__SET)
 #define cohsm__lanes_greater COHSM__NAME_IN_SET(cohsm__lanes_greater, COHSM__SET)
 #define cohsm__lanes_at_least COHSM__NAME_IN_SET(cohsm__lanes_at_least, COHSM__SET)
 #define cohsm__lanes_select COHSM__NAME_IN_SET(cohsm__lanes_select, COHSM__SET)
@@ -2714,11 +2718,11 @@ static int cohsm__sphere_holds(const cohsm__points *points, const float *center,
    are those from the centre of a cube to its faces, edges and corners. */
 static cohsm__v3 cohsm__dop_axis(int i)
 {
-    static const signed char axis[COHSM__DOP_AXES][3] = {
+    static const float axis[COHSM__DOP_AXES][3] = {
         { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { 1, 1, 0 }, { 1, -1, 0 }, { 1, 0, 1 }, { 1, 0, -1 },
         { 0, 1, 1 }, { 0, 1, -1 }, { 1, 1, 1 }, { 1, 1, -1 }, { 1, -1, 1 }, { -1, 1, 1 }
     };
-    return cohsm__v3_make((float)axis[i][0], (float)axis[i][1], (float)axis[i][2]);
+    return cohsm__v3_load(axis[i]);
 }
 
 static void cohsm__dop_of_sphere(float *dop, const float *center, float radius)
@@ -5331,6 +5335,7 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     uint32_t seed;                      /* of ROULETTE: each instance draws its own numbers, for else products
                                            would have another mean than those of PCF */
     size_t   count;
+    cohsm_light_kind light_kind;        /* the query's; positions become directions on the way */
     int      one_light;                 /* not 0: light[.][0] is the light of all samples */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
     float    light[3][COHSM__TILE];     /* a direction, a position in radii, or parameters */
@@ -5340,8 +5345,30 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     uint32_t pixel[COHSM__TILE];        /* the pixel that the sample falls into, or COHSM__NO_PIXEL */
     uint32_t place[COHSM__TILE];        /* the place of its map in the sequence */
     int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
-    cohsm__kept kept;
+    union {                             /* no tile needs both */
+        cohsm__kept kept;               /* of NEAREST with one light */
+        float       weight[4][COHSM__TILE];     /* of PCF */
+    } work;
 } cohsm__tile;
+
+/* In a scene, samples are tested against the spheres of several instances at once, and ask those alone that
+   their rays may meet. */
+enum {
+    COHSM__BLOCK = 2048,                /* samples that are tested at a time */
+    COHSM__BUNCH = 16                   /* instances */
+};
+#define COHSM__SLACK 1e-5f              /* rounding of a transform, as a part of the coordinates */
+
+/* What shadows lies inside the sphere, which is that of the maps in the world and somewhat larger. Maps
+   answer with a direction that lies by up to an angle off the light's: `slope` is its tangent, `wide` the
+   radius over its cosine. */
+typedef struct cohsm__sphere { float x, y, z, radius, wide, slope; } cohsm__sphere;
+
+typedef struct cohsm__bunch {
+    uint32_t      count;
+    cohsm__sphere sphere[COHSM__BUNCH];
+    uint32_t      asked[COHSM__BUNCH][COHSM__BLOCK / 32];   /* a bit for each sample */
+} cohsm__bunch;
 
 static void cohsm__keep_nothing(cohsm__kept *kept)
 {
@@ -5354,9 +5381,10 @@ static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_
     t->maps = maps;
     t->query = q;
     t->seed = q->seed + 0x9e3779b9u * instance;
+    t->light_kind = q->light_kind;
     t->one_light = q->one_light;
     t->count = 0;
-    if (q->one_light) cohsm__keep_nothing(&t->kept);
+    if (q->one_light) cohsm__keep_nothing(&t->work.kept);
 }
 
 /* Writes the continuous position of a light in the domain, in units of cells, so that the centres of cells
@@ -5558,8 +5586,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
-    if (!cohsm__v3_finite(p) || (q->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
-    if (q->light_kind == COHSM_LIGHT_INDEX) {
+    if (!cohsm__v3_finite(p) || (t->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
+    if (t->light_kind == COHSM_LIGHT_INDEX) {
         if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* lit, as by a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
@@ -5567,9 +5595,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
             return;
         }
     } else {
-        if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
-        cohsm__domain_position(m, l, q->light_kind, f);
+        if (t->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
+        cohsm__domain_position(m, l, t->light_kind, f);
         if (q->filter == COHSM_FILTER_PCF) {
             t->visible[i] = cohsm__lit_from_dark(cohsm__pcf(m, f, p, q->bias));
             return;
@@ -5627,8 +5654,9 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
         }
         if (t0 > enter) enter = t0;
         if (t1 < leave) leave = t1;
+        if (enter > leave) return 0;
     }
-    return enter <= leave;
+    return 1;
 }
 
 /* ==== src/csm/query_directions.h ==== */
@@ -5684,9 +5712,9 @@ typedef struct cohsm__stream {          /* points that have one light */
                                            radii about the centre */
     const float *x, *y, *z;
     cohsm__kept *kept;
-    int32_t  pixel[COHSM__STREAM];      /* of each point, or COHSM__NO_PIXEL */
-    int32_t  depth[COHSM__STREAM];      /* of each point, to be compared */
-    uint32_t list[COHSM__STREAM];       /* pixels whose depths are to be decoded */
+    int32_t  *pixel;                    /* room for each point's, or COHSM__NO_PIXEL */
+    int32_t  *depth;                    /* likewise: to be compared */
+    uint32_t *list;                     /* likewise: pixels whose depths are to be decoded */
     uint32_t listed;
 } cohsm__stream;
 
@@ -5747,6 +5775,12 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__views_of COHSM__NAME_IN_SET(cohsm__views_of, COHSM__SET)
 #define cohsm__stream_load COHSM__NAME_IN_SET(cohsm__stream_load, COHSM__SET)
 #define cohsm__stream_project COHSM__NAME_IN_SET(cohsm__stream_project, COHSM__SET)
+#define cohsm__load_strided COHSM__NAME_IN_SET(cohsm__load_strided, COHSM__SET)
+#define cohsm__rays COHSM__NAME_IN_SET(cohsm__rays, COHSM__SET)
+#define cohsm__load_rays COHSM__NAME_IN_SET(cohsm__load_rays, COHSM__SET)
+#define cohsm__segments_miss COHSM__NAME_IN_SET(cohsm__segments_miss, COHSM__SET)
+#define cohsm__cones_miss COHSM__NAME_IN_SET(cohsm__cones_miss, COHSM__SET)
+#define cohsm__meet_spheres COHSM__NAME_IN_SET(cohsm__meet_spheres, COHSM__SET)
 #define cohsm__slots COHSM__NAME_IN_SET(cohsm__slots, COHSM__SET)
 #define cohsm__stream_find COHSM__NAME_IN_SET(cohsm__stream_find, COHSM__SET)
 #define cohsm__stream_decode COHSM__NAME_IN_SET(cohsm__stream_decode, COHSM__SET)
@@ -5922,6 +5956,17 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, coh
     return a;
 }
 
+/* Returns a b + c. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_muladd(cohsm__lanes a, cohsm__lanes b, cohsm__lanes c)
+{
+#if COHSM__WIDTH > 4
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(fmadd_ps)(a.v[piece], b.v[piece], c.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = _mm_add_ps(_mm_mul_ps(a.v[piece], b.v[piece]), c.v[piece]))
+#endif
+    return a;
+}
+
 /* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
 {
@@ -5951,6 +5996,12 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
 #else
     COHSM__EACH(a.v[piece] = COHSM__INTEL(sqrt_ps)(a.v[piece]))
 #endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_abs(cohsm__lanes a)
+{
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(andnot_ps)(COHSM__INTEL(set1_ps)(-0.0f), a.v[piece]))
     return a;
 }
 
@@ -6218,6 +6269,13 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, coh
     return a;
 }
 
+/* Returns a b + c. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_muladd(cohsm__lanes a, cohsm__lanes b, cohsm__lanes c)
+{
+    COHSM__EACH(a.v[piece] = a.v[piece] * b.v[piece] + c.v[piece])
+    return a;
+}
+
 /* Returns a > b ? a : b, so that b is the answer if one is not a number. */
 static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
 {
@@ -6243,6 +6301,18 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
 #endif
 #else
     COHSM__EACH(a.v[piece] = sqrtf(a.v[piece]))
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_abs(cohsm__lanes a)
+{
+#if COHSM__SIMD_VECTORS
+    const int32_t b = 0x7fffffff;
+    const cohsm__piece_ints bits = { b, b, b, b };
+    COHSM__EACH(a.v[piece] = (cohsm__piece)((cohsm__piece_ints)a.v[piece] & bits))
+#else
+    COHSM__EACH(a.v[piece] = fabsf(a.v[piece]))
 #endif
     return a;
 }
@@ -7660,6 +7730,94 @@ COHSM__KERNEL static void cohsm__one_light(cohsm__stream *s, float *visible)
     cohsm__stream_rest(s, visible);
 }
 
+/* ==== src/csm/kernels_scene.h ==== */
+
+/* ---- kernels of query: which instances a sample's ray meets ---- */
+
+/* Loads vectors, which lie `stride` bytes apart, as many as there are lanes; the last of `count` stands for
+   those that are missing. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__load_strided(const void *from, size_t stride,
+                                                                 size_t count)
+{
+    float v[3 * COHSM__LANE_COUNT];
+    size_t i;
+    if (stride == 12 && count >= COHSM__LANE_COUNT)
+        return cohsm__lanes3_load_packed((const float *)from);
+    for (i = 0; i < COHSM__LANE_COUNT; i++)
+        memcpy(v + 3 * i, (const char *)from + stride * (i < count ? i : count - 1), 12);
+    return cohsm__lanes3_load_packed(v);
+}
+
+/* Rays of samples: from points along directions up to `reach`. Points lie up to `slack` off, as far as
+   rounding takes them on their way to an object's space. Directions are longer than 1 by more than rounding
+   takes from distances, which so come out too short. */
+typedef struct cohsm__rays { cohsm__lanes3 point, way; cohsm__lanes reach, slack; } cohsm__rays;
+
+static inline COHSM__IN_KERNEL cohsm__rays cohsm__load_rays(const cohsm_query *q, size_t first, size_t count)
+{
+    const size_t point = q->position_stride ? q->position_stride : 12;
+    const size_t light = q->light_stride ? q->light_stride : 12;
+    const size_t from = q->one_light ? 0 : first;
+    cohsm__rays r;
+    cohsm__lanes length;
+    r.point = cohsm__load_strided((const char *)(const void *)q->positions + point * first, point, count);
+    r.way = cohsm__load_strided((const char *)q->lights + light * from, q->one_light ? 0 : light, count);
+    if (q->light_kind == COHSM_LIGHT_POSITION) r.way = cohsm__lanes3_sub(r.way, r.point);
+    length = cohsm__lanes_sqrt(cohsm__lanes3_dot(r.way, r.way));
+    r.reach = length;
+    r.way = cohsm__lanes3_scale(r.way, cohsm__lanes_div(cohsm__lanes_all(1.000001f), length));
+    length = cohsm__lanes_add(cohsm__lanes_abs(r.point.x), cohsm__lanes_abs(r.point.y));
+    length = cohsm__lanes_add(length, cohsm__lanes_abs(r.point.z));
+    r.slack = cohsm__lanes_mul(length, cohsm__lanes_all(COHSM__SLACK));
+    return r;
+}
+
+/* Returns the lanes whose segments miss a sphere: the nearest point of each lies outside. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__segments_miss(const cohsm__rays *r, cohsm__lanes along,
+                                                                     cohsm__lanes square, cohsm__lanes radius)
+{
+    const cohsm__lanes t = cohsm__lanes_min(cohsm__lanes_max(along, cohsm__lanes_all(0.0f)), r->reach);
+    const cohsm__lanes w = cohsm__lanes_mul(t, cohsm__lanes_sub(t, cohsm__lanes_add(along, along)));
+    return cohsm__lanes_greater(cohsm__lanes_add(w, square), cohsm__lanes_mul(radius, radius));
+}
+
+/* Returns the lanes whose cones miss a sphere of radius r: all of the sphere lies behind the apex, or, with
+   the centre at the distance `along` on the axis and at p from it, p cos a - along sin a > r. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__cones_miss(const cohsm__sphere *s, cohsm__lanes along,
+                                                                  cohsm__lanes square, cohsm__lanes slack)
+{
+    const cohsm__lanes radius = cohsm__lanes_add(cohsm__lanes_all(s->radius), slack);
+    const cohsm__lanes behind = cohsm__lanes_add(along, radius);
+    cohsm__lanes wide = cohsm__lanes_add(cohsm__lanes_all(s->wide), cohsm__lanes_add(slack, slack));
+    wide = cohsm__lanes_muladd(along, cohsm__lanes_all(s->slope), wide);
+    square = cohsm__lanes_sub(square, cohsm__lanes_mul(along, along));
+    return cohsm__mask_or(cohsm__lanes_greater(cohsm__lanes_all(0.0f), behind),
+                          cohsm__lanes_greater(square, cohsm__lanes_mul(wide, wide)));
+}
+
+/* Sets a bit for each sample from number `first` on and each sphere if the sample's ray may meet the sphere.
+   Comparisons with what is not a number are false, so that such a sample asks. */
+COHSM__KERNEL static void cohsm__meet_spheres(const cohsm_query *q, size_t first, size_t count,
+                                              cohsm__bunch *b)
+{
+    size_t k;
+    uint32_t j;
+    for (k = 0; k < count; k += COHSM__LANE_COUNT) {
+        const cohsm__rays r = cohsm__load_rays(q, first + k, count - k);
+        for (j = 0; j < b->count; j++) {
+            const cohsm__sphere *s = &b->sphere[j];
+            const cohsm__lanes3 v = cohsm__lanes3_sub(cohsm__lanes3_all(s->x, s->y, s->z), r.point);
+            const cohsm__lanes square = cohsm__lanes3_dot(v, v), along = cohsm__lanes3_dot(v, r.way);
+            cohsm__lane_mask miss;
+            if (q->light_kind == COHSM_LIGHT_POSITION)
+                miss = cohsm__segments_miss(&r, along, square,
+                                            cohsm__lanes_add(cohsm__lanes_all(s->radius), r.slack));
+            else miss = cohsm__cones_miss(s, along, square, r.slack);
+            b->asked[j][k / 32] |= (cohsm__mask_bits(miss) ^ COHSM__ALL_LANES) << k % 32;
+        }
+    }
+}
+
 /* ==== src/csm/kernels_end.h ==== */
 
 #undef COHSM__SET
@@ -7695,6 +7853,7 @@ typedef struct cohsm__kernels {
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
     void (*one_light)(cohsm__stream *s, float *visible);
+    void (*meet_spheres)(const cohsm_query *q, size_t first, size_t count, cohsm__bunch *b);
 #ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
@@ -7711,6 +7870,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
+    k.meet_spheres = cohsm__meet_spheres_plain;
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
@@ -7721,6 +7881,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.address = cohsm__address_latlong_avx2;
         k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
+        k.meet_spheres = simd == 2 ? cohsm__meet_spheres_avx512 : cohsm__meet_spheres_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
@@ -7752,18 +7913,21 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
-    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->kept);
+    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->work.kept);
     s.count = t->count;
     s.x = t->point[0];
     s.y = t->point[1];
     s.z = t->point[2];
+    s.pixel = (int32_t *)t->pixel;
+    s.depth = t->depth;
+    s.list = t->place;
     kernels->one_light(&s, t->visible);
 }
 
 /* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
-    float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
+    float (*weight)[COHSM__TILE] = t->work.weight, dark[COHSM__TILE], map[COHSM__TILE], w;
     uint32_t corner, d;
     size_t i;
 
@@ -7793,7 +7957,7 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
+    if (t->light_kind != COHSM_LIGHT_DIRECTION) return 0;
     if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
     if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
@@ -7811,7 +7975,30 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     return 1;
 }
 
-static void cohsm__run_tile(cohsm__tile *t)
+/* Turns a tile's lights from positions into directions, for which the same maps answer. A sample with
+   nothing between it and its light gets a direction of length 0, which counts as lit; one that is to be
+   refused, since the light lies inside the hull, also a bit. */
+static void cohsm__aim_tile(cohsm__tile *t, uint32_t *refused)
+{
+    const cohsm__v3 first = cohsm__tile_light(t, 0);
+    size_t i;
+
+    for (i = 0; i < t->count; i++) {
+        const cohsm__v3 l = t->one_light ? first : cohsm__tile_light(t, i), p = cohsm__tile_point(t, i);
+        cohsm__v3 to = cohsm__v3_make(0.0f, 0.0f, 0.0f);
+        if (cohsm__v3_finite(l)) {
+            if (cohsm__light_refused(t->maps, l)) refused[i / 32] |= 1u << i % 32;
+            else if (cohsm__hull_between(t->maps, p, l)) to = cohsm__v3_sub(l, p);
+        }
+        t->light[0][i] = to.x;
+        t->light[1][i] = to.y;
+        t->light[2][i] = to.z;
+    }
+    t->light_kind = COHSM_LIGHT_DIRECTION;
+    t->one_light = 0;
+}
+
+static void cohsm__answer(cohsm__tile *t)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(t->maps->simd);
     size_t i;
@@ -7821,18 +8008,27 @@ static void cohsm__run_tile(cohsm__tile *t)
         t->pixel[i] = COHSM__NO_PIXEL;
         t->place[i] = 0;
         t->depth[i] = 0;
-        if (t->query->light_kind == COHSM_LIGHT_POSITION) {
-            cohsm__v3 l = cohsm__tile_light(t, i);
-            if (!cohsm__v3_finite(l)) continue;
-            if (cohsm__light_refused(t->maps, l)) {
-                t->visible[i] = COHSM_REFUSED;
-                continue;
-            }
-            if (!cohsm__hull_between(t->maps, cohsm__tile_point(t, i), l)) continue;
-        }
         cohsm__address(t, i);
     }
     if (t->query->filter != COHSM_FILTER_PCF) kernels.search(t);
+}
+
+static void cohsm__run_tile(cohsm__tile *t)
+{
+    uint32_t refused[COHSM__TILE / 32];
+    size_t i;
+
+    if (t->query->light_kind != COHSM_LIGHT_POSITION) {
+        cohsm__answer(t);
+        return;
+    }
+    memset(refused, 0, sizeof refused);
+    cohsm__aim_tile(t, refused);
+    cohsm__answer(t);
+    for (i = 0; i < t->count; i++)
+        if (refused[i / 32] >> i % 32 & 1u) t->visible[i] = COHSM_REFUSED;
+    t->light_kind = COHSM_LIGHT_POSITION;
+    t->one_light = t->query->one_light;
 }
 
 /* ==== src/csm/scene.h ==== */
@@ -7905,6 +8101,8 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
+    int32_t pixel[COHSM__STREAM], depth[COHSM__STREAM];
+    uint32_t list[COHSM__STREAM];
     cohsm__stream s;
     cohsm__kept kept;
     float v[3];
@@ -7917,6 +8115,9 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
     cohsm__keep_nothing(&kept);
     cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
+    s.pixel = pixel;
+    s.depth = depth;
+    s.list = list;
     for (first = 0; first < q->count; first += s.count) {
         s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
         s.packed = q->positions + 3 * first;
@@ -8020,6 +8221,10 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
     return COHSM_OK;
 }
 
+/* ==== src/csm/scene_instances.h ==== */
+
+/* ---- scene: many instances ---- */
+
 static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visible)
 {
     size_t i;
@@ -8033,19 +8238,118 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* Asks the instance with this number, counted from 1: if own is 1, for the samples that lie on it; if own is
-   0, for all others that still see some light. A sample of entity 0 lies on none. */
-static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own,
-                                const float *inverse, float *visible)
+/* Returns an upper bound of the angle between a direction and that of the map which answers for it, in
+   radians: half a cell with NEAREST, one cell with filters that take neighbours. */
+static float cohsm__cell_angle(const cohsm__header *h, cohsm_filter filter)
 {
-    size_t i;
-    t->count = 0;
-    for (i = 0; i < q->count; i++) {
-        if ((q->entities && q->entities[i] == entity) != own || !(visible[i] > 0.0f)) continue;
-        t->id[t->count++] = i;
-        if (t->count == COHSM__TILE) cohsm__flush_tile(t, inverse, visible);
+    const float cells = filter == COHSM_FILTER_NEAREST ? 0.5f : 1.0f, turn = 6.2832f * cells;
+    const float a = turn / (float)h->side[0], b = 0.5f * turn / (float)h->side[1];
+    /* A step in the octahedral square turns a direction by at most 6.2 times its length. */
+    if (h->domain == COHSM_DOMAIN_OCTAHEDRAL) return 6.2f * 1.4143f * cells / (float)h->side[0] + 1e-3f;
+    return sqrtf(a * a + b * b) + 1e-3f;
+}
+
+/* Returns the radius of a sphere, in radii of the maps' own, outside which nothing shadows: the maps' sphere
+   and a pixel across for directions, for positions a sphere round the hull, whose corners lie up to 1.13
+   times as far from the centre as its faces. */
+static float cohsm__sphere_reach(const cohsm_maps *m, cohsm_light_kind kind)
+{
+    float reach = 0.0f;
+    int i;
+    if (kind == COHSM_LIGHT_DIRECTION) return 1.0f + 2.83f / (float)m->head.map_side + 1e-3f;
+    for (i = 0; i < 2 * COHSM__DOP_AXES; i++) {     /* axes have the lengths 1, sqrt(2) and sqrt(3) */
+        const float d = fabsf(m->dop[i]) * (i < 6 ? 1.0f : i < 18 ? 0.70711f : 0.57736f);
+        if (d > reach) reach = d;
     }
-    if (t->count) cohsm__flush_tile(t, inverse, visible);
+    return 1.13f * reach + 1e-3f;
+}
+
+static cohsm__sphere cohsm__sphere_of(const cohsm_instance *instance, const cohsm_query *q)
+{
+    const cohsm__header *h = &instance->maps->head;
+    const float *transform = cohsm__m4_or_identity(instance->transform);
+    const cohsm__v3 c = cohsm__m4_point(transform, cohsm__v3_load(h->center));
+    const float scale = cohsm__v3_length(cohsm__v3_load(transform));
+    float angle = 0.0f, sine, cosine;
+    cohsm__sphere s;
+    s.x = c.x;
+    s.y = c.y;
+    s.z = c.z;
+    s.radius = cohsm__sphere_reach(instance->maps, q->light_kind) * h->radius * scale +
+               COHSM__SLACK * (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
+    if (q->light_kind == COHSM_LIGHT_DIRECTION) {
+        angle = cohsm__cell_angle(h, q->filter);
+        /* Pixels that nothing hits may shadow anything; a few cells are too wide to be worth a test. */
+        if (h->self_only || angle >= 1.0f) {
+            angle = 0.0f;
+            s.radius = (float)HUGE_VAL;
+        }
+    }
+    cohsm__sincos(angle, &sine, &cosine);
+    s.wide = s.radius / cosine;
+    s.slope = sine / cosine;
+    return s;
+}
+
+/* An instance's number, a block of the query's samples, and a bit for each that may have to ask it. */
+typedef struct cohsm__asking {
+    const cohsm_instance *instance;
+    uint32_t       number;
+    const uint32_t *asked;
+    size_t         begin, count;
+} cohsm__asking;
+
+/* Asks one instance for those of a block's samples that still see some light. */
+static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, const cohsm__asking *a, float *visible)
+{
+    float inverse[16];
+    const size_t words = (a->count + 31) / 32;
+    size_t word, i, n = 0;
+    uint32_t bits;
+    int started = 0;
+
+    for (word = 0; word < words; word++) {
+        bits = a->asked[word];
+        if (!bits) continue;
+        if (!started) {
+            cohsm__tile_start(t, q, a->instance->maps, a->number);
+            cohsm__m4_affine_inverse(inverse, cohsm__m4_or_identity(a->instance->transform));
+            started = 1;
+        }
+        for (; bits; bits &= bits - 1u) {
+            i = a->begin + 32 * word + cohsm__first_bit_plain(bits);
+            t->id[n] = i;
+            n += visible[i] > 0.0f;
+            if (n < COHSM__TILE) continue;
+            t->count = n;
+            cohsm__flush_tile(t, inverse, visible);
+            n = 0;
+        }
+    }
+    t->count = n;
+    if (n) cohsm__flush_tile(t, inverse, visible);
+}
+
+/* Finds the samples that a bunch of instances must be asked for: if own is 1, those that lie on one of them;
+   if own is 0, all others whose rays may meet it. A sample of entity 0 lies on none. */
+static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *instances, uint32_t first,
+                              const cohsm_query *q, size_t begin, size_t count, int own, int tested)
+{
+    uint32_t j;
+    size_t i;
+
+    memset(b->asked, own || tested ? 0 : 0xff, sizeof b->asked);
+    if (!own && tested) {
+        for (j = 0; j < b->count; j++) b->sphere[j] = cohsm__sphere_of(&instances[first + j], q);
+        cohsm__choose_kernels(instances[first].maps->simd).meet_spheres(q, begin, count, b);
+    }
+    for (j = 0; j < b->count && count % 32; j++) b->asked[j][count / 32] &= (1u << count % 32) - 1u;
+    for (i = 0; q->entities && i < count; i++) {
+        j = q->entities[begin + i] - 1u - first;
+        if (j >= b->count) continue;
+        if (own) b->asked[j][i / 32] |= 1u << i % 32;
+        else b->asked[j][i / 32] &= ~(1u << i % 32);
+    }
 }
 
 static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
@@ -8078,14 +8382,40 @@ static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, siz
     return cohsm__logger_of_maps(maps, "cohsm_visible_scene");
 }
 
+/* Asks all instances for a block of samples: first, for each sample, the instance that it lies on, then the
+   others in the order of the list. */
+static void cohsm__ask_block(cohsm__tile *t, const cohsm_instance *instances, uint32_t instance_count,
+                             const cohsm_query *q, size_t begin, size_t count, float *visible)
+{
+    /* The spheres of few instances are not worth their test. */
+    const int tested = instance_count >= 4 &&
+                       (q->light_kind == COHSM_LIGHT_DIRECTION || q->light_kind == COHSM_LIGHT_POSITION);
+    cohsm__bunch b;
+    cohsm__asking a;
+    uint32_t first, j;
+    int own;
+
+    a.begin = begin;
+    a.count = count;
+    for (own = q->entities != NULL; own >= 0; own--)
+        for (first = 0; first < instance_count; first += b.count) {
+            b.count = cohsm__min_u32(instance_count - first, COHSM__BUNCH);
+            cohsm__find_asked(&b, instances, first, q, begin, count, own, tested);
+            for (j = 0; j < b.count; j++) {
+                a.instance = &instances[first + j];
+                a.number = first + j;
+                a.asked = b.asked[j];
+                cohsm__ask_instance(t, q, &a, visible);
+            }
+        }
+}
+
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
     cohsm__tile t;
     cohsm_query q;
-    float inverse[16];
-    size_t i;
-    int own;
+    size_t i, n;
     cohsm__logger log = cohsm__logger_of_scene(instances, instance_count);
     cohsm_result result;
 
@@ -8102,12 +8432,10 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     }
     q = cohsm__complete_query(query);
     for (i = 0; i < q.count; i++) visible[i] = 1.0f;
-    for (own = q.entities != NULL; own >= 0; own--)
-        for (i = 0; i < instance_count; i++) {
-            cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
-            cohsm__m4_affine_inverse(inverse, cohsm__m4_or_identity(instances[i].transform));
-            cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
-        }
+    for (i = 0; i < q.count; i += n) {
+        n = q.count - i < COHSM__BLOCK ? q.count - i : (size_t)COHSM__BLOCK;
+        cohsm__ask_block(&t, instances, (uint32_t)instance_count, &q, i, n, visible);
+    }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
 }

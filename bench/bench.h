@@ -49,6 +49,7 @@ int bn_failed(const char *what, const char *why);        /* one line on stderr; 
 /* The benchmarks: 0, or -1 after a line on stderr. */
 int bn_csm_compression(const bn_options *options);
 int bn_csm_query(const bn_options *options);
+int bn_csm_scene(const bn_options *options);
 int bn_csm_render(const bn_options *options);
 int bn_rsm_gather(const bn_options *options);
 int bn_gl_csm_query(const bn_options *options);

@@ -16,6 +16,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
 } benches[] = {
     { "csm_compression", "size and build time of coherent shadow maps, by layers and order", bn_csm_compression },
     { "csm_query", "visibility queries a second and their errors, beside Embree", bn_csm_query },
+    { "csm_scene", "queries of a forest of up to 1,024 instances", bn_csm_scene },
     { "csm_render", "pictures by csm beside the reference", bn_csm_render },
     { "rsm_gather", "bounced light by rsm: full, interpolated and denoised, beside the reference", bn_rsm_gather },
     { "gl_csm_query", "visibility queries a second on OpenGL, core and compute path", bn_gl_csm_query },

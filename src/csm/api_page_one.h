@@ -69,7 +69,9 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
    Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, COHSM_ERR_INPUT
               (a transform that shears, mirrors or scales unevenly), COHSM_ERR_LIMIT (2^32 - 1 instances or
               more). The log is that of the first maps of the scene; a scene without maps has none
-   Cost       that of cohsm_visible for each instance */
+   Cost       that of cohsm_visible for each instance whose bounding sphere the way to the light meets. The
+              others cost a third of a nanosecond for each point: lights as directions and positions and four
+              instances or more, but for maps with self_only or of few directions (24 x 12 are enough) */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
 /* Gives back the maps and their memory. NULL is allowed. */

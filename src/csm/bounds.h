@@ -99,11 +99,11 @@ static int cohsm__sphere_holds(const cohsm__points *points, const float *center,
    are those from the centre of a cube to its faces, edges and corners. */
 static cohsm__v3 cohsm__dop_axis(int i)
 {
-    static const signed char axis[COHSM__DOP_AXES][3] = {
+    static const float axis[COHSM__DOP_AXES][3] = {
         { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { 1, 1, 0 }, { 1, -1, 0 }, { 1, 0, 1 }, { 1, 0, -1 },
         { 0, 1, 1 }, { 0, 1, -1 }, { 1, 1, 1 }, { 1, 1, -1 }, { 1, -1, 1 }, { -1, 1, 1 }
     };
-    return cohsm__v3_make((float)axis[i][0], (float)axis[i][1], (float)axis[i][2]);
+    return cohsm__v3_load(axis[i]);
 }
 
 static void cohsm__dop_of_sphere(float *dop, const float *center, float radius)

@@ -6,6 +6,7 @@ typedef struct cohsm__kernels {
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
     void (*one_light)(cohsm__stream *s, float *visible);
+    void (*meet_spheres)(const cohsm_query *q, size_t first, size_t count, cohsm__bunch *b);
 #ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
@@ -22,6 +23,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
+    k.meet_spheres = cohsm__meet_spheres_plain;
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
@@ -32,6 +34,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.address = cohsm__address_latlong_avx2;
         k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
+        k.meet_spheres = simd == 2 ? cohsm__meet_spheres_avx512 : cohsm__meet_spheres_avx2;
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;

@@ -26,6 +26,7 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     uint32_t seed;                      /* of ROULETTE: each instance draws its own numbers, for else products
                                            would have another mean than those of PCF */
     size_t   count;
+    cohsm_light_kind light_kind;        /* the query's; positions become directions on the way */
     int      one_light;                 /* not 0: light[.][0] is the light of all samples */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
     float    light[3][COHSM__TILE];     /* a direction, a position in radii, or parameters */
@@ -35,8 +36,30 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     uint32_t pixel[COHSM__TILE];        /* the pixel that the sample falls into, or COHSM__NO_PIXEL */
     uint32_t place[COHSM__TILE];        /* the place of its map in the sequence */
     int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
-    cohsm__kept kept;
+    union {                             /* no tile needs both */
+        cohsm__kept kept;               /* of NEAREST with one light */
+        float       weight[4][COHSM__TILE];     /* of PCF */
+    } work;
 } cohsm__tile;
+
+/* In a scene, samples are tested against the spheres of several instances at once, and ask those alone that
+   their rays may meet. */
+enum {
+    COHSM__BLOCK = 2048,                /* samples that are tested at a time */
+    COHSM__BUNCH = 16                   /* instances */
+};
+#define COHSM__SLACK 1e-5f              /* rounding of a transform, as a part of the coordinates */
+
+/* What shadows lies inside the sphere, which is that of the maps in the world and somewhat larger. Maps
+   answer with a direction that lies by up to an angle off the light's: `slope` is its tangent, `wide` the
+   radius over its cosine. */
+typedef struct cohsm__sphere { float x, y, z, radius, wide, slope; } cohsm__sphere;
+
+typedef struct cohsm__bunch {
+    uint32_t      count;
+    cohsm__sphere sphere[COHSM__BUNCH];
+    uint32_t      asked[COHSM__BUNCH][COHSM__BLOCK / 32];   /* a bit for each sample */
+} cohsm__bunch;
 
 static void cohsm__keep_nothing(cohsm__kept *kept)
 {
@@ -49,9 +72,10 @@ static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_
     t->maps = maps;
     t->query = q;
     t->seed = q->seed + 0x9e3779b9u * instance;
+    t->light_kind = q->light_kind;
     t->one_light = q->one_light;
     t->count = 0;
-    if (q->one_light) cohsm__keep_nothing(&t->kept);
+    if (q->one_light) cohsm__keep_nothing(&t->work.kept);
 }
 
 /* Writes the continuous position of a light in the domain, in units of cells, so that the centres of cells
@@ -253,8 +277,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
-    if (!cohsm__v3_finite(p) || (q->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
-    if (q->light_kind == COHSM_LIGHT_INDEX) {
+    if (!cohsm__v3_finite(p) || (t->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
+    if (t->light_kind == COHSM_LIGHT_INDEX) {
         if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* lit, as by a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
@@ -262,9 +286,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
             return;
         }
     } else {
-        if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
-        cohsm__domain_position(m, l, q->light_kind, f);
+        if (t->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l)) return;
+        cohsm__domain_position(m, l, t->light_kind, f);
         if (q->filter == COHSM_FILTER_PCF) {
             t->visible[i] = cohsm__lit_from_dark(cohsm__pcf(m, f, p, q->bias));
             return;
@@ -322,6 +345,7 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
         }
         if (t0 > enter) enter = t0;
         if (t1 < leave) leave = t1;
+        if (enter > leave) return 0;
     }
-    return enter <= leave;
+    return 1;
 }

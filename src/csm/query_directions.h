@@ -49,9 +49,9 @@ typedef struct cohsm__stream {          /* points that have one light */
                                            radii about the centre */
     const float *x, *y, *z;
     cohsm__kept *kept;
-    int32_t  pixel[COHSM__STREAM];      /* of each point, or COHSM__NO_PIXEL */
-    int32_t  depth[COHSM__STREAM];      /* of each point, to be compared */
-    uint32_t list[COHSM__STREAM];       /* pixels whose depths are to be decoded */
+    int32_t  *pixel;                    /* room for each point's, or COHSM__NO_PIXEL */
+    int32_t  *depth;                    /* likewise: to be compared */
+    uint32_t *list;                     /* likewise: pixels whose depths are to be decoded */
     uint32_t listed;
 } cohsm__stream;
 

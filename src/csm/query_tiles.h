@@ -14,18 +14,21 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
-    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->kept);
+    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->work.kept);
     s.count = t->count;
     s.x = t->point[0];
     s.y = t->point[1];
     s.z = t->point[2];
+    s.pixel = (int32_t *)t->pixel;
+    s.depth = t->depth;
+    s.list = t->place;
     kernels->one_light(&s, t->visible);
 }
 
 /* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
-    float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
+    float (*weight)[COHSM__TILE] = t->work.weight, dark[COHSM__TILE], map[COHSM__TILE], w;
     uint32_t corner, d;
     size_t i;
 
@@ -55,7 +58,7 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
+    if (t->light_kind != COHSM_LIGHT_DIRECTION) return 0;
     if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
     if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
@@ -73,7 +76,30 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     return 1;
 }
 
-static void cohsm__run_tile(cohsm__tile *t)
+/* Turns a tile's lights from positions into directions, for which the same maps answer. A sample with
+   nothing between it and its light gets a direction of length 0, which counts as lit; one that is to be
+   refused, since the light lies inside the hull, also a bit. */
+static void cohsm__aim_tile(cohsm__tile *t, uint32_t *refused)
+{
+    const cohsm__v3 first = cohsm__tile_light(t, 0);
+    size_t i;
+
+    for (i = 0; i < t->count; i++) {
+        const cohsm__v3 l = t->one_light ? first : cohsm__tile_light(t, i), p = cohsm__tile_point(t, i);
+        cohsm__v3 to = cohsm__v3_make(0.0f, 0.0f, 0.0f);
+        if (cohsm__v3_finite(l)) {
+            if (cohsm__light_refused(t->maps, l)) refused[i / 32] |= 1u << i % 32;
+            else if (cohsm__hull_between(t->maps, p, l)) to = cohsm__v3_sub(l, p);
+        }
+        t->light[0][i] = to.x;
+        t->light[1][i] = to.y;
+        t->light[2][i] = to.z;
+    }
+    t->light_kind = COHSM_LIGHT_DIRECTION;
+    t->one_light = 0;
+}
+
+static void cohsm__answer(cohsm__tile *t)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(t->maps->simd);
     size_t i;
@@ -83,16 +109,25 @@ static void cohsm__run_tile(cohsm__tile *t)
         t->pixel[i] = COHSM__NO_PIXEL;
         t->place[i] = 0;
         t->depth[i] = 0;
-        if (t->query->light_kind == COHSM_LIGHT_POSITION) {
-            cohsm__v3 l = cohsm__tile_light(t, i);
-            if (!cohsm__v3_finite(l)) continue;
-            if (cohsm__light_refused(t->maps, l)) {
-                t->visible[i] = COHSM_REFUSED;
-                continue;
-            }
-            if (!cohsm__hull_between(t->maps, cohsm__tile_point(t, i), l)) continue;
-        }
         cohsm__address(t, i);
     }
     if (t->query->filter != COHSM_FILTER_PCF) kernels.search(t);
+}
+
+static void cohsm__run_tile(cohsm__tile *t)
+{
+    uint32_t refused[COHSM__TILE / 32];
+    size_t i;
+
+    if (t->query->light_kind != COHSM_LIGHT_POSITION) {
+        cohsm__answer(t);
+        return;
+    }
+    memset(refused, 0, sizeof refused);
+    cohsm__aim_tile(t, refused);
+    cohsm__answer(t);
+    for (i = 0; i < t->count; i++)
+        if (refused[i / 32] >> i % 32 & 1u) t->visible[i] = COHSM_REFUSED;
+    t->light_kind = COHSM_LIGHT_POSITION;
+    t->one_light = t->query->one_light;
 }

@@ -66,6 +66,8 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
+    int32_t pixel[COHSM__STREAM], depth[COHSM__STREAM];
+    uint32_t list[COHSM__STREAM];
     cohsm__stream s;
     cohsm__kept kept;
     float v[3];
@@ -78,6 +80,9 @@ static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *v
     if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
     cohsm__keep_nothing(&kept);
     cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
+    s.pixel = pixel;
+    s.depth = depth;
+    s.list = list;
     for (first = 0; first < q->count; first += s.count) {
         s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
         s.packed = q->positions + 3 * first;
@@ -177,98 +182,6 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
     }
     q = cohsm__complete_query(query);
     if (!cohsm__run_stream(maps, &q, visible)) cohsm__run_tiles(maps, &q, visible);
-    if (refused) *refused = cohsm__count_refused(visible, query->count);
-    return COHSM_OK;
-}
-
-static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visible)
-{
-    size_t i;
-    cohsm__load_tile(t, inverse);
-    cohsm__run_tile(t);
-    for (i = 0; i < t->count; i++) {
-        float *v = visible + t->id[i];
-        if (t->visible[i] == COHSM_REFUSED) *v = COHSM_REFUSED;
-        else *v *= t->visible[i];
-    }
-    t->count = 0;
-}
-
-/* Asks the instance with this number, counted from 1: if own is 1, for the samples that lie on it; if own is
-   0, for all others that still see some light. A sample of entity 0 lies on none. */
-static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own,
-                                const float *inverse, float *visible)
-{
-    size_t i;
-    t->count = 0;
-    for (i = 0; i < q->count; i++) {
-        if ((q->entities && q->entities[i] == entity) != own || !(visible[i] > 0.0f)) continue;
-        t->id[t->count++] = i;
-        if (t->count == COHSM__TILE) cohsm__flush_tile(t, inverse, visible);
-    }
-    if (t->count) cohsm__flush_tile(t, inverse, visible);
-}
-
-static cohsm_result cohsm__check_instance(const cohsm_instance *instance, size_t number, const cohsm_query *q,
-                                          const cohsm__logger *log)
-{
-    const float *m = cohsm__m4_or_identity(instance->transform);
-    float inverse[16], scale;
-
-    if (!instance->maps) {
-        cohsm__log_element_text(log, "instances", number, "has no maps");
-        return COHSM_ERR_ARGUMENT;
-    }
-    if (!cohsm__m4_is_rigid_uniform(m, &scale) || !cohsm__m4_affine_inverse(inverse, m)) {
-        cohsm__v3 z = cohsm__v3_cross(cohsm__v3_load(m), cohsm__v3_load(m + 4));
-        cohsm__log_element(log, "instances", number, "has a transform of the determinant",
-                           (double)cohsm__v3_dot(z, cohsm__v3_load(m + 8)),
-                           "a rotation, one scale > 0 and a translation");
-        return COHSM_ERR_INPUT;
-    }
-    return q->count ? cohsm__check_query(instance->maps, q, log) : COHSM_OK;
-}
-
-/* Returns the log of the first instance that has maps. If count is larger than any scene can be, the function
-   looks at the first instance alone. */
-static cohsm__logger cohsm__logger_of_scene(const cohsm_instance *instances, size_t count)
-{
-    const cohsm_maps *maps = NULL;
-    size_t i, end = !instances ? 0 : count < UINT32_MAX ? count : 1;
-    for (i = 0; i < end && !maps; i++) maps = instances[i].maps;
-    return cohsm__logger_of_maps(maps, "cohsm_visible_scene");
-}
-
-COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
-                                           const cohsm_query *query, float *visible, size_t *refused)
-{
-    cohsm__tile t;
-    cohsm_query q;
-    float inverse[16];
-    size_t i;
-    int own;
-    cohsm__logger log = cohsm__logger_of_scene(instances, instance_count);
-    cohsm_result result;
-
-    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
-    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
-    if (instance_count && !instances) return COHSM_ERR_ARGUMENT;
-    if (instance_count >= UINT32_MAX) {
-        cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
-        return COHSM_ERR_LIMIT;
-    }
-    for (i = 0; i < instance_count; i++) {
-        result = cohsm__check_instance(&instances[i], i, query, &log);
-        if (result != COHSM_OK) return result;
-    }
-    q = cohsm__complete_query(query);
-    for (i = 0; i < q.count; i++) visible[i] = 1.0f;
-    for (own = q.entities != NULL; own >= 0; own--)
-        for (i = 0; i < instance_count; i++) {
-            cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
-            cohsm__m4_affine_inverse(inverse, cohsm__m4_or_identity(instances[i].transform));
-            cohsm__ask_instance(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
-        }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
 }

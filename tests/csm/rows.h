@@ -5,31 +5,13 @@
 #ifndef CSM_ROWS_H
 #define CSM_ROWS_H
 
+#include "making.h"
+
 /* As cohsm_visible, cohsm_visible_scene (of instances of one object's maps) and cohsm_free. */
 static void rows_visible(const cohsm_maps *maps, const cohsm_query *q, float *v, size_t *refused);
 static void rows_scene(const cohsm_instance *instances, uint32_t count, const cohsm_query *q, float *v,
                        size_t *refused);
 static void rows_free(cohsm_maps *maps);
-
-static cohsm_maps *build(const cohsm_desc *d, const model *m)
-{
-    cohsm_mesh mesh = mesh_of(m);
-    cohsm_maps *maps = NULL;
-    assert_int_equal(cohsm_build(d, &mesh, &maps, NULL), COHSM_OK);
-    return maps;
-}
-
-static cohsm_query query_of(const float *points, size_t count, const void *lights, cohsm_light_kind light,
-                            cohsm_filter filter)
-{
-    cohsm_query q = { 0 };
-    q.positions = points;
-    q.count = count;
-    q.lights = lights;
-    q.light_kind = light;
-    q.filter = filter;
-    return q;
-}
 
 /* Every view by face * N + cell, from a builder with the same desc. */
 static cohsm_view *views_of(const cohsm_desc *desc, const cohsm_maps *maps)
@@ -198,36 +180,6 @@ static void t62_z1z2_lights_nothing_behind_or_inside_the_sphere(void **state)
 }
 
 /* ---- T66 ---- */
-
-static void identity(float *m)
-{
-    memset(m, 0, 64);
-    m[0] = m[5] = m[10] = m[15] = 1;
-}
-
-/* Rotation about a random axis, scale, translation. */
-static void placed(float *m, uint64_t *seed, double scale)
-{
-    float axis[3];
-    double a = rnd_in(seed, 0, 2 * PI), c = cos(a), s = sin(a), x, y, z;
-    rnd_direction(seed, axis);
-    x = (double)axis[0];
-    y = (double)axis[1];
-    z = (double)axis[2];
-    identity(m);
-    m[0] = (float)(scale * (c + x * x * (1 - c)));
-    m[1] = (float)(scale * (y * x * (1 - c) + z * s));
-    m[2] = (float)(scale * (z * x * (1 - c) - y * s));
-    m[4] = (float)(scale * (x * y * (1 - c) - z * s));
-    m[5] = (float)(scale * (c + y * y * (1 - c)));
-    m[6] = (float)(scale * (z * y * (1 - c) + x * s));
-    m[8] = (float)(scale * (x * z * (1 - c) + y * s));
-    m[9] = (float)(scale * (y * z * (1 - c) - x * s));
-    m[10] = (float)(scale * (c + z * z * (1 - c)));
-    m[12] = (float)rnd_in(seed, -5, 5);
-    m[13] = (float)rnd_in(seed, -5, 5);
-    m[14] = (float)rnd_in(seed, -5, 5);
-}
 
 static void transform(const float *m, const float *p, float w, float *out)
 {

@@ -1,0 +1,161 @@
+/* csm_scene.c - queries of a scene of many instances: trees that stand in a square field, at random turns and sizes,
+   with points among them and segments or rays that meet the spheres of about ten of 1,024. What a query costs, and how
+   many spheres its segment meets. */
+#include "bench.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COUNT = 65536, TRUTH = 1024, REPEATS = 5, MOST = 1024 };
+
+typedef struct forest {
+    cohsm_maps     *maps;
+    cohsm_info      info;
+    cohsm_instance *trees;
+    uint32_t        count;
+    float           side;                   /* of the field */
+    float          *points, *lights, *visible;      /* lights: places, then directions */
+} forest;
+
+static float random_in(uint32_t *state, float low, float high)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return low + (high - low) * (float)(*state >> 8) / 16777216.0f;
+}
+
+static void plant(forest *f, uint32_t count)
+{
+    uint32_t seed = 5;
+    f->count = count;
+    f->side = 85.0f * f->info.radius * sqrtf((float)count / 1024.0f);
+    for (uint32_t i = 0; i < count; i++) {
+        float *m = f->trees[i].transform, turn = random_in(&seed, 0, 6.28f), size = random_in(&seed, 0.7f, 1.3f);
+        memset(m, 0, sizeof f->trees[i].transform);
+        f->trees[i].maps = f->maps;
+        m[0] = m[10] = size * cosf(turn);
+        m[2] = -size * sinf(turn);
+        m[8] = -m[2];
+        m[5] = size;
+        m[12] = random_in(&seed, 0, f->side);
+        m[14] = random_in(&seed, 0, f->side);
+        m[15] = 1;
+    }
+    for (size_t i = 0; i < COUNT; i++) {
+        float *p = f->points + 3 * i, *to = f->lights + 3 * i, *d = to + 3 * (size_t)COUNT;
+        float turn = random_in(&seed, 0, 6.28f);
+        p[0] = random_in(&seed, 0, f->side);
+        p[1] = random_in(&seed, -0.9f, 0.9f) * f->info.radius;
+        p[2] = random_in(&seed, 0, f->side);
+        to[0] = random_in(&seed, 0, f->side);
+        to[1] = random_in(&seed, 1.2f, 1.6f) * f->info.radius;
+        to[2] = random_in(&seed, 0, f->side);
+        d[0] = cosf(turn);
+        d[1] = random_in(&seed, 0, 0.015f);
+        d[2] = sinf(turn);
+    }
+}
+
+/* Spheres of instances that the rays or segments of some queries meet, for each of these. */
+static double count_met(const forest *f, cohsm_light_kind kind)
+{
+    size_t met = 0;
+    for (size_t i = 0; i < TRUTH; i++) {
+        const float *p = f->points + 3 * i, *l = f->lights + 3 * i;
+        for (uint32_t k = 0; k < f->count; k++) {
+            const float *m = f->trees[k].transform, *c = f->info.center;
+            double v2 = 0, d2 = 0, along = 0, t, r = (double)f->info.radius * (double)m[5];
+            for (size_t j = 0; j < 3; j++) {
+                double middle = (double)m[j] * (double)c[0] + (double)m[4 + j] * (double)c[1] +
+                                (double)m[8 + j] * (double)c[2] + (double)m[12 + j];
+                double v = middle - (double)p[j];
+                double d = (double)(kind == COHSM_LIGHT_POSITION ? l[j] - p[j] : l[3 * (size_t)COUNT + j]);
+                v2 += v * v;
+                d2 += d * d;
+                along += v * d;
+            }
+            t = fmax(along / d2, 0);
+            if (kind == COHSM_LIGHT_POSITION)
+                t = fmin(t, 1);
+            met += v2 - 2 * t * along + t * t * d2 < r * r;
+        }
+    }
+    return (double)met / TRUTH;
+}
+
+static int measure(const bn_options *options, forest *f, const char *model, cohsm_light_kind kind, int one_light)
+{
+    cohsm_query q;
+    double best = HUGE_VAL, dark = 0;
+    memset(&q, 0, sizeof q);
+    q.count = COUNT;
+    q.positions = f->points;
+    q.lights = kind == COHSM_LIGHT_POSITION ? f->lights : f->lights + 3 * (size_t)COUNT;
+    q.light_kind = kind;
+    q.one_light = one_light;
+    for (int i = 0; i < REPEATS; i++) {
+        double start = ex_seconds();
+        if (cohsm_visible_scene(f->trees, f->count, &q, f->visible, NULL) != COHSM_OK)
+            return bn_failed("csm_scene", "a query failed");
+        best = fmin(best, ex_seconds() - start);
+    }
+    for (size_t i = 0; i < COUNT; i++)
+        dark += f->visible[i] == 0;
+    bn_begin(options, "csm_scene", 1, bn_simd());
+    bn_text("model", model);
+    bn_integer("instances", f->count);
+    bn_text("light", kind == COHSM_LIGHT_POSITION ? "positions" : one_light ? "one direction" : "directions");
+    bn_number("spheres_met", one_light ? HUGE_VAL : count_met(f, kind));
+    bn_number("ns", 1e9 * best / COUNT);
+    bn_number("dark", dark / COUNT);
+    bn_end(options);
+    return 0;
+}
+
+static int measure_forests(const bn_options *options, forest *f, const char *model)
+{
+    static const uint32_t counts[] = { 1, 16, 256, MOST };
+    int result = 0;
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0] && result == 0; i++) {
+        plant(f, counts[i]);
+        result = measure(options, f, model, COHSM_LIGHT_POSITION, 0);
+        if (result == 0)
+            result = measure(options, f, model, COHSM_LIGHT_DIRECTION, 0);
+        if (result == 0)
+            result = measure(options, f, model, COHSM_LIGHT_DIRECTION, 1);
+    }
+    return result;
+}
+
+int bn_csm_scene(const bn_options *options)
+{
+    bn_model model;
+    cohsm_desc d = bn_desc(options);
+    cohsm_mesh mesh;
+    forest f;
+    int result;
+    memset(&f, 0, sizeof f);
+    if (bn_model_load(&model, options->model ? options->model : "builtin:plant") != 0)
+        return -1;
+    mesh = bn_model_mesh(&model);
+    d.domain.kind = COHSM_DOMAIN_LATLONG;
+    d.domain.side[0] = 128;
+    d.domain.side[1] = 64;
+    d.map_side = 128;
+    d.layout = COHSM_LAYOUT_FAST;
+    f.trees = malloc(MOST * sizeof *f.trees);
+    f.points = malloc(10 * (size_t)COUNT * sizeof *f.points);
+    f.lights = f.points ? f.points + 3 * (size_t)COUNT : NULL;
+    f.visible = f.points ? f.points + 9 * (size_t)COUNT : NULL;
+    if (!f.trees || !f.points || cohsm_build(&d, &mesh, &f.maps, NULL) != COHSM_OK) {
+        result = bn_failed("csm_scene", "out of memory");
+    } else {
+        cohsm_get_info(f.maps, &f.info);
+        result = measure_forests(options, &f, model.name);
+    }
+    cohsm_free(f.maps);
+    free(f.points);
+    free(f.trees);
+    bn_model_free(&model);
+    return result;
+}
