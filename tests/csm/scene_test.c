@@ -10,7 +10,7 @@
 #include "util.h"
 #include "making.h"
 
-enum { SAMPLES = 4500, INSTANCES = 61, KINDS = 6 };     /* more than two blocks of samples, seven bunches and a part */
+enum { SAMPLES = 2300, INSTANCES = 37, KINDS = 6 };     /* more than a block of samples, two bunches and a part */
 
 static float points[SAMPLES][4], lights[SAMPLES][5], wanted[SAMPLES], alone[SAMPLES], answers[SAMPLES];
 static uint32_t entities[SAMPLES];
@@ -139,7 +139,7 @@ static void answers_are_those_of_all_instances(void **state)
             compare_ways(clouds[i].name, positions);
         }
     printf("%d dark, %d lit, %d refused\n", totals[0], totals[1], totals[2]);
-    assert_true(totals[0] > 20000 && totals[1] > 20000 && totals[2] > 1000);
+    assert_true(totals[0] > 10000 && totals[1] > 10000 && totals[2] > 1000);
 #if COHSM__SIMD_SETS
     for (k = 0; k < KINDS; k++) maps[k]->simd = 0;          /* the kernels without intrinsics */
     compare_ways("plain", 1);
