@@ -53,6 +53,7 @@ int bn_csm_scene(const bn_options *options);
 int bn_csm_render(const bn_options *options);
 int bn_rsm_gather(const bn_options *options);
 int bn_gl_csm_query(const bn_options *options);
+int bn_gl_csm_scene(const bn_options *options);
 int bn_gl_csm_render(const bn_options *options);
 int bn_gl_csm_build(const bn_options *options);
 int bn_gl_ism(const bn_options *options);

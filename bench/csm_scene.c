@@ -2,6 +2,8 @@
    with points among them and segments or rays that meet the spheres of about ten of 1,024. What a query costs, and how
    many spheres its segment meets. */
 #include "bench.h"
+#include "gl.h"
+#include "gl_backend/gl_csm.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -83,15 +85,21 @@ static double count_met(const forest *f, cohsm_light_kind kind)
     return (double)met / TRUTH;
 }
 
-static int measure(const bn_options *options, forest *f, const char *model, cohsm_light_kind kind, int one_light)
+static cohsm_query query_of(const forest *f, cohsm_light_kind kind)
 {
     cohsm_query q;
-    double best = HUGE_VAL, dark = 0;
     memset(&q, 0, sizeof q);
     q.count = COUNT;
     q.positions = f->points;
     q.lights = kind == COHSM_LIGHT_POSITION ? f->lights : f->lights + 3 * (size_t)COUNT;
     q.light_kind = kind;
+    return q;
+}
+
+static int measure(const bn_options *options, forest *f, const char *model, cohsm_light_kind kind, int one_light)
+{
+    cohsm_query q = query_of(f, kind);
+    double best = HUGE_VAL, dark = 0;
     q.one_light = one_light;
     for (int i = 0; i < REPEATS; i++) {
         double start = ex_seconds();
@@ -127,7 +135,90 @@ static int measure_forests(const bn_options *options, forest *f, const char *mod
     return result;
 }
 
-int bn_csm_scene(const bn_options *options)
+/* ---- the same on OpenGL ---- */
+
+static void write_gl(const bn_options *options, const bn_gl *r, const forest *f, const char *model,
+                     cohsm_light_kind kind, double seconds)
+{
+    bn_begin(options, "gl_csm_scene", options->threads, "none");
+    bn_text("gl_renderer", r->gl.renderer);
+    bn_text("path", r->gl.compute ? "compute" : "core");
+    bn_text("clock", r->timer.by_query ? "query" : "finish");
+    bn_text("model", model);
+    bn_integer("instances", f->count);
+    bn_text("light", kind == COHSM_LIGHT_POSITION ? "positions" : "directions");
+    bn_number("spheres_met", count_met(f, kind));
+    bn_number("ns", 1e9 * seconds / COUNT);
+    bn_end(options);
+}
+
+static glbk_result ask(const bn_options *options, bn_gl *r, const forest *f, const char *model,
+                       const glbk_csm_maps *maps, glbk_csm_asker *asker)
+{
+    glbk_result result = GLBK_OK;
+    for (int k = 0; k < 2 && result == GLBK_OK; k++) {
+        const cohsm_light_kind kind = k ? COHSM_LIGHT_DIRECTION : COHSM_LIGHT_POSITION;
+        const cohsm_query q = query_of(f, kind);
+        double best = HUGE_VAL, begun = ex_seconds();
+        result = glbk_csm_ask_upload(&r->gl, asker, &q);
+        for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 3, begun); run++) {
+            double t;
+            ex_gl_timer_start(&r->timer);
+            result = glbk_csm_ask_run(&r->gl, asker, maps, COUNT);
+            t = ex_gl_timer_stop(&r->timer);
+            if (run > 0)                        /* the first one compiles */
+                best = fmin(best, t);
+        }
+        if (result == GLBK_OK)
+            write_gl(options, r, f, model, kind, best);
+    }
+    return result;
+}
+
+static glbk_result place(bn_gl *r, const forest *f, uint32_t start, glbk_csm_maps *maps)
+{
+    glbk_csm_instance *trees = calloc(f->count, sizeof *trees);
+    glbk_result result = GLBK_ERR_ALLOC;
+    for (uint32_t i = 0; trees && i < f->count; i++) {
+        trees[i].start = start;
+        memcpy(trees[i].transform, f->trees[i].transform, sizeof trees[i].transform);
+    }
+    if (trees)
+        result = glbk_csm_maps_place(&r->gl, maps, trees, f->count);
+    free(trees);
+    return result;
+}
+
+static int measure_gl(const bn_options *options, forest *f, const char *model, int core_only)
+{
+    glbk_csm_block block;
+    glbk_csm_maps maps;
+    glbk_csm_asker asker;
+    glbk_result result;
+    uint32_t start;
+    bn_gl r;
+    if (bn_gl_open(&r, core_only) != 0)
+        return -1;
+    memset(&asker, 0, sizeof asker);
+    block.data = cohsm_fast_data(f->maps, &block.bytes);
+    result = glbk_csm_maps_create(&r.gl, &block, 1, MOST, &start, &maps);
+    if (result == GLBK_OK)
+        result = glbk_csm_asker_create(&r.gl, COUNT, &asker);
+    for (uint32_t count = 16; count <= MOST && result == GLBK_OK && r.gl.compute != core_only; count *= 8) {
+        plant(f, count);
+        result = place(&r, f, start, &maps);
+        if (result == GLBK_OK)
+            result = ask(options, &r, f, model, &maps, &asker);
+    }
+    glbk_csm_asker_free(&r.gl, &asker);
+    glbk_csm_maps_free(&r.gl, &maps);
+    bn_gl_close(&r);
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
+}
+
+/* ---- what main.c calls ---- */
+
+static int measure_scene(const bn_options *options, int on_gl)
 {
     bn_model model;
     cohsm_desc d = bn_desc(options);
@@ -151,7 +242,9 @@ int bn_csm_scene(const bn_options *options)
         result = bn_failed("csm_scene", "out of memory");
     } else {
         cohsm_get_info(f.maps, &f.info);
-        result = measure_forests(options, &f, model.name);
+        result = on_gl ? measure_gl(options, &f, model.name, 1) : measure_forests(options, &f, model.name);
+        if (on_gl && result == 0)
+            result = measure_gl(options, &f, model.name, 0);
     }
     cohsm_free(f.maps);
     free(f.points);
@@ -159,3 +252,6 @@ int bn_csm_scene(const bn_options *options)
     bn_model_free(&model);
     return result;
 }
+
+int bn_csm_scene(const bn_options *options) { return measure_scene(options, 0); }
+int bn_gl_csm_scene(const bn_options *options) { return measure_scene(options, 1); }

@@ -20,6 +20,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "csm_render", "pictures by csm beside the reference", bn_csm_render },
     { "rsm_gather", "bounced light by rsm: full, interpolated and denoised, beside the reference", bn_rsm_gather },
     { "gl_csm_query", "visibility queries a second on OpenGL, core and compute path", bn_gl_csm_query },
+    { "gl_csm_scene", "queries of a forest of up to 1,024 instances on OpenGL", bn_gl_csm_scene },
     { "gl_csm_render", "the Monte Carlo renderer on OpenGL", bn_gl_csm_render },
     { "gl_csm_build", "maps drawn and compressed on OpenGL", bn_gl_csm_build },
     { "gl_ism", "imperfect shadow maps on OpenGL: times of the stages, difference from the CPU", bn_gl_ism },

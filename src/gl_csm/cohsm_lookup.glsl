@@ -33,6 +33,7 @@ struct cohsm_maps {
     uint  depth_step;               // 65,536 times the depth between two values of the grid, rounded up
     uint  dimensions;
     bool  positional;               // maps of positions, with six faces
+    bool  self_only;                // pixels that nothing hits may shadow anything
     uint  pixel_begin;              // the block has pixels pixel_begin .. pixel_end - 1
     uint  pixel_end;
     uint  order_at;                 // sections, in words from the first one
@@ -64,6 +65,7 @@ cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 
     m.depth_step = 65535u * 65536u / m.depth_top + 1u;
     m.dimensions = sizes.w;
     m.positional = range.x != 0u;
+    m.self_only = (range.y & 1u) != 0u;
     m.pixel_begin = range.z;
     m.pixel_end = range.w;
     m.order_at = 96u;

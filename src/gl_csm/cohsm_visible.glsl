@@ -366,6 +366,31 @@ float cohsm_visible(const in cohsm_maps m, const in cohsm_query q, vec3 point, v
 #define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))
 #endif
 
+// Returns whether the way to a light surely misses an object: as a segment for COHSM_LIGHT_POSITION, else as
+// a cone about the direction, since the map that answers lies up to a cell off. p and light are those of
+// cohsm_visible_unit. No hull reaches beyond 1.14 radii. What rounding adds is allowed for, and comparisons
+// with NaN are false.
+bool cohsm_misses(const in cohsm_maps m, const in cohsm_query q, vec3 p, vec3 light)
+{
+    float reach = 1.14, slope = 0.0, size, along, t, wide;
+    bool segment = q.light == COHSM_LIGHT_POSITION;
+    if (segment) light -= p;
+    else {
+        vec2 cell = vec2(6.2832, 3.1416) / vec2(m.side.xy);
+        if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) cell = vec2(8.78 / float(m.side.x), 0.0);
+        slope = length(cell) * cohsm_if(q.filtering == COHSM_FILTER_NEAREST, 0.5, 1.0) + 2e-3;
+        if (m.self_only || slope >= 1.0) return false;
+        slope *= 1.0 + 0.558 * slope * slope;       // no less than the tangent, up to 1
+        reach = 1.001 + 2.83 / float(m.map_size);
+    }
+    reach += 1e-5 * dot(abs(p), vec3(1.0));
+    size = dot(light, light);
+    along = -dot(p, light) * inversesqrt(size);
+    t = cohsm_if(segment, min(along, sqrt(size)), along);
+    wide = reach * (1.0 + 0.5 * slope * slope) + along * slope;
+    return along < -reach || 0.999997 * dot(p, p) + t * (t - 2.0 * along) > wide * wide;
+}
+
 // Returns the maps of an instance.
 cohsm_maps cohsm_instance_maps(uint table, uint i)
 {
@@ -378,35 +403,62 @@ cohsm_maps cohsm_instance_maps(uint table, uint i)
 #endif
 }
 
-// Returns what cohsm_visible does for instance i of a table, with point and light in world space.
-float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)
+// Returns the maps of instance i and takes point and light from world space to radii about the centre of
+// their sphere; a direction keeps the length that it has in the object's space.
+cohsm_maps cohsm_enter(uint table, uint i, const in cohsm_query q, inout vec3 point, inout vec3 light)
 {
     vec4 x = uintBitsToFloat(COHSM_INSTANCE(table, i, 0u)), y = uintBitsToFloat(COHSM_INSTANCE(table, i, 1u));
     vec4 z = uintBitsToFloat(COHSM_INSTANCE(table, i, 2u));
     cohsm_maps m = cohsm_instance_maps(table, i);
-    q.seed += 0x9e3779b9u * i;          // roulette: each instance draws for itself
+    float scale = 1.0 / m.radius;
     point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);
+    point = (point - m.center) * scale;
     if (q.light < COHSM_LIGHT_PARAMETER) {
         light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));
-        if (q.light == COHSM_LIGHT_POSITION) light += vec3(x.w, y.w, z.w);
+        if (q.light == COHSM_LIGHT_POSITION) light = (light + vec3(x.w, y.w, z.w) - m.center) * scale;
     }
-    return cohsm_visible(m, q, point, light);
+    return m;
+}
+
+// Returns what cohsm_visible does for instance i of a table, with point and light in world space.
+float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)
+{
+    cohsm_maps m = cohsm_enter(table, i, q, point, light);
+    q.seed += 0x9e3779b9u * i;          // roulette: each instance draws for itself
+    return cohsm_visible_unit(m, q, point, light);
 }
 
 // Returns the float of yours that the record of an instance holds.
 float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).y); }
 
+// Returns whether the way to the light surely misses instance i.
+bool cohsm_misses_instance(uint table, uint i, const in cohsm_query q, vec3 point, vec3 light)
+{
+    cohsm_maps m = cohsm_enter(table, i, q, point, light);
+    return q.light < COHSM_LIGHT_PARAMETER && cohsm_misses(m, q, point, light);
+}
+
 // Returns the product of what all instances let through, or COHSM_REFUSED. The one that the point lies on is
 // asked first: entity is its number, counted from 1; 0 or a number beyond the list is none, and the point is
-// a receiver only.
+// a receiver only. Each invocation first goes on to the next instance that it may meet, so that neighbours
+// ask theirs together.
 float cohsm_visible_scene(uint table, uint count, uint entity, const in cohsm_query q, vec3 point, vec3 light)
 {
     float visible = 1.0;
     uint self = entity - 1u;                                    // where there is none, it is beyond any count
-    for (uint i = 0u; i < count && visible > 0.0; i++) {        // one call in one loop: it is inlined once
-        uint instance = cohsm_if(self >= count || i > self, i, cohsm_if(i == 0u, self, i - 1u));
+    uint i = 0u, instance = 0u;
+    while (visible > 0.0) {                                     // one call in one loop: it is inlined once
+        for (; i < count; i++) {
+            instance = cohsm_if(self >= count || i > self, i, cohsm_if(i == 0u, self, i - 1u));
+#ifdef COHSM_ONE_INSTANCE
+            break;
+#endif
+            if (!cohsm_misses_instance(table, instance, q, point, light)) break;
+        }
+        if (i >= count) break;
         float one = cohsm_visible_instance(table, instance, q, point, light);
         visible = cohsm_if(one < 0.0, COHSM_REFUSED, visible * one);
+        i++;
     }
     return visible;
 }

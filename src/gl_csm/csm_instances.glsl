@@ -6,6 +6,9 @@
 #ifdef CSM_INSTANCES
 #define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]
 #define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)
+#if CSM_INSTANCES == 1
+#define COHSM_ONE_INSTANCE      // tests of spheres are not worth it
+#endif
 #else
 // Returns texel k of the record of instance i.
 uvec4 csm_instance(uint i, uint k)

@@ -16,8 +16,9 @@
 
 #include "gl_test.h"
 #include "util.h"
+#include "making.h"
 
-enum { COUNT = 16384 };
+enum { COUNT = 16384, KINDS = 6, CLOUD = 37 };
 
 typedef struct question { float point[3]; uint32_t entity; float light[3]; uint32_t id; } question;
 
@@ -63,7 +64,7 @@ static void make_questions(const cohsm_info *info, const float *center, float ra
     }
 }
 
-/* Both sides answer; bodies is 1 and the transform the identity for a single object. */
+/* Both sides answer; bodies is 1 and the transform the upright for a single object. */
 static void ask_both(gl_test *t, glbk_csm_asker *asker, const glbk_csm_maps *maps, const cohsm_instance *bodies,
                      uint32_t count, cohsm_light_kind light, cohsm_filter filter, float bias, tally *sum)
 {
@@ -88,7 +89,7 @@ static void ask_both(gl_test *t, glbk_csm_asker *asker, const glbk_csm_maps *map
     compare_answers(sum);
 }
 
-static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
 static cohsm_maps *build_maps(const cohsm_desc *d)
 {
@@ -103,16 +104,16 @@ static cohsm_maps *build_maps(const cohsm_desc *d)
 static void upload(gl_test *t, const cohsm_maps *const *maps, uint32_t map_count, const cohsm_instance *bodies,
                    uint32_t count, glbk_csm_maps *out)
 {
-    glbk_csm_block blocks[4];
-    glbk_csm_instance instances[8];
-    uint32_t starts[4], i, k;
+    glbk_csm_block blocks[KINDS];
+    glbk_csm_instance instances[CLOUD];
+    uint32_t starts[KINDS], i, k;
     for (i = 0; i < map_count; i++) blocks[i].data = cohsm_data(maps[i], &blocks[i].bytes);
     assert_glbk(t, glbk_csm_maps_create(&t->gl, blocks, map_count, count, starts, out));
     for (i = 0; i < count; i++) {
         for (k = 0; maps[k] != bodies[i].maps; k++) {}
         instances[i].start = starts[k];
         instances[i].offset = 0;
-        memcpy(instances[i].transform, bodies[i].transform, sizeof identity);
+        memcpy(instances[i].transform, bodies[i].transform, sizeof upright);
     }
     assert_glbk(t, glbk_csm_maps_place(&t->gl, out, instances, count));
 }
@@ -140,7 +141,7 @@ static void a_million_queries_agree(void **state)
         d.depth_bits = i % 3 == 1 ? 5 : 8;
         d.map_side = i % 2 ? 48 : 31;
         body.maps = built = build_maps(&d);
-        memcpy(body.transform, identity, sizeof identity);
+        memcpy(body.transform, upright, sizeof upright);
         cohsm_get_info(built, &info);
         upload(t, &built, 1, &body, 1, &maps);
         assert_non_null(strstr(maps.defines, "COHSM_ONE_DOMAIN="));
@@ -218,6 +219,52 @@ static void questions_to_scenes_are_answered_as_on_the_cpu(void **state)
     cohsm_free(built[1]);
 }
 
+/* A cloud of instances of six kinds of maps (fine and coarse directions, an octahedron, cells too wide for a test of
+   spheres, maps for their own points alone, four texels for many directions), most of which a ray misses: in the
+   uniform block and in a table. */
+static void instances_that_a_ray_misses_change_nothing(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t sides[KINDS][2] = { { 24, 12 }, { 9, 5 }, { 12, 12 }, { 3, 2 }, { 16, 8 }, { 96, 48 } };
+    static const uint32_t texels[KINDS] = { 32, 16, 24, 16, 16, 4 };
+    static const float center[3] = { 0, 0, 0 };
+    cohsm_maps *built[KINDS];
+    cohsm_instance bodies[CLOUD];
+    glbk_csm_asker asker;
+    tally sum = { 0, 0, 0, 0, 0 };
+    uint64_t seed = 77;
+    cohsm_info info;
+    int i, c, round;
+
+    for (i = 0; i < KINDS; i++) {
+        cohsm_desc d = desc_of(i == 2 ? COHSM_DOMAIN_OCTAHEDRAL : COHSM_DOMAIN_LATLONG, sides[i][0], texels[i]);
+        d.domain.side[1] = sides[i][1];
+        d.self_only = i == 4;
+        built[i] = build_maps(&d);
+    }
+    for (i = 0; i < CLOUD; i++) {
+        bodies[i].maps = built[i % KINDS];
+        placed(bodies[i].transform, &seed, exp(rnd_in(&seed, -1.4, 1.0)));
+        for (c = 12; c < 15; c++) bodies[i].transform[c] = (float)rnd_in(&seed, -9, 9);
+    }
+    cohsm_get_info(built[0], &info);
+    assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
+    for (round = 0; round < 12; round++) {
+        const cohsm_light_kind light = (cohsm_light_kind)(round & 1);
+        const uint32_t count = round & 2 ? CLOUD : 13;
+        glbk_csm_maps maps;
+        upload(t, (const cohsm_maps *const *)built, KINDS, bodies, count, &maps);
+        make_questions(&info, center, 10, light, count, &seed);
+        ask_both(t, &asker, &maps, bodies, count, light, (cohsm_filter)(round / 4), 1, &sum);
+        glbk_csm_maps_free(&t->gl, &maps);
+    }
+    printf("%zu queries of clouds: %zu differ, %zu dark, %zu refused\n", sum.asked, sum.wrong, sum.dark, sum.refused);
+    assert_true(sum.dark > sum.asked / 20 && sum.refused > sum.asked / 1000);
+    assert_true((double)sum.wrong < 1e-4 * (double)sum.asked);
+    glbk_csm_asker_free(&t->gl, &asker);
+    for (i = 0; i < KINDS; i++) cohsm_free(built[i]);
+}
+
 /* CRC-32 of docs/csm-format.md over bytes 16 on, into word 3. */
 static void mend(uint32_t *words, size_t size)
 {
@@ -260,7 +307,7 @@ static void hostile_blocks_are_read_alike(void **state)
         if (cohsm_open(copy, size, NULL, &maps) != COHSM_OK) continue;
         accepted++;
         body.maps = hostile = maps;
-        memcpy(body.transform, identity, sizeof identity);
+        memcpy(body.transform, upright, sizeof upright);
         cohsm_get_info(maps, &info);
         upload(t, &hostile, 1, &body, 1, &uploaded);
         make_questions(&info, info.center, info.radius, COHSM_LIGHT_DIRECTION, 1, &seed);
@@ -299,7 +346,7 @@ static void refuses_what_is_not_a_block(void **state)
     assert_int_equal(maps.blocks.name, 0);
     assert_glbk(t, glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps));
     assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_INPUT);         /* scales unevenly */
-    memcpy(bad.transform, identity, sizeof identity);
+    memcpy(bad.transform, upright, sizeof upright);
     assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 2), GLBK_ERR_LIMIT);
     bad.start = 100;
     assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_INPUT);
@@ -311,6 +358,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(refuses_what_is_not_a_block), gl_unit_test(questions_to_scenes_are_answered_as_on_the_cpu),
+        gl_unit_test(instances_that_a_ray_misses_change_nothing),
         gl_unit_test(hostile_blocks_are_read_alike), gl_unit_test(a_million_queries_agree)
     };
     (void)count;
