@@ -194,12 +194,16 @@ static void what_is_drawn_is_what_the_geometry_says(void **state)
     enum { SUBPIXEL_BITS = 0x0D50 };
     int i, on_floor = 0, on_box = 0, empty = 0;
     int32_t bits = 0;
-    float clip[16], step;       /* of the grid that a driver moves corners to, and may interpolate from */
+    float clip[16];
+    float step = 1e-3f, rounding = 0;
     make_view(GLBK_CLIP_DEPTH_DEFAULT, clip);
     draw_scene(t, &g, usual, p);
     assert_true(g.has_depth && g.has_clip && memcmp(g.world_to_clip, clip, sizeof clip) == 0);
-    t->gl.gl.GetIntegerv(SUBPIXEL_BITS, &bits);
-    step = ldexpf(1, -bits);
+    if (!gl_is_mesa(t)) {       /* a driver may interpolate from the corners of the grid that it moves vertices to */
+        t->gl.gl.GetIntegerv(SUBPIXEL_BITS, &bits);
+        step = ldexpf(1, -bits);
+        rounding = 1e-6f;
+    }
     for (i = 0; i < PIXELS; i++) {
         const float *at = p[i].position;
         float ndc[4];
@@ -214,7 +218,7 @@ static void what_is_drawn_is_what_the_geometry_says(void **state)
         assert_true(fabsf((ndc[1] / ndc[3] * 0.5f + 0.5f) * H - (float)(i / W) - 0.5f) < step);
         assert_true(apart(p[i].normal, p[i].geometric_normal) < 1e-3f);
         if (p[i].entity == 1) {
-            assert_true(fabsf(at[1]) < 1e-4f && fabsf(p[i].normal[1] - 1) < 1e-6f);    /* interpolated */
+            assert_true(fabsf(at[1]) < 1e-4f && fabsf(p[i].normal[1] - 1) <= rounding);
             assert_true(p[i].plane == 3 && p[i].occlusion == 0);
             assert_int_equal(p[i].material.kind, LSAMP_MATERIAL_LAMBERT);
             assert_true(p[i].material.diffuse[0] == 0.5f && p[i].material.diffuse[1] == 0.25f);

@@ -85,6 +85,13 @@ static inline ex_gl *gl_new_context(char *error)
     return way->window ? ex_gl_create_window(&options, error) : ex_gl_create(&options, error);
 }
 
+/* Mesa gives the version that is asked for, and interpolates exactly; other drivers need neither. */
+static inline int gl_is_mesa(gl_test *t)
+{
+    enum { VERSION_TEXT = 0x1F02 };
+    return strstr((const char *)t->gl.gl.GetString(VERSION_TEXT), "Mesa") != NULL;
+}
+
 /* OSMesa's library keeps some memory of each context that it destroyed; under the address sanitizer only that is
  * excused. */
 #if defined(__SANITIZE_ADDRESS__)                                   /* gcc */
