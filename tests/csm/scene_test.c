@@ -10,40 +10,12 @@
 #include "util.h"
 #include "making.h"
 
-enum { SAMPLES = 2300, INSTANCES = 37, KINDS = 6 };     /* more than a block of samples, two bunches and a part */
+enum { SAMPLES = 2300, INSTANCES = 37 };     /* more than a block of samples, two bunches and a part */
 
 static float points[SAMPLES][4], lights[SAMPLES][5], wanted[SAMPLES], alone[SAMPLES], answers[SAMPLES];
 static uint32_t entities[SAMPLES];
 static cohsm_instance instances[INSTANCES];
 static int totals[3];                   /* answers 0, 1 and COHSM_REFUSED so far */
-
-/* Maps of six kinds: fine and coarse directions, an octahedron of them, cells too wide to be tested, maps that are
-   for their own points alone, and four texels for many directions. */
-static void build_kinds(cohsm_maps *maps[KINDS])
-{
-    static const uint32_t sides[KINDS][2] = { { 24, 12 }, { 9, 5 }, { 12, 12 }, { 3, 2 }, { 16, 8 }, { 96, 48 } };
-    static const uint32_t texels[KINDS] = { 32, 16, 24, 16, 16, 4 };
-    int i;
-    for (i = 0; i < KINDS; i++) {
-        model m = i % 2 ? model_cube(0.6, 1) : model_sphere(14, 9, 0.3);
-        cohsm_desc d = desc_of(i == 2 ? COHSM_DOMAIN_OCTAHEDRAL : COHSM_DOMAIN_LATLONG, sides[i][0], texels[i]);
-        d.domain.side[1] = sides[i][1];
-        d.self_only = i == 4;
-        maps[i] = build(&d, &m);
-        model_free(&m);
-    }
-}
-
-/* Instances in a cloud `wide` across around `middle`, of sizes from a quarter to four. */
-static void place_instances(cohsm_maps *const maps[KINDS], uint64_t *seed, double wide, double middle)
-{
-    int i, c;
-    for (i = 0; i < INSTANCES; i++) {
-        instances[i].maps = maps[i % KINDS];
-        placed(instances[i].transform, seed, exp(rnd_in(seed, -1.4, 1.4)));
-        for (c = 12; c < 15; c++) instances[i].transform[c] = (float)(middle + rnd_in(seed, -wide, wide));
-    }
-}
 
 /* Samples in and round the cloud; a few far off, at infinity, or not numbers; lights likewise. */
 static void place_samples(uint64_t *seed, double wide, double middle, int positions)
@@ -134,7 +106,7 @@ static void answers_are_those_of_all_instances(void **state)
     build_kinds(maps);
     for (i = 0; i < 4; i++)
         for (positions = 0; positions < 2; positions++) {
-            place_instances(maps, &seed, clouds[i].wide, clouds[i].middle);
+            place_instances(instances, INSTANCES, maps, &seed, clouds[i].wide, clouds[i].middle);
             place_samples(&seed, clouds[i].wide, clouds[i].middle, positions);
             compare_ways(clouds[i].name, positions);
         }
@@ -147,7 +119,7 @@ static void answers_are_those_of_all_instances(void **state)
     for (k = 0; k < KINDS; k++) cohsm_free(maps[k]);
 }
 
-/* Packed points and directions, which are loaded eight at a time, and counts that are no multiple of eight. */
+/* Packed points and directions, which are loaded as many at a time as there are lanes, and counts that are no multiple of these. */
 static void packed_samples_are_those_with_strides(void **state)
 {
     static float p[SAMPLES][3], l[SAMPLES][3], loose[SAMPLES];
@@ -157,7 +129,7 @@ static void packed_samples_are_those_with_strides(void **state)
     int s, k;
     (void)state;
     build_kinds(maps);
-    place_instances(maps, &seed, 9, 0);
+    place_instances(instances, INSTANCES, maps, &seed, 9, 0);
     place_samples(&seed, 9, 0, 0);
     for (s = 0; s < SAMPLES; s++) {
         memcpy(p[s], points[s], 12);
@@ -220,7 +192,7 @@ static void spheres_leave_out_most(void **state)
     maps[0] = build(&d, &m);
     for (k = 1; k < KINDS; k++) maps[k] = maps[0];
     simd = maps[0]->simd;
-    place_instances(maps, &seed, 5, 0);
+    place_instances(instances, INSTANCES, maps, &seed, 5, 0);
     for (positions = 0; positions < 2; positions++)
         for (plain = 0; plain < 2; plain++) {
             cohsm_query q = query_of(points[0], N, lights[0],
@@ -249,12 +221,47 @@ static void spheres_leave_out_most(void **state)
     model_free(&m);
 }
 
+/* Of maps whose empty pixels shadow anything and do not say so, a sphere keeps what lies in the corners of their squares
+   from being asked; three instances are asked without spheres. */
+static void instances_whose_spheres_are_missed_are_not_asked(void **state)
+{
+    enum { FEW = 3, MANY = 8 };
+    model m = model_sphere(14, 9, 0.3);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 96, 16);
+    cohsm_maps *maps;
+    cohsm_query q = query_of(points[0], SAMPLES, lights[0], COHSM_LIGHT_DIRECTION, COHSM_FILTER_NEAREST);
+    uint64_t seed = 5;
+    int count, i, differ;
+    (void)state;
+    d.domain.side[1] = 48;
+    d.self_only = 1;
+    maps = build(&d, &m);
+    maps->head.self_only = 0;
+    place_samples(&seed, 2, 0, 0);
+    q.position_stride = sizeof points[0];
+    q.light_stride = sizeof lights[0];
+    for (i = 0; i < MANY; i++) {
+        instances[i].maps = maps;
+        identity(instances[i].transform);
+    }
+    assert_int_equal(cohsm_visible_scene(instances, 1, &q, alone, NULL), COHSM_OK);
+    for (count = FEW; count <= MANY; count += MANY - FEW) {
+        assert_int_equal(cohsm_visible_scene(instances, (size_t)count, &q, answers, NULL), COHSM_OK);
+        for (differ = 0, i = 0; i < SAMPLES; i++) differ += answers[i] > alone[i];
+        printf("%d instances: %d samples are lit that each would have shadowed\n", count, differ);
+        assert_true(count == FEW ? differ == 0 : differ > 0);
+    }
+    cohsm_free(maps);
+    model_free(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(answers_are_those_of_all_instances),
         cmocka_unit_test(packed_samples_are_those_with_strides),
         cmocka_unit_test(spheres_leave_out_most),
+        cmocka_unit_test(instances_whose_spheres_are_missed_are_not_asked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
