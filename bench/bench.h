@@ -44,6 +44,9 @@ void bn_flag(const char *name, int value);               /* true, false */
 void bn_end(const bn_options *options);
 const char *bn_simd(void);                               /* what csm.h takes at run time here */
 
+uint32_t bn_random(uint64_t *seed);
+float    bn_random_in(uint64_t *seed, float low, float high);
+
 int bn_failed(const char *what, const char *why);        /* one line on stderr; returns -1 */
 
 /* The benchmarks: 0, or -1 after a line on stderr. */

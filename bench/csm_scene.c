@@ -18,42 +18,38 @@ typedef struct forest {
     uint32_t        count;
     float           side;                   /* of the field */
     float          *points, *lights, *visible;      /* lights: places, then directions */
+    uint32_t       *entities;               /* an instance for 64 points each, which they are said to lie on */
 } forest;
-
-static float random_in(uint32_t *state, float low, float high)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return low + (high - low) * (float)(*state >> 8) / 16777216.0f;
-}
 
 static void plant(forest *f, uint32_t count)
 {
-    uint32_t seed = 5;
+    uint64_t seed = 5;
     f->count = count;
     f->side = 85.0f * f->info.radius * sqrtf((float)count / 1024.0f);
     for (uint32_t i = 0; i < count; i++) {
-        float *m = f->trees[i].transform, turn = random_in(&seed, 0, 6.28f), size = random_in(&seed, 0.7f, 1.3f);
+        float *m = f->trees[i].transform, turn = bn_random_in(&seed, 0, 6.28f), size = bn_random_in(&seed, 0.7f, 1.3f);
         memset(m, 0, sizeof f->trees[i].transform);
         f->trees[i].maps = f->maps;
         m[0] = m[10] = size * cosf(turn);
         m[2] = -size * sinf(turn);
         m[8] = -m[2];
         m[5] = size;
-        m[12] = random_in(&seed, 0, f->side);
-        m[14] = random_in(&seed, 0, f->side);
+        m[12] = bn_random_in(&seed, 0, f->side);
+        m[14] = bn_random_in(&seed, 0, f->side);
         m[15] = 1;
     }
     for (size_t i = 0; i < COUNT; i++) {
         float *p = f->points + 3 * i, *to = f->lights + 3 * i, *d = to + 3 * (size_t)COUNT;
-        float turn = random_in(&seed, 0, 6.28f);
-        p[0] = random_in(&seed, 0, f->side);
-        p[1] = random_in(&seed, -0.9f, 0.9f) * f->info.radius;
-        p[2] = random_in(&seed, 0, f->side);
-        to[0] = random_in(&seed, 0, f->side);
-        to[1] = random_in(&seed, 1.2f, 1.6f) * f->info.radius;
-        to[2] = random_in(&seed, 0, f->side);
+        float turn = bn_random_in(&seed, 0, 6.28f);
+        f->entities[i] = 1 + (uint32_t)(i / 64) % count;
+        p[0] = bn_random_in(&seed, 0, f->side);
+        p[1] = bn_random_in(&seed, -0.9f, 0.9f) * f->info.radius;
+        p[2] = bn_random_in(&seed, 0, f->side);
+        to[0] = bn_random_in(&seed, 0, f->side);
+        to[1] = bn_random_in(&seed, 1.2f, 1.6f) * f->info.radius;
+        to[2] = bn_random_in(&seed, 0, f->side);
         d[0] = cosf(turn);
-        d[1] = random_in(&seed, 0, 0.015f);
+        d[1] = bn_random_in(&seed, 0, 0.015f);
         d[2] = sinf(turn);
     }
 }
@@ -96,11 +92,16 @@ static cohsm_query query_of(const forest *f, cohsm_light_kind kind)
     return q;
 }
 
-static int measure(const bn_options *options, forest *f, const char *model, cohsm_light_kind kind, int one_light)
+enum { POSITIONS, DIRECTIONS, OF_ENTITIES, ONE_DIRECTION, WAYS };
+
+static int measure(const bn_options *options, forest *f, const char *model, int way)
 {
+    static const char *const lights[WAYS] = { "positions", "directions", "directions, entities", "one direction" };
+    const cohsm_light_kind kind = way == POSITIONS ? COHSM_LIGHT_POSITION : COHSM_LIGHT_DIRECTION;
     cohsm_query q = query_of(f, kind);
     double best = HUGE_VAL, dark = 0;
-    q.one_light = one_light;
+    q.one_light = way == ONE_DIRECTION;
+    q.entities = way == OF_ENTITIES ? f->entities : NULL;
     for (int i = 0; i < REPEATS; i++) {
         double start = ex_seconds();
         if (cohsm_visible_scene(f->trees, f->count, &q, f->visible, NULL) != COHSM_OK)
@@ -112,8 +113,8 @@ static int measure(const bn_options *options, forest *f, const char *model, cohs
     bn_begin(options, "csm_scene", 1, bn_simd());
     bn_text("model", model);
     bn_integer("instances", f->count);
-    bn_text("light", kind == COHSM_LIGHT_POSITION ? "positions" : one_light ? "one direction" : "directions");
-    bn_number("spheres_met", one_light ? HUGE_VAL : count_met(f, kind));
+    bn_text("light", lights[way]);
+    bn_number("spheres_met", q.one_light ? HUGE_VAL : count_met(f, kind));
     bn_number("ns", 1e9 * best / COUNT);
     bn_number("dark", dark / COUNT);
     bn_end(options);
@@ -126,11 +127,8 @@ static int measure_forests(const bn_options *options, forest *f, const char *mod
     int result = 0;
     for (size_t i = 0; i < sizeof counts / sizeof counts[0] && result == 0; i++) {
         plant(f, counts[i]);
-        result = measure(options, f, model, COHSM_LIGHT_POSITION, 0);
-        if (result == 0)
-            result = measure(options, f, model, COHSM_LIGHT_DIRECTION, 0);
-        if (result == 0)
-            result = measure(options, f, model, COHSM_LIGHT_DIRECTION, 1);
+        for (int way = 0; way < WAYS && result == 0; way++)
+            result = measure(options, f, model, way);
     }
     return result;
 }
@@ -234,11 +232,12 @@ static int measure_scene(const bn_options *options, int on_gl)
     d.domain.side[1] = 64;
     d.map_side = 128;
     d.layout = COHSM_LAYOUT_FAST;
+    f.entities = malloc(COUNT * sizeof *f.entities);
     f.trees = malloc(MOST * sizeof *f.trees);
     f.points = malloc(10 * (size_t)COUNT * sizeof *f.points);
     f.lights = f.points ? f.points + 3 * (size_t)COUNT : NULL;
     f.visible = f.points ? f.points + 9 * (size_t)COUNT : NULL;
-    if (!f.trees || !f.points || cohsm_build(&d, &mesh, &f.maps, NULL) != COHSM_OK) {
+    if (!f.trees || !f.points || !f.entities || cohsm_build(&d, &mesh, &f.maps, NULL) != COHSM_OK) {
         result = bn_failed("csm_scene", "out of memory");
     } else {
         cohsm_get_info(f.maps, &f.info);
@@ -248,6 +247,7 @@ static int measure_scene(const bn_options *options, int on_gl)
     }
     cohsm_free(f.maps);
     free(f.points);
+    free(f.entities);
     free(f.trees);
     bn_model_free(&model);
     return result;

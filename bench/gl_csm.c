@@ -18,20 +18,9 @@ static void begin(const bn_options *options, const bn_gl *r, const char *bench)
     bn_text("clock", r->timer.by_query ? "query" : "finish");
 }
 
-static uint32_t random_word(uint64_t *seed)
-{
-    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
-    return (uint32_t)(*seed >> 32);
-}
-
-static float random_in(uint64_t *seed, float low, float high)
-{
-    return low + (high - low) * ((float)(random_word(seed) >> 8) / 16777216.0f);
-}
-
 static void random_direction(uint64_t *seed, float *d)
 {
-    float z = random_in(seed, -1, 1), phi = random_in(seed, 0, 6.2831853f), r = sqrtf(1 - z * z);
+    float z = bn_random_in(seed, -1, 1), phi = bn_random_in(seed, 0, 6.2831853f), r = sqrtf(1 - z * z);
     d[0] = r * cosf(phi);
     d[1] = z;
     d[2] = r * sinf(phi);
@@ -74,8 +63,8 @@ static void make_questions(const bn_model *model, int coherent, size_t count, fl
     float common[3];
     random_direction(&seed, common);
     for (size_t i = 0; i < count; i++) {
-        const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
-        float a = random_in(&seed, 0, 1), b = random_in(&seed, 0, 1), *q = items + 6 * i;
+        const uint32_t *t = model->indices + 3 * (size_t)(bn_random(&seed) % (uint32_t)model->triangles);
+        float a = bn_random_in(&seed, 0, 1), b = bn_random_in(&seed, 0, 1), *q = items + 6 * i;
         if (a + b > 1) {
             a = 1 - a;
             b = 1 - b;
@@ -233,7 +222,7 @@ static int fill_gbuffer(bn_gl *r, glbk_gbuffer *seen, const bn_model *model)
     for (uint32_t y = 0; y < seen->height && result == GLBK_OK; y++) {
         for (uint32_t x = 0; x < seen->width; x++) {
             glbk_pixel *p = &row[x];
-            const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
+            const uint32_t *t = model->indices + 3 * (size_t)(bn_random(&seed) % (uint32_t)model->triangles);
             p->material.kind = LSAMP_MATERIAL_PHONG;
             p->entity = 1;
             p->material.exponent = 20;

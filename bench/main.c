@@ -45,6 +45,17 @@ int bn_failed(const char *what, const char *why)
     return -1;
 }
 
+uint32_t bn_random(uint64_t *seed)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (uint32_t)(*seed >> 32);
+}
+
+float bn_random_in(uint64_t *seed, float low, float high)
+{
+    return low + (high - low) * ((float)(bn_random(seed) >> 8) / 16777216.0f);
+}
+
 /* ---- lines ---- */
 
 static char line[4096];

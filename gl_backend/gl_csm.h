@@ -2163,8 +2163,8 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3981]; char s1[3950]; char s2[4000];
-    char s3[618]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+static const struct { char s0[3981]; char s1[3950]; char s2[3999];
+    char s3[636]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2505,8 +2505,9 @@ static const struct { char s0[3981]; char s1[3950]; char s2[4000];
     "\n\nfloat cohsm_instance_note(uint table,uint i){return uintBitsToFloat(COHSM_INSTANCE(table,i,3u).y);}\n"
     "\n\nbool cohsm_misses_instance(uint table,uint i,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
-    "cohsm_maps m=cohsm_enter(table,i,q,point,light);\n",
-    "return q.light<COHSM_LIGHT_PARAMETER&&cohsm_misses(m,q,point,light);\n"
+    "if(q.light>=COHSM_LIGHT_PARAMETER)return false;\n",
+    "cohsm_maps m=cohsm_enter(table,i,q,point,light);\n"
+    "return cohsm_misses(m,q,point,light);\n"
     "}\n"
     "\n\n\n\n\nfloat cohsm_visible_scene(uint table,uint count,uint entity,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"

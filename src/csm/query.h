@@ -51,9 +51,9 @@ enum {
 #define COHSM__SLACK 1e-5f              /* rounding of a transform, as a part of the coordinates */
 
 /* What shadows lies inside the sphere, which is that of the maps in the world and somewhat larger. Maps
-   answer with a direction that lies by up to an angle off the light's: `slope` is its tangent, `wide` the
-   radius over its cosine. */
-typedef struct cohsm__sphere { float x, y, z, radius, wide, slope; } cohsm__sphere;
+   answer with a direction that lies by up to an angle off the light's: `slope` is its tangent, `cone_radius`
+   the radius over its cosine. */
+typedef struct cohsm__sphere { float x, y, z, radius, cone_radius, slope; } cohsm__sphere;
 
 typedef struct cohsm__bunch {
     uint32_t      count;

@@ -49,9 +49,10 @@ typedef struct cohsm__stream {          /* points that have one light */
                                            radii about the centre */
     const float *x, *y, *z;
     cohsm__kept *kept;
-    int32_t  *pixel;                    /* room for each point's, or COHSM__NO_PIXEL */
-    int32_t  *depth;                    /* likewise: to be compared */
-    uint32_t *list;                     /* likewise: pixels whose depths are to be decoded */
+    /* The caller's room for as many numbers as there are points. */
+    int32_t  *pixel;                    /* of each point, or COHSM__NO_PIXEL */
+    int32_t  *depth;                    /* of each point, to be compared */
+    uint32_t *list;                     /* pixels whose depths are to be decoded */
     uint32_t listed;
 } cohsm__stream;
 

@@ -61,7 +61,7 @@ static cohsm__sphere cohsm__sphere_of(const cohsm_instance *instance, const cohs
         }
     }
     cohsm__sincos(angle, &sine, &cosine);
-    s.wide = s.radius / cosine;
+    s.cone_radius = s.radius / cosine;
     s.slope = sine / cosine;
     return s;
 }
@@ -206,6 +206,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
         if (result != COHSM_OK) return result;
     }
     q = cohsm__complete_query(query);
+    if (instance_count == 1) q.entities = NULL;             /* entities decide the order alone */
     for (i = 0; i < q.count; i++) visible[i] = 1.0f;
     for (i = 0; i < q.count; i += n) {
         n = q.count - i < COHSM__BLOCK ? q.count - i : (size_t)COHSM__BLOCK;

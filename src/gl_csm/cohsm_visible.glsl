@@ -434,8 +434,9 @@ float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INS
 // Returns whether the way to the light surely misses instance i.
 bool cohsm_misses_instance(uint table, uint i, const in cohsm_query q, vec3 point, vec3 light)
 {
+    if (q.light >= COHSM_LIGHT_PARAMETER) return false;
     cohsm_maps m = cohsm_enter(table, i, q, point, light);
-    return q.light < COHSM_LIGHT_PARAMETER && cohsm_misses(m, q, point, light);
+    return cohsm_misses(m, q, point, light);
 }
 
 // Returns the product of what all instances let through, or COHSM_REFUSED. The one that the point lies on is

@@ -1,5 +1,5 @@
-/* making.h - maps of a model, queries, placed instances and clouds of these in one call each. Include csm.h, cmocka.h and csm/util.h
-   before. */
+/* making.h - maps of a model, queries, placed instances and clouds of these in one call each. Include csm.h, cmocka.h
+   and csm/util.h before. */
 #ifndef CSM_MAKING_H
 #define CSM_MAKING_H
 

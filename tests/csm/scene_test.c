@@ -119,7 +119,8 @@ static void answers_are_those_of_all_instances(void **state)
     for (k = 0; k < KINDS; k++) cohsm_free(maps[k]);
 }
 
-/* Packed points and directions, which are loaded as many at a time as there are lanes, and counts that are no multiple of these. */
+/* Packed points and directions, which are loaded as many at a time as there are lanes, and counts that are no multiple
+   of these. */
 static void packed_samples_are_those_with_strides(void **state)
 {
     static float p[SAMPLES][3], l[SAMPLES][3], loose[SAMPLES];
@@ -221,8 +222,8 @@ static void spheres_leave_out_most(void **state)
     model_free(&m);
 }
 
-/* Of maps whose empty pixels shadow anything and do not say so, a sphere keeps what lies in the corners of their squares
-   from being asked; three instances are asked without spheres. */
+/* Of maps whose empty pixels shadow anything and do not say so, a sphere keeps what lies in the corners of their
+   squares from being asked; three instances are asked without spheres. */
 static void instances_whose_spheres_are_missed_are_not_asked(void **state)
 {
     enum { FEW = 3, MANY = 8 };
