@@ -157,9 +157,9 @@ static glbk_result ask(const bn_options *options, bn_gl *r, const forest *f, con
     for (int k = 0; k < 2 && result == GLBK_OK; k++) {
         const cohsm_light_kind kind = k ? COHSM_LIGHT_DIRECTION : COHSM_LIGHT_POSITION;
         const cohsm_query q = query_of(f, kind);
-        double best = HUGE_VAL, begun = ex_seconds();
+        double best = HUGE_VAL, since;
         result = glbk_csm_ask_upload(&r->gl, asker, &q);
-        for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 3, begun); run++) {
+        for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 3, &since); run++) {
             double t;
             ex_gl_timer_start(&r->timer);
             result = glbk_csm_ask_run(&r->gl, asker, maps, COUNT);

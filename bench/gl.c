@@ -38,9 +38,11 @@ void bn_gl_close(bn_gl *g)
     memset(g, 0, sizeof *g);
 }
 
-int bn_gl_goes_on(const glbk_context *gl, int run, int least, double started)
+int bn_gl_goes_on(const glbk_context *gl, int run, int least, double *since)
 {
-    return run < least || (run < 20000 && !ex_gl_is_software(gl->renderer) && ex_seconds() - started < 1.5);
+    if (run <= 1)
+        *since = ex_seconds();
+    return run < least || (!ex_gl_is_software(gl->renderer) && ex_seconds() - *since < 2);
 }
 
 int bn_gl_failed(glbk_result result) { return bn_failed("OpenGL", glbk_result_text(result)); }

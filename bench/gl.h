@@ -10,8 +10,8 @@ int  bn_gl_open(bn_gl *g, int core_only);       /* 0, or the line is said */
 void bn_gl_close(bn_gl *g);
 int  bn_gl_failed(glbk_result result);
 
-/* Whether a loop that measures goes on after `run` runs: until it had `least`, and on a GPU for a second and a half and
-   no more than 20,000: one that stood idle takes a second of work to raise its clock. started: by ex_seconds. */
-int  bn_gl_goes_on(const glbk_context *gl, int run, int least, double started);
+/* Whether a loop that measures goes on after `run` runs: until it had `least`, and on a GPU for two seconds after the
+   first run, which compiles: one that stood idle takes a second of work to raise its clock. *since is its own. */
+int  bn_gl_goes_on(const glbk_context *gl, int run, int least, double *since);
 
 #endif

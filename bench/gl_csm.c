@@ -81,8 +81,8 @@ static void make_questions(const bn_model *model, int coherent, size_t count, fl
 static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, uint32_t count,
                            glbk_result *result)
 {
-    double best = HUGE_VAL, start = ex_seconds();
-    for (int run = 0; *result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 3, start); run++) {
+    double best = HUGE_VAL, since;
+    for (int run = 0; *result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 3, &since); run++) {
         double t;
         ex_gl_timer_start(&r->timer);
         *result = glbk_csm_ask_run(&r->gl, asker, maps, count);
@@ -282,7 +282,7 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
     for (int i = 0; i < 2 && result == GLBK_OK; i++) {
         glbk_csm_use use = { 0, LSAMP_LIGHT_ENVIRONMENT, NULL, COHSM_LIGHT_DIRECTION, 0, 0 };
         glbk_csm_frame_desc frame;
-        double best = HUGE_VAL, begun = ex_seconds();
+        double best = HUGE_VAL, since;
         memset(&frame, 0, sizeof frame);
         use.start = start;
         use.maps = &maps;
@@ -292,7 +292,7 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         frame.use_count = 1;
         frame.eye[1] = 100;
         frame.bias = 1;
-        for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 4, begun); run++) {
+        for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->gl, run, 4, &since); run++) {
             double t;
             frame.frame = (uint32_t)run;
             ex_gl_timer_start(&r->timer);

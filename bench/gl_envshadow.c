@@ -181,15 +181,14 @@ static glbk_result try_setting(rig *r, setting *s, int is_first)
     glbk_envsh_maps_desc desc;
     glbk_envsh_maps maps;
     glbk_result result;
-    double begun;
+    double since;
     memset(&layout, 0, sizeof layout);
     memset(&desc, 0, sizeof desc);
     layout.map_side = MAP_SIZE;
     desc.capacity = s->c;
     desc.maps = &layout;
     result = glbk_envsh_maps_create(&r->g.gl, &desc, &maps);
-    begun = ex_seconds();
-    for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->g.gl, run, 2, begun); run++) {
+    for (int run = 0; result == GLBK_OK && bn_gl_goes_on(&r->g.gl, run, 2, &since); run++) {
         times now;
         result = run_frame(r, &maps, &query, &now);
         if (run == 0 || result != GLBK_OK)          /* the first one compiles */

@@ -111,8 +111,8 @@ static int run_frame(setup *u, const ism_frame *frame)
 static int run_passes(setup *u)
 {
     glbk_result result = GLBK_OK;
-    double begun = ex_seconds();
-    for (int k = 0; result == GLBK_OK && bn_gl_goes_on(&u->gl->gl, k, ROUNDS * u->paths, begun); k++) {
+    double since;
+    for (int k = 0; result == GLBK_OK && bn_gl_goes_on(&u->gl->gl, k, ROUNDS * u->paths, &since); k++) {
         int i = k % u->paths;
         glbk_context *gl = context_of(u, i);
         double ms[2];

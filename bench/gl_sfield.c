@@ -139,7 +139,7 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
     glbk_sfield_renderer r;
     glbk_sfield_renderer_desc d;
     bn_error error = { 0, 0, 0 };
-    double first = 0, best = HUGE_VAL, begun = ex_seconds();
+    double first = 0, best = HUGE_VAL, since;
     glbk_result result;
     memset(&d, 0, sizeof d);
     memset(&r, 0, sizeof r);
@@ -153,7 +153,7 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
         result = glbk_sfield_renderer_create(gl, &d, &r);
     if (result == GLBK_OK)
         result = upload_points(b, gl, &g);
-    for (int frame = 0; result == GLBK_OK && bn_gl_goes_on(gl, frame, FRAMES, begun); frame++) {
+    for (int frame = 0; result == GLBK_OK && bn_gl_goes_on(gl, frame, FRAMES, &since); frame++) {
         double start = ex_seconds();
         result = glbk_sfield_scene_entities(gl, &b->gl, b->entity, ENTITIES);
         if (result == GLBK_OK)

@@ -156,19 +156,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
 /* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet. Give
    them back by glbk_csm_maps_free.
    blocks     count of them; they are read during the call only
-   capacity   the most instances that are ever placed, up to 2^26
+   capacity   the most instances that are ever placed, up to 2^28 / 5
    starts     receives for each block where it begins, for glbk_csm_instance.start
    out        zeroed on errors, like the out of all calls
-   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
-              returns is about 1.4 times as large as the block
+   Memory     on the GPU the bytes of all blocks, and 80 bytes an instance beyond 16. What cohsm_fast_data
+              returns is about 1.4 times as large as the block. Here 116 bytes a block
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. GLBK_ERR_FORMAT: not a block
               of csm.h, or a damaged one. GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more
-              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of
-              textures and buffers */
+              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256.
+              GLBK_ERR_ALLOC. Those of textures and buffers */
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
                                          const struct glbk_csm_instance *instances, uint32_t count);
-/* Replaces all instances of the scene, by one upload of 64 bytes an instance (3 KB if there are no more than
+/* Replaces all instances of the scene, by one upload of 80 bytes an instance (3 KB if there are no more than
    16). Call it whenever an object has moved.
    count    0 .. maps->capacity
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a start is none of these maps', or a
@@ -246,8 +246,8 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     uint32_t     key;               /* private, like all that follows: a number for defines */
     uint32_t     near_count;        /* instances that the uniform block has room for; 0 = they are in the
                                        table */
-    uint32_t     starts[16];        /* of the first blocks */
-    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
+    uint32_t     block_count;
+    void         *heads;            /* of all blocks: where they begin and what instances ask them */
 };
 
 /* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:
@@ -626,7 +626,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(uint, count, 1)                                                                           \
     X(uint, in_block, 1)            /* 1: they stand in this block, 0: in their table */        \
     X(uint, pad0, 1) X(uint, pad1, 1)                                                           \
-    X(uvec4, instances, 176)        /* 11 for each of 16: its record, texels 1 to 7 of its block */
+    X(uvec4, instances, 192)        /* 12 for each of 16: its record, texels 1 to 7 of its block */
 
 /* This block says what one pass shades: samples of one light. */
 #define GLBK_CSM_LIGHT_MEMBERS(X)                                                               \
@@ -854,6 +854,13 @@ static inline void glbk_csm__v3_basis(glbk_csm__v3 n, glbk_csm__v3 *b1, glbk_csm
 /* ==== src/shared/m4.h ==== */
 
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+static inline glbk_csm__v3 glbk_csm__m4_point(const float *m, glbk_csm__v3 p)
+{
+    return glbk_csm__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+                     m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+                     m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
+}
 
 /* Returns m, or the identity if all sixteen numbers are 0: so a struct that was zeroed stands where it is. */
 static inline const float *glbk_csm__m4_or_identity(const float *m)
@@ -2163,8 +2170,8 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3981]; char s1[3950]; char s2[3999];
-    char s3[636]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+static const struct { char s0[3981]; char s1[3950]; char s2[3916];
+    char s3[547]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2449,23 +2456,22 @@ static const struct { char s0[3981]; char s1[3950]; char s2[3999];
     "if(q.light==COHSM_LIGHT_POSITION)light=(light-m.center)*scale;\n"
     "return cohsm_visible_unit(m,q,(point-m.center)*scale,light);\n"
     "}\n"
-    "\n\n\n\n\n\n\n#ifndef COHSM_INSTANCE\n"
-    "#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))\n"
+    "\n\n\n\n\n\n\n\n#ifndef COHSM_INSTANCE\n"
+    "#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 5u * (i) + (k))\n"
     "#endif\n"
-    "\n\n\n\n\nbool cohsm_misses(const in cohsm_maps m,const in cohsm_query q,vec3 p,vec3 light)\n"
+    "\n\n\n\n\nbool cohsm_misses(vec4 sphere,vec2 cone,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
-    "float reach=1.14,slope=.0,size,along,t,wide;\n"
+    "vec3 p=point-sphere.xyz;\n"
+    "float reach=sphere.w,slope=.0,size,along,t,wide;\n"
     "bool segment=q.light==COHSM_LIGHT_POSITION;\n"
-    "if(segment)light-=p;\n"
+    "if(segment)light-=point;\n"
     "else{\n"
-    "vec2 cell=vec2(6.2832,3.1416)/vec2(m.side.xy);\n"
-    "if(m.domain==COHSM_DOMAIN_OCTAHEDRAL)cell=vec2(8.78/float(m.side.x),.0);\n"
-    "slope=length(cell)*cohsm_if(q.filtering==COHSM_FILTER_NEAREST,.5,1.)+2e-3;\n"
-    "if(m.self_only||slope>=1.)return false;\n"
+    "slope=cone.x*cohsm_if(q.filtering==COHSM_FILTER_NEAREST,.5,1.)+2e-3;\n"
+    "if(slope>=1.)return false;\n"
     "slope*=1.+.558*slope*slope;\n"
-    "reach=1.001+2.83/float(m.map_size);\n"
+    "reach=cone.y;\n"
     "}\n"
-    "reach+=1e-5*dot(abs(p),vec3(1.));\n"
+    "reach+=1e-5*dot(abs(point),vec3(1.));\n"
     "size=dot(light,light);\n"
     "along= -dot(p,light)*inversesqrt(size);\n"
     "t=cohsm_if(segment,min(along,sqrt(size)),along);\n"
@@ -2482,33 +2488,29 @@ static const struct { char s0[3981]; char s1[3950]; char s2[3999];
     "return cohsm_open(base);\n"
     "#endif\n"
     "}\n"
-    "\n\n\ncohsm_maps cohsm_enter(uint table,uint i,const in cohsm_query q,inout vec3 point,inout vec3 light)\n"
+    "\n\nfloat cohsm_visible_instance(uint table,uint i,cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
     "vec4 x=uintBitsToFloat(COHSM_INSTANCE(table,i,0u)),y=uintBitsToFloat(COHSM_INSTANCE(table,i,1u));\n"
     "vec4 z=uintBitsToFloat(COHSM_INSTANCE(table,i,2u));\n"
     "cohsm_maps m=cohsm_instance_maps(table,i);\n"
     "float scale=1./m.radius;\n"
     "point=vec3(dot(x.xyz,point)+x.w,dot(y.xyz,point)+y.w,dot(z.xyz,point)+z.w);\n"
-    "point=(point-m.center)*scale;\n"
     "if(q.light<COHSM_LIGHT_PARAMETER){\n"
     "light=vec3(dot(x.xyz,light),dot(y.xyz,light),dot(z.xyz,light));\n"
     "if(q.light==COHSM_LIGHT_POSITION)light=(light+vec3(x.w,y.w,z.w)-m.center)*scale;\n"
     "}\n"
-    "return m;\n"
-    "}\n"
-    "\n\nfloat cohsm_visible_instance(uint table,uint i,cohsm_query q,vec3 point,vec3 light)\n"
-    "{\n"
-    "cohsm_maps m=cohsm_enter(table,i,q,point,light);\n"
     "q.seed+=0x9e3779b9u*i;\n"
-    "return cohsm_visible_unit(m,q,point,light);\n"
+    "return cohsm_visible_unit(m,q,(point-m.center)*scale,light);\n"
     "}\n"
     "\n\nfloat cohsm_instance_note(uint table,uint i){return uintBitsToFloat(COHSM_INSTANCE(table,i,3u).y);}\n"
     "\n\nbool cohsm_misses_instance(uint table,uint i,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
-    "if(q.light>=COHSM_LIGHT_PARAMETER)return false;\n",
-    "cohsm_maps m=cohsm_enter(table,i,q,point,light);\n"
-    "return cohsm_misses(m,q,point,light);\n"
-    "}\n"
+    "if(q.light>=COHSM_LIGHT_PARAMETER)return false;\n"
+    "vec4 sphere=uintBitsToFloat(COHSM_INSTANCE(table,i,4u));\n"
+    "vec2 cone=vec2(.0);\n"
+    "if(q.light==COHSM_LIGHT_DIRECTION)cone=uintBitsToFloat(COHSM_INSTANCE(table,i,3u).zw);\n"
+    "return cohsm_misses(sphere,cone,q,point,light);\n"
+    "}\n",
     "\n\n\n\n\nfloat cohsm_visible_scene(uint table,uint count,uint entity,const in cohsm_query q,vec3 point,vec3 light)\n"
     "{\n"
     "float visible=1.;\n"
@@ -2659,16 +2661,16 @@ static const struct { char s0[325]; char end; } glbk__glsl_lib_csm_frame_glsl = 
 
 static const struct { char s0[498]; char end; } glbk__glsl_lib_csm_instances_glsl = {
     "\n\n\n\n\n#ifdef CSM_INSTANCES\n"
-    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
-    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n"
+    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[12u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
+    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 4u + k)\n"
     "#if CSM_INSTANCES == 1\n"
     "#define COHSM_ONE_INSTANCE\n"
     "#endif\n"
     "#else\n"
     "\nuvec4 csm_instance(uint i,uint k)\n"
     "{\n"
-    "if(glbk_csm_scene.in_block!=0u)return glbk_csm_scene.instances[11u*min(i,15u)+k];\n"
-    "return texelFetch(glbk_csm_instances,glbk_table_at(4u*i+k),0);\n"
+    "if(glbk_csm_scene.in_block!=0u)return glbk_csm_scene.instances[12u*min(i,15u)+k];\n"
+    "return texelFetch(glbk_csm_instances,glbk_table_at(5u*i+k),0);\n"
     "}\n"
     "#define COHSM_INSTANCE(table, i, k) csm_instance(i, k)\n"
     "#endif\n", 0
@@ -2709,7 +2711,7 @@ static const struct { char s0[134]; char end; } glbk__glsl_lib_csm_scene_glsl = 
     "uint in_block;\n"
     "uint pad0;\n"
     "uint pad1;\n"
-    "uvec4 instances[176];\n"
+    "uvec4 instances[192];\n"
     "}glbk_csm_scene;\n", 0
 };
 
@@ -3010,7 +3012,7 @@ GLBK__PART_CODE(csm, CSM)
 /* ---- csm: blocks and instances ---- */
 
 enum {
-    GLBK__CSM_RECORD = 4,
+    GLBK__CSM_RECORD = 5,                   /* texels of an instance */
     GLBK__CSM_MAGIC = 0x4d534344,
     GLBK__CSM_FAST_MAGIC = 0x46534344,      /* of what cohsm_fast_data returns */
     GLBK__CSM_FORMAT = 1
@@ -3020,8 +3022,12 @@ enum {
 enum {
     GLBK__CSM_WORD_MAGIC = 0, GLBK__CSM_WORD_FORMAT = 1,
     GLBK__CSM_WORD_COUNT = 2,               /* how many words the block has */
+    GLBK__CSM_WORD_KEPT = 4,                /* texel 1: glbk__csm_head has the words from here on */
     GLBK__CSM_WORD_DOMAIN = 4, GLBK__CSM_WORD_ORDER = 6, GLBK__CSM_WORD_ORIENTATION = 7,
+    GLBK__CSM_WORD_SIDE = 8,                /* three, of the domain */
+    GLBK__CSM_WORD_MAP_SIDE = 13, GLBK__CSM_WORD_SELF_ONLY = 17,
     GLBK__CSM_WORD_SECTIONS = 20,           /* five lengths: of order, locations, the last three sections */
+    GLBK__CSM_WORD_SPHERE = 27,             /* four floats: centre and radius */
     GLBK__CSM_HEADER = 96                   /* words of the header */
 };
 
@@ -3078,9 +3084,11 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
 
 enum {
     GLBK__CSM_NEAR = 16,            /* instances that the uniform block has room for */
-    GLBK__CSM_NEAR_TEXELS = 11,     /* of each: its record and texels 1 to 7 of its block */
-    GLBK__CSM_HEAD = 28             /* the words of texels 1 to 7 */
+    GLBK__CSM_NEAR_TEXELS = 12      /* of each: its record and texels 1 to 7 of its block */
 };
+
+/* What instances need to know of their block: the texel at which it begins, and texels 1 to 7 of it. */
+typedef struct glbk__csm_head { uint32_t start, words[28]; } glbk__csm_head;
 
 /* Appends a define with a number below 20, unless it is 0. */
 static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
@@ -3107,8 +3115,6 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     size_t i;
     for (i = 0; i < count; i++) {
         layouts |= glbk__csm_word(&blocks[i], GLBK__CSM_WORD_MAGIC) == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
-        if (i < GLBK__CSM_NEAR)
-            memcpy(out->heads[i], (const char *)blocks[i].data + 16, 4 * GLBK__CSM_HEAD);
         for (k = 0; k < KINDS; k++) {
             const uint32_t value = glbk__csm_word(&blocks[i], word[k]);
             kind[k] = value < count_of[k] && (i == 0 || kind[k] == value) ? value : 0;
@@ -3149,6 +3155,24 @@ static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_blo
         *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
     }
     return result;
+}
+
+/* Keeps the headers of all blocks, in the order of their places. */
+static glbk_result glbk__csm_keep_heads(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                        const uint32_t *starts, glbk_csm_maps *out)
+{
+    glbk_csm__allocator memory = glbk_csm__memory(ctx);
+    glbk__csm_head *heads = (glbk__csm_head *)glbk_csm__alloc_array(&memory, count, sizeof *heads);
+    size_t i;
+    if (!heads) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        heads[i].start = starts[i];
+        memcpy(heads[i].words, (const char *)blocks[i].data + 4 * GLBK__CSM_WORD_KEPT,
+               sizeof heads[i].words);
+    }
+    out->heads = heads;
+    out->block_count = (uint32_t)count;
+    return GLBK_OK;
 }
 
 /* Uploads a block. The lines of a fast block are bytes, and its last section half words: GLSL reads both from
@@ -3195,11 +3219,12 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result != GLBK_OK) return result;
     if (capacity > most)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 0, most);
-    for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
-    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    if (count) result = glbk__csm_keep_heads(ctx, blocks, count, starts, out);
+    if (result == GLBK_OK)
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
     if (result == GLBK_OK && !out->near_count)
         result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
                                     &out->instances);
@@ -3211,31 +3236,86 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     return result;
 }
 
-/* Writes the four texels of an instance: world to object, where its block begins, its offset. */
-static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
+/* Returns what is kept of the block that begins at a texel, or of the last one that begins before. */
+static const glbk__csm_head *glbk__csm_find_head(const glbk_csm_maps *maps, uint32_t start)
 {
-    float inverse[16], row[4];
-    uint32_t r, c;
-    glbk_csm__m4_affine_inverse(inverse, glbk_csm__m4_or_identity(instance->transform));
-    for (r = 0; r < 3; r++) {
-        for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
-        memcpy(words + 4 * r, row, sizeof row);
+    const glbk__csm_head *heads = (const glbk__csm_head *)maps->heads;
+    uint32_t low = 0, high = maps->block_count, middle;
+    while (low + 1 < high) {
+        middle = low + (high - low) / 2;
+        if (heads[middle].start <= start) low = middle;
+        else high = middle;
     }
+    return heads + low;
+}
+
+/* Returns a word of a block's header, from texel 1 on. */
+static uint32_t glbk__csm_head_word(const glbk__csm_head *head, uint32_t word)
+{
+    return head->words[word - GLBK__CSM_WORD_KEPT];
+}
+
+static float glbk__csm_head_float(const glbk__csm_head *head, uint32_t word)
+{
+    const uint32_t bits = glbk__csm_head_word(head, word);
+    float f;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+/* Returns the angle that a cell of a domain of directions covers, in radians: no direction is farther from
+   that of the map which answers for it, and none farther than half of it where the nearest map answers. 4
+   says that no sphere bounds what the maps shadow. */
+static float glbk__csm_cell_angle(const glbk__csm_head *head)
+{
+    const float side = (float)glbk__csm_head_word(head, GLBK__CSM_WORD_SIDE);
+    const float a = 6.2832f / side, b = 3.1416f / (float)glbk__csm_head_word(head, GLBK__CSM_WORD_SIDE + 1);
+    if (glbk__csm_head_word(head, GLBK__CSM_WORD_SELF_ONLY) & 1u) return 4.0f;
+    /* A step in the octahedral square turns a direction by at most 6.2 times its length. */
+    if (glbk__csm_head_word(head, GLBK__CSM_WORD_DOMAIN) == COHSM_DOMAIN_OCTAHEDRAL)
+        return 6.2f * 1.4143f / side;
+    return sqrtf(a * a + b * b);
+}
+
+/* Writes the five texels of an instance: world to object, where its block begins and its offset, and what
+   cohsm_misses_instance is told of the sphere that holds all that shadows. No hull reaches beyond 1.14 radii;
+   a map of a direction reaches to its corners' pixels. */
+static void glbk__csm_record(const glbk__csm_head *head, const glbk_csm_instance *instance, uint32_t *words)
+{
+    const float *transform = glbk_csm__m4_or_identity(instance->transform);
+    const float map_side = (float)glbk__csm_head_word(head, GLBK__CSM_WORD_MAP_SIDE);
+    float inverse[16], f[20], radius = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 3), slack;
+    glbk_csm__v3 center;
+    uint32_t r, c;
+    center.x = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE);
+    center.y = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 1);
+    center.z = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 2);
+    center = glbk_csm__m4_point(transform, center);
+    slack = 1e-5f * (fabsf(center.x) + fabsf(center.y) + fabsf(center.z));
+    radius *= glbk_csm__v3_length(glbk_csm__v3_load(transform));
+    glbk_csm__m4_affine_inverse(inverse, transform);
+    for (r = 0; r < 3; r++)
+        for (c = 0; c < 4; c++) f[4 * r + c] = inverse[4 * c + r];
+    f[13] = instance->offset;
+    f[14] = glbk__csm_cell_angle(head);
+    f[15] = (1.001f + 2.83f / map_side) * radius + slack;
+    glbk_csm__v3_store(f + 16, center);
+    f[19] = 1.14f * radius + slack;
+    f[12] = 0;
+    memcpy(words, f, sizeof f);
     words[12] = instance->start;
-    memcpy(words + 13, &instance->offset, 4);
-    words[14] = words[15] = 0;
 }
 
 /* Writes instances and the headers of their blocks into the uniform block. */
 static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances,
                                  uint32_t count, glbk_csm_scene *scene)
 {
-    uint32_t i, block;
+    uint32_t i;
     for (i = 0; i < count; i++) {
         uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i;
-        glbk__csm_record(&instances[i], to);
-        for (block = 0; block + 1 < GLBK__CSM_NEAR && maps->starts[block] != instances[i].start;) block++;
-        memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+        const glbk__csm_head *head = glbk__csm_find_head(maps, instances[i].start);
+        glbk__csm_record(head, &instances[i], to);
+        memcpy(to + 4 * GLBK__CSM_RECORD, head->words, sizeof head->words);
     }
 }
 
@@ -3247,7 +3327,9 @@ static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *
     uint32_t *words = (uint32_t *)glbk_csm__alloc_array(&memory, count, 4 * 4 * GLBK__CSM_RECORD), i;
     glbk_result result;
     if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
+    for (i = 0; i < count; i++)
+        glbk__csm_record(glbk__csm_find_head(maps, instances[i].start), &instances[i],
+                         words + 4 * GLBK__CSM_RECORD * (size_t)i);
     result = glbk__table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
     glbk_csm__free(&memory, words);
     return result;
@@ -3309,10 +3391,15 @@ GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const 
 
 GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps)
 {
+    glbk_csm__allocator memory;
     if (!maps) return;
     glbk_texture_free(ctx, &maps->blocks);
     glbk_texture_free(ctx, &maps->instances);
     glbk_buffer_free(ctx, &maps->scene);
+    if (maps->heads) {
+        memory = glbk_csm__memory(ctx);
+        glbk_csm__free(&memory, maps->heads);
+    }
     memset(maps, 0, sizeof *maps);
 }
 

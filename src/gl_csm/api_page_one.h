@@ -24,19 +24,19 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const struct glbk_c
 /* Uploads blocks, their bytes as they are, and makes room for instances, none of which is placed yet. Give
    them back by glbk_csm_maps_free.
    blocks     count of them; they are read during the call only
-   capacity   the most instances that are ever placed, up to 2^26
+   capacity   the most instances that are ever placed, up to 2^28 / 5
    starts     receives for each block where it begins, for glbk_csm_instance.start
    out        zeroed on errors, like the out of all calls
-   Memory     on the GPU the bytes of all blocks, and 64 bytes an instance beyond 16. What cohsm_fast_data
-              returns is about 1.4 times as large as the block
+   Memory     on the GPU the bytes of all blocks, and 80 bytes an instance beyond 16. What cohsm_fast_data
+              returns is about 1.4 times as large as the block. Here 116 bytes a block
    Errors     GLBK_ERR_ARGUMENT: a pointer is NULL, or capacity is out of range. GLBK_ERR_FORMAT: not a block
               of csm.h, or a damaged one. GLBK_ERR_VERSION: a block of another version. GLBK_ERR_LIMIT: more
-              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256. Those of
-              textures and buffers */
+              than 4 GB, or than ctx->max_layers layers of 16 MB, of which GL guarantees 256.
+              GLBK_ERR_ALLOC. Those of textures and buffers */
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
                                          const struct glbk_csm_instance *instances, uint32_t count);
-/* Replaces all instances of the scene, by one upload of 64 bytes an instance (3 KB if there are no more than
+/* Replaces all instances of the scene, by one upload of 80 bytes an instance (3 KB if there are no more than
    16). Call it whenever an object has moved.
    count    0 .. maps->capacity
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_INPUT: a start is none of these maps', or a
@@ -114,8 +114,8 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
     uint32_t     key;               /* private, like all that follows: a number for defines */
     uint32_t     near_count;        /* instances that the uniform block has room for; 0 = they are in the
                                        table */
-    uint32_t     starts[16];        /* of the first blocks */
-    uint32_t     heads[16][28];     /* texels 1 to 7 of the first blocks */
+    uint32_t     block_count;
+    void         *heads;            /* of all blocks: where they begin and what instances ask them */
 };
 
 /* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:

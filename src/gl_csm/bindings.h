@@ -30,7 +30,7 @@
     X(uint, count, 1)                                                                           \
     X(uint, in_block, 1)            /* 1: they stand in this block, 0: in their table */        \
     X(uint, pad0, 1) X(uint, pad1, 1)                                                           \
-    X(uvec4, instances, 176)        /* 11 for each of 16: its record, texels 1 to 7 of its block */
+    X(uvec4, instances, 192)        /* 12 for each of 16: its record, texels 1 to 7 of its block */
 
 /* This block says what one pass shades: samples of one light. */
 #define GLBK_CSM_LIGHT_MEMBERS(X)                                                               \

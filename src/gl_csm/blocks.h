@@ -1,7 +1,7 @@
 /* ---- csm: blocks and instances ---- */
 
 enum {
-    GLBK__CSM_RECORD = 4,
+    GLBK__CSM_RECORD = 5,                   /* texels of an instance */
     GLBK__CSM_MAGIC = 0x4d534344,
     GLBK__CSM_FAST_MAGIC = 0x46534344,      /* of what cohsm_fast_data returns */
     GLBK__CSM_FORMAT = 1
@@ -11,8 +11,12 @@ enum {
 enum {
     GLBK__CSM_WORD_MAGIC = 0, GLBK__CSM_WORD_FORMAT = 1,
     GLBK__CSM_WORD_COUNT = 2,               /* how many words the block has */
+    GLBK__CSM_WORD_KEPT = 4,                /* texel 1: glbk__csm_head has the words from here on */
     GLBK__CSM_WORD_DOMAIN = 4, GLBK__CSM_WORD_ORDER = 6, GLBK__CSM_WORD_ORIENTATION = 7,
+    GLBK__CSM_WORD_SIDE = 8,                /* three, of the domain */
+    GLBK__CSM_WORD_MAP_SIDE = 13, GLBK__CSM_WORD_SELF_ONLY = 17,
     GLBK__CSM_WORD_SECTIONS = 20,           /* five lengths: of order, locations, the last three sections */
+    GLBK__CSM_WORD_SPHERE = 27,             /* four floats: centre and radius */
     GLBK__CSM_HEADER = 96                   /* words of the header */
 };
 
@@ -69,9 +73,11 @@ static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm
 
 enum {
     GLBK__CSM_NEAR = 16,            /* instances that the uniform block has room for */
-    GLBK__CSM_NEAR_TEXELS = 11,     /* of each: its record and texels 1 to 7 of its block */
-    GLBK__CSM_HEAD = 28             /* the words of texels 1 to 7 */
+    GLBK__CSM_NEAR_TEXELS = 12      /* of each: its record and texels 1 to 7 of its block */
 };
+
+/* What instances need to know of their block: the texel at which it begins, and texels 1 to 7 of it. */
+typedef struct glbk__csm_head { uint32_t start, words[28]; } glbk__csm_head;
 
 /* Appends a define with a number below 20, unless it is 0. */
 static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
@@ -98,8 +104,6 @@ static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, 
     size_t i;
     for (i = 0; i < count; i++) {
         layouts |= glbk__csm_word(&blocks[i], GLBK__CSM_WORD_MAGIC) == GLBK__CSM_FAST_MAGIC ? 2u : 1u;
-        if (i < GLBK__CSM_NEAR)
-            memcpy(out->heads[i], (const char *)blocks[i].data + 16, 4 * GLBK__CSM_HEAD);
         for (k = 0; k < KINDS; k++) {
             const uint32_t value = glbk__csm_word(&blocks[i], word[k]);
             kind[k] = value < count_of[k] && (i == 0 || kind[k] == value) ? value : 0;
@@ -140,6 +144,24 @@ static glbk_result glbk__csm_line_up(const glbk_context *ctx, const glbk_csm_blo
         *texels += (size_t)-(ptrdiff_t)*texels & 3u;    /* so that no line of 64 bytes straddles two rows */
     }
     return result;
+}
+
+/* Keeps the headers of all blocks, in the order of their places. */
+static glbk_result glbk__csm_keep_heads(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                        const uint32_t *starts, glbk_csm_maps *out)
+{
+    glbk_csm__allocator memory = glbk_csm__memory(ctx);
+    glbk__csm_head *heads = (glbk__csm_head *)glbk_csm__alloc_array(&memory, count, sizeof *heads);
+    size_t i;
+    if (!heads) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        heads[i].start = starts[i];
+        memcpy(heads[i].words, (const char *)blocks[i].data + 4 * GLBK__CSM_WORD_KEPT,
+               sizeof heads[i].words);
+    }
+    out->heads = heads;
+    out->block_count = (uint32_t)count;
+    return GLBK_OK;
 }
 
 /* Uploads a block. The lines of a fast block are bytes, and its last section half words: GLSL reads both from
@@ -186,11 +208,12 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     if (result != GLBK_OK) return result;
     if (capacity > most)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 0, most);
-    for (i = 0; i < count && i < GLBK__CSM_NEAR; i++) out->starts[i] = starts[i];
     out->texel_count = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
-    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    if (count) result = glbk__csm_keep_heads(ctx, blocks, count, starts, out);
+    if (result == GLBK_OK)
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
     if (result == GLBK_OK && !out->near_count)
         result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
                                     &out->instances);
@@ -202,31 +225,86 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
     return result;
 }
 
-/* Writes the four texels of an instance: world to object, where its block begins, its offset. */
-static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
+/* Returns what is kept of the block that begins at a texel, or of the last one that begins before. */
+static const glbk__csm_head *glbk__csm_find_head(const glbk_csm_maps *maps, uint32_t start)
 {
-    float inverse[16], row[4];
-    uint32_t r, c;
-    glbk_csm__m4_affine_inverse(inverse, glbk_csm__m4_or_identity(instance->transform));
-    for (r = 0; r < 3; r++) {
-        for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
-        memcpy(words + 4 * r, row, sizeof row);
+    const glbk__csm_head *heads = (const glbk__csm_head *)maps->heads;
+    uint32_t low = 0, high = maps->block_count, middle;
+    while (low + 1 < high) {
+        middle = low + (high - low) / 2;
+        if (heads[middle].start <= start) low = middle;
+        else high = middle;
     }
+    return heads + low;
+}
+
+/* Returns a word of a block's header, from texel 1 on. */
+static uint32_t glbk__csm_head_word(const glbk__csm_head *head, uint32_t word)
+{
+    return head->words[word - GLBK__CSM_WORD_KEPT];
+}
+
+static float glbk__csm_head_float(const glbk__csm_head *head, uint32_t word)
+{
+    const uint32_t bits = glbk__csm_head_word(head, word);
+    float f;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+/* Returns the angle that a cell of a domain of directions covers, in radians: no direction is farther from
+   that of the map which answers for it, and none farther than half of it where the nearest map answers. 4
+   says that no sphere bounds what the maps shadow. */
+static float glbk__csm_cell_angle(const glbk__csm_head *head)
+{
+    const float side = (float)glbk__csm_head_word(head, GLBK__CSM_WORD_SIDE);
+    const float a = 6.2832f / side, b = 3.1416f / (float)glbk__csm_head_word(head, GLBK__CSM_WORD_SIDE + 1);
+    if (glbk__csm_head_word(head, GLBK__CSM_WORD_SELF_ONLY) & 1u) return 4.0f;
+    /* A step in the octahedral square turns a direction by at most 6.2 times its length. */
+    if (glbk__csm_head_word(head, GLBK__CSM_WORD_DOMAIN) == COHSM_DOMAIN_OCTAHEDRAL)
+        return 6.2f * 1.4143f / side;
+    return sqrtf(a * a + b * b);
+}
+
+/* Writes the five texels of an instance: world to object, where its block begins and its offset, and what
+   cohsm_misses_instance is told of the sphere that holds all that shadows. No hull reaches beyond 1.14 radii;
+   a map of a direction reaches to its corners' pixels. */
+static void glbk__csm_record(const glbk__csm_head *head, const glbk_csm_instance *instance, uint32_t *words)
+{
+    const float *transform = glbk_csm__m4_or_identity(instance->transform);
+    const float map_side = (float)glbk__csm_head_word(head, GLBK__CSM_WORD_MAP_SIDE);
+    float inverse[16], f[20], radius = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 3), slack;
+    glbk_csm__v3 center;
+    uint32_t r, c;
+    center.x = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE);
+    center.y = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 1);
+    center.z = glbk__csm_head_float(head, GLBK__CSM_WORD_SPHERE + 2);
+    center = glbk_csm__m4_point(transform, center);
+    slack = 1e-5f * (fabsf(center.x) + fabsf(center.y) + fabsf(center.z));
+    radius *= glbk_csm__v3_length(glbk_csm__v3_load(transform));
+    glbk_csm__m4_affine_inverse(inverse, transform);
+    for (r = 0; r < 3; r++)
+        for (c = 0; c < 4; c++) f[4 * r + c] = inverse[4 * c + r];
+    f[13] = instance->offset;
+    f[14] = glbk__csm_cell_angle(head);
+    f[15] = (1.001f + 2.83f / map_side) * radius + slack;
+    glbk_csm__v3_store(f + 16, center);
+    f[19] = 1.14f * radius + slack;
+    f[12] = 0;
+    memcpy(words, f, sizeof f);
     words[12] = instance->start;
-    memcpy(words + 13, &instance->offset, 4);
-    words[14] = words[15] = 0;
 }
 
 /* Writes instances and the headers of their blocks into the uniform block. */
 static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances,
                                  uint32_t count, glbk_csm_scene *scene)
 {
-    uint32_t i, block;
+    uint32_t i;
     for (i = 0; i < count; i++) {
         uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i;
-        glbk__csm_record(&instances[i], to);
-        for (block = 0; block + 1 < GLBK__CSM_NEAR && maps->starts[block] != instances[i].start;) block++;
-        memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+        const glbk__csm_head *head = glbk__csm_find_head(maps, instances[i].start);
+        glbk__csm_record(head, &instances[i], to);
+        memcpy(to + 4 * GLBK__CSM_RECORD, head->words, sizeof head->words);
     }
 }
 
@@ -238,7 +316,9 @@ static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *
     uint32_t *words = (uint32_t *)glbk_csm__alloc_array(&memory, count, 4 * 4 * GLBK__CSM_RECORD), i;
     glbk_result result;
     if (!words) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
+    for (i = 0; i < count; i++)
+        glbk__csm_record(glbk__csm_find_head(maps, instances[i].start), &instances[i],
+                         words + 4 * GLBK__CSM_RECORD * (size_t)i);
     result = glbk__table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
     glbk_csm__free(&memory, words);
     return result;
@@ -300,9 +380,14 @@ GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const 
 
 GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps)
 {
+    glbk_csm__allocator memory;
     if (!maps) return;
     glbk_texture_free(ctx, &maps->blocks);
     glbk_texture_free(ctx, &maps->instances);
     glbk_buffer_free(ctx, &maps->scene);
+    if (maps->heads) {
+        memory = glbk_csm__memory(ctx);
+        glbk_csm__free(&memory, maps->heads);
+    }
     memset(maps, 0, sizeof *maps);
 }

@@ -358,32 +358,32 @@ float cohsm_visible(const in cohsm_maps m, const in cohsm_query q, vec3 point, v
 
 // ---- scenes ----
 
-// A table of instances is `count` records of 4 texels from texel `table` on: three rows of the matrix from
-// world to object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0. If
-// you keep records and headers elsewhere, define COHSM_INSTANCE(table, i, k), which is texel k of record i,
-// and COHSM_HEADER(i, k), which is texel k of its block.
+// A table of instances is `count` records of 5 texels from texel `table` on: three rows of the matrix from
+// world to object as floats, then the block's first texel, a float of yours (cohsm_instance_note) and two
+// floats that cohsm_misses explains, then four floats, centre and radius of a sphere in world space. If you
+// keep records and headers elsewhere, define COHSM_INSTANCE(table, i, k), which is texel k of record i, and
+// COHSM_HEADER(i, k), which is texel k of its block.
 #ifndef COHSM_INSTANCE
-#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))
+#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 5u * (i) + (k))
 #endif
 
-// Returns whether the way to a light surely misses an object: as a segment for COHSM_LIGHT_POSITION, else as
-// a cone about the direction, since the map that answers lies up to a cell off. p and light are those of
-// cohsm_visible_unit. No hull reaches beyond 1.14 radii. What rounding adds is allowed for, and comparisons
-// with NaN are false.
-bool cohsm_misses(const in cohsm_maps m, const in cohsm_query q, vec3 p, vec3 light)
+// Returns whether the way to a light surely misses an instance: for COHSM_LIGHT_POSITION a segment misses the
+// sphere (centre, radius), else a cone about the direction, since the map that answers lies up to a cell off.
+// cone has the angle of a cell and the radius that the sphere then has. What rounding adds is allowed for,
+// and comparisons with NaN are false.
+bool cohsm_misses(vec4 sphere, vec2 cone, const in cohsm_query q, vec3 point, vec3 light)
 {
-    float reach = 1.14, slope = 0.0, size, along, t, wide;
+    vec3 p = point - sphere.xyz;
+    float reach = sphere.w, slope = 0.0, size, along, t, wide;
     bool segment = q.light == COHSM_LIGHT_POSITION;
-    if (segment) light -= p;
+    if (segment) light -= point;
     else {
-        vec2 cell = vec2(6.2832, 3.1416) / vec2(m.side.xy);
-        if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) cell = vec2(8.78 / float(m.side.x), 0.0);
-        slope = length(cell) * cohsm_if(q.filtering == COHSM_FILTER_NEAREST, 0.5, 1.0) + 2e-3;
-        if (m.self_only || slope >= 1.0) return false;
+        slope = cone.x * cohsm_if(q.filtering == COHSM_FILTER_NEAREST, 0.5, 1.0) + 2e-3;
+        if (slope >= 1.0) return false;
         slope *= 1.0 + 0.558 * slope * slope;       // no less than the tangent, up to 1
-        reach = 1.001 + 2.83 / float(m.map_size);
+        reach = cone.y;
     }
-    reach += 1e-5 * dot(abs(p), vec3(1.0));
+    reach += 1e-5 * dot(abs(point), vec3(1.0));
     size = dot(light, light);
     along = -dot(p, light) * inversesqrt(size);
     t = cohsm_if(segment, min(along, sqrt(size)), along);
@@ -403,40 +403,33 @@ cohsm_maps cohsm_instance_maps(uint table, uint i)
 #endif
 }
 
-// Returns the maps of instance i and takes point and light from world space to radii about the centre of
-// their sphere; a direction keeps the length that it has in the object's space.
-cohsm_maps cohsm_enter(uint table, uint i, const in cohsm_query q, inout vec3 point, inout vec3 light)
+// Returns what cohsm_visible does for instance i of a table, with point and light in world space.
+float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)
 {
     vec4 x = uintBitsToFloat(COHSM_INSTANCE(table, i, 0u)), y = uintBitsToFloat(COHSM_INSTANCE(table, i, 1u));
     vec4 z = uintBitsToFloat(COHSM_INSTANCE(table, i, 2u));
     cohsm_maps m = cohsm_instance_maps(table, i);
     float scale = 1.0 / m.radius;
     point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);
-    point = (point - m.center) * scale;
     if (q.light < COHSM_LIGHT_PARAMETER) {
         light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));
         if (q.light == COHSM_LIGHT_POSITION) light = (light + vec3(x.w, y.w, z.w) - m.center) * scale;
     }
-    return m;
-}
-
-// Returns what cohsm_visible does for instance i of a table, with point and light in world space.
-float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)
-{
-    cohsm_maps m = cohsm_enter(table, i, q, point, light);
     q.seed += 0x9e3779b9u * i;          // roulette: each instance draws for itself
-    return cohsm_visible_unit(m, q, point, light);
+    return cohsm_visible_unit(m, q, (point - m.center) * scale, light);
 }
 
 // Returns the float of yours that the record of an instance holds.
 float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).y); }
 
-// Returns whether the way to the light surely misses instance i.
+// Returns whether the way to the light surely misses instance i. It reads one texel, or two for directions.
 bool cohsm_misses_instance(uint table, uint i, const in cohsm_query q, vec3 point, vec3 light)
 {
     if (q.light >= COHSM_LIGHT_PARAMETER) return false;
-    cohsm_maps m = cohsm_enter(table, i, q, point, light);
-    return cohsm_misses(m, q, point, light);
+    vec4 sphere = uintBitsToFloat(COHSM_INSTANCE(table, i, 4u));
+    vec2 cone = vec2(0.0);
+    if (q.light == COHSM_LIGHT_DIRECTION) cone = uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).zw);
+    return cohsm_misses(sphere, cone, q, point, light);
 }
 
 // Returns the product of what all instances let through, or COHSM_REFUSED. The one that the point lies on is

@@ -369,7 +369,8 @@ static void a_lost_context_is_called_no_more(void **state)
     glbk_csm_bind(&t->gl, &x.maps, NULL);
     destroy(t, &other);
     other = x;
-    other.builder = (glbk_csm_builder){ 0 };    /* it owns memory */
+    other.builder = (glbk_csm_builder){ 0 };    /* these own memory */
+    other.maps.heads = NULL;
     destroy(t, &other);
     t->gl = ctx;
     destroy(t, &x);
