@@ -49,7 +49,7 @@ static void blocks_are_those_named(void **state)
     int k;
     for (k = 0; k < 2; k++) {
         const float three[4] = { 3, 3, 3, 3 };
-        float scene[708] = { 0 }, out[64];
+        float scene[sizeof(glbk_csm_scene) / sizeof(float)] = { 0 }, out[64];
         int32_t active = -1;
         glbk_source source = { 0 };
         glbk_program program;
