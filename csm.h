@@ -255,16 +255,18 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instance
                                            const struct cohsm_query *query, float *visible, size_t *refused);
 /* Writes the same for a scene of several objects: for each point the product of what each object lets through
    (section 4.6). Points and lights are in world space. The object that a point lies on is asked first; the
-   others follow while some light is left. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
+   others follow in the order of the list while some light is left. The first object that refuses the light
+   decides: the answer is COHSM_REFUSED then. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as
    if it were asked alone with the seed query->seed + i * 0x9e3779b9.
    instances  may be NULL if instance_count is 0: every point is lit then
    Errors     those of cohsm_visible; COHSM_ERR_ARGUMENT also for instances without maps, COHSM_ERR_INPUT
               (a transform that shears, mirrors or scales unevenly), COHSM_ERR_LIMIT (2^32 - 1 instances or
               more). The log is that of the first maps of the scene; a scene without maps has none
-   Cost       that of cohsm_visible for each instance whose bounding sphere the way to the light meets; any
-              other costs some 25 instructions for 8 points (16 with AVX-512). That needs lights as directions
-              or positions and four instances. Maps with self_only, and maps of so few directions that a cell
-              is a radian wide (5 x 2, with filters 9 x 4), are asked always */
+   Cost       that of cohsm_visible for each instance whose bounding sphere the way to the light meets, and
+              for any other instance some 25 instructions for 8 points (16 with AVX-512). Spheres are tested
+              if the lights are directions or positions and there are four instances or more; but
+              maps with self_only, and maps of so few directions that a cell is a radian wide (5 x 2, with PCF
+              or ROULETTE 9 x 4), are asked by every direction */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);
 /* Gives back the maps and their memory. NULL is allowed. */
@@ -315,8 +317,9 @@ typedef enum cohsm_light_kind {     /* what the lights of a query are */
     COHSM_LIGHT_POSITION,           /* a light is a position x, y, z near by, outside the convex hull of every
                                        object (a semi-local light, section 4.3). The maps must be maps of
                                        directions */
-    COHSM_LIGHT_PARAMETER,          /* a light is d parameters in 0..1 (floats), which the domain of the maps
-                                       takes to a place or a direction. The domain may be any but LIST */
+    COHSM_LIGHT_PARAMETER,          /* a light is d parameters in 0..1 (floats; others are clamped), which the
+                                       domain of the maps takes to a place or a direction. The domain may be
+                                       any but LIST */
     COHSM_LIGHT_INDEX,              /* a light is the number of a map, a uint32_t. The domain may be any; a
                                        point with a number beyond the maps is lit */
     COHSM_LIGHT_COUNT
@@ -463,8 +466,9 @@ typedef struct cohsm_desc {         /* zero it, then set what you care about */
                                        side of the bounding sphere, as in the paper */
     int          self_only;         /* not 0: pixels that nothing hits may store anything. The block is
                                        smaller, and answers only for points on the object's own surface */
-    float        center[3], radius; /* a sphere that holds the mesh; radius 0 = fitted to the mesh (a
-                                       cohsm_builder, which has no mesh, needs the sphere) */
+    float        center[3], radius; /* a sphere that holds the mesh, in the mesh's units, radius 1e-18..1e18;
+                                       0 = fitted to the mesh (a cohsm_builder, which has no mesh, needs the
+                                       sphere) */
     uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: only the pixels begin..end - 1 of the
                                        map_side^2 of every map are built; 0, 0 = all */
     cohsm_layout layout;            /* how the finished maps lie in memory */

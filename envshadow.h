@@ -89,7 +89,7 @@
      3, importance sampling                envlights.h                                        -
      3, algorithm 1, all lights at once    envsh_maps_begin envsh_maps_draw envsh_shade       T23
      3, algorithm 2, clusters of c lights  envsh_illuminate                                   -
-     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_views               T24
+     3, Fig. 2, maps side by side          envsh__lay_out_tiles envsh_views                   T24
      3, Fig. 3, more lights, softer shadow envsh_maps_desc envsh_shade                        T23
      3, Fig. 4, smoothing                  envsh__filter_smooth                               image
      4, Fig. 5, maps in color channels     rgba of envsh_maps_desc                            T24

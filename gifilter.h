@@ -129,9 +129,9 @@
    All memory comes from the allocator in the system, called from the thread that called us. Every function
    that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
    leaks, and the system's log gets one line that names the field or element, its value and its range. Only a
-   call whose desc or filter is NULL has no log. There are no globals; a filter belongs
-   to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   call whose desc or filter is NULL has no log. There are no globals; a filter belongs to one thread at a
+   time. The same input gives the same bytes on every compiler, processor, byte order and thread count (not
+   with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/gifilter.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef GIFILTER_H
@@ -242,10 +242,11 @@ typedef struct gifilt_frame {       /* the camera and the settings of one frame 
                                        lags behind by as many frames. 0 = 8; 1 = this frame alone */
     int          passes;            /* passes of the a-trous filter over neighbours that are 1, 2, 4, ...
                                        pixels apart, at most 6; 0 = 2, negative = none */
-    float        normal_cosine;     /* neighbours count if the cosine between their normal and the pixel's is
-                                       above this, below 1; 0 = 0.9 */
+    float        normal_cosine;     /* neighbours count if the cosine of the angle between their normal and
+                                       the pixel's is above this number, which is 0 or more and below 1;
+                                       0 = 0.9 */
     float        plane_slope;       /* neighbours count if they lie off the pixel's plane by less than this
-                                       times their distance; 0 = 0.1 */
+                                       number, 0..1e6, times their distance; 0 = 0.1 */
 } gifilt_frame;
 
 typedef struct gifilt_points {      /* what the pixels show, row by row */

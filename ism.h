@@ -146,9 +146,10 @@
 
      vpl_count     fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      surfel_count  fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
-     spread        PAIR spends most surfels on what both the picture and the VPL see; others are of papers
+     spread        PAIR spends most surfels on what both the picture and the VPL see; the others are those of
+                   the papers
      tile_side     smaller: light leaks round corners, contact shadows vanish
-     window_rim    less: coarser maps of what the picture does not show; more: of what it shows
+     window_rim    less: coarser maps of what the picture does not show; more: coarser maps of what it shows
      interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
                    over as many pixels
      bias          less: acne; more: light leaks in corners
@@ -320,7 +321,7 @@ typedef enum ism_rows {             /* which row of a picture in memory comes fi
 } ism_rows;
 
 typedef struct ism_points {         /* receivers: pixels of a picture, row by row, or any list */
-    size_t       count;             /* at most 2^28 */
+    size_t       count;             /* 1..2^28 */
     const float *positions;         /* x, y, z of each */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */

@@ -298,7 +298,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     lsamp_system      system;       /* its log says why a desc is refused */
     lsamp_light_kind  kind;
     float             position[3];  /* centre of a point, spot, disc or sphere; corner of a rectangle; start
-                                       of a line */
+                                       of a line; -1e18..1e18, like u and v */
     float             direction[3]; /* unit; sun: towards it; spot: out of the lamp; disc: its normal */
     float             u[3], v[3];   /* edges of a rectangle; u of a line: end - start */
     float             radius;       /* of a disc, sphere or line, 1e-18..1e18. Of a mesh: the distance from
@@ -316,7 +316,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
                                        everywhere. Not for sun, point, spot and mesh */
     uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
-    uint32_t          frame_count;       /* 0 = 1 */
+    uint32_t          frame_count;       /* of texels, 1..2^24; 0 = 1 */
     float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
     int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
     float             time;              /* seconds, -1e9..1e9: the moment that the light shows */

@@ -293,7 +293,8 @@ typedef struct rsm_light {          /* of its fields near_depth and far_depth al
     float value[3];                 /* r, g, b, 0..1e12. Sun: irradiance of a surface that faces the sun,
                                        W/m^2; spots and points: intensity, W/sr; patch: intensity along its
                                        normal, radiance x area, W/sr */
-    float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
+    float radius;                   /* of a sun alone: half the side of its map, world units, above 0, at most
+                                       1e9 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
     float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
@@ -325,7 +326,7 @@ typedef enum rsm_clip_y {           /* where clip y points in your pictures */
     RSM_CLIP_Y_COUNT
 } rsm_clip_y;
 
-typedef struct rsm_desc {           /* zero it, then set what you care about; a light needs direction and
+typedef struct rsm_desc {           /* zero it, then set what you care about; a sun needs direction and
                                        radius */
     rsm_system     system;
     rsm_light      light;
@@ -484,10 +485,10 @@ typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
     rsm_system system;
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
-    float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
-    float      slope_bias;          /* a factor on the further bias that keeps a plane out of its own shadow:
-                                       what its slope, counted up to 10, makes over all taps. 0 = 1, negative
-                                       = none */
+    float      bias;                /* texels, towards the light, up to 1e6; 0 = 0.5, negative = none */
+    float      slope_bias;          /* a factor, up to 1e6, on the further bias that keeps a plane out of its
+                                       own shadow: what its slope, counted up to 10, makes over all taps.
+                                       0 = 1, negative = none */
     int        add;                 /* not 0: results are added to what the output holds */
 } rsm_direct_desc;
 
@@ -595,11 +596,11 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    distance;              /* how far a sample may be from the pixel, world units, 0..1e9; 0 = no
                                        limit */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
-                                       this share of their mean. 0 = 0.25; negative = never, as in the
-                                       paper */
-    float    light_share;           /* a sample is used only for pixels within this share of the distance from
-                                       the sample to its nearest pixel light, so that no bright spot between
-                                       samples is missed. 0 = 0.25; negative = no limit */
+                                       this share of their mean, up to 1e6. 0 = 0.25; negative = never, as in
+                                       the paper */
+    float    light_share;           /* a sample is used only for pixels within this share, up to 1e6, of the
+                                       distance from the sample to its nearest pixel light, so that no bright
+                                       spot between samples is missed. 0 = 0.25; negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
                                        NULL = not wanted */
 } rsm_interpolation;

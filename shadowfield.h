@@ -395,8 +395,8 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
                                        (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
     float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
-    float          window;          /* of harmonics: the strength of sfield_sh_window for every cube,
-                                       0..1e6 */
+    float          window;          /* of harmonics: the strength of sfield_sh_window for every cube, 0..1e6;
+                                       0 = no window */
     int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
                                        SFIELD_PRODUCT_EXP needs */
     uint32_t       frame_count;     /* of sources: steps of time, 1..256; 0 = 1 */

@@ -57,8 +57,8 @@
        }
 
    A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c
-   (07 to 10 of the other techniques). It wants csm.h, gl_backend/gl_csm.h and GLFW, and a display: without
-   one xvfb-run -a before it.
+   (07 to 10 do so with the other techniques). It needs csm.h, gl_backend/gl_csm.h and GLFW, and a display; on
+   a machine without one start it by xvfb-run -a.
 
    Conventions
 
@@ -244,8 +244,9 @@ typedef struct glbk_system {        /* all zero: malloc and free, no log */
 
 /* ---- structs of page one ---- */
 
-#define GLBK_UNITS 16u              /* slots of textures that a part has; in a program with offsets more: */
-#define GLBK_MAX_UNITS 32u          /* as far as the context has so many; a shader stage has 16 */
+#define GLBK_UNITS 16u              /* slots of textures that a part has */
+#define GLBK_MAX_UNITS 32u          /* slots of textures in a program with offsets, if the context has so many
+                                       units; GL guarantees 16 for one shader stage */
 #define GLBK_BLOCKS 8u              /* slots of uniform blocks, and of storage buffers, that a part has */
 #define GLBK_MAX_BLOCKS 16u         /* slots of uniform blocks in a program with offsets */
 #define GLBK_IMAGES 8u              /* slots of images, which are for compute shaders */
@@ -257,12 +258,14 @@ typedef struct glbk_desc {          /* zero it, then set what you care about */
     void          *user;            /* handed to get_proc_fn */
     int            core_only;       /* not 0: only what 3.3 and ES 3.0 share is used, even if the context has
                                        more */
-    uint32_t       first_unit;      /* texture units first_unit .. + 15 are ours while we draw, and those
-                                       further on, below + GLBK_MAX_UNITS, that a glbk_offset names */
-    uint32_t       first_block;     /* bindings of uniform blocks first_block .. + 7 are ours likewise, and
-                                       those further on, below + GLBK_MAX_BLOCKS, that a glbk_offset names.
-                                       Storage buffers and images, which are for compute alone, are always
-                                       at 0 .. 7, since GLSL says their numbers */
+    uint32_t       first_unit;      /* the 16 texture units from first_unit on are ours while we draw. A
+                                       program with a glbk_offset also takes units after them, below
+                                       first_unit + GLBK_MAX_UNITS */
+    uint32_t       first_block;     /* the 8 bindings of uniform blocks from first_block on are ours, too. A
+                                       program with a glbk_offset also takes bindings after them, below
+                                       first_block + GLBK_MAX_BLOCKS. Storage buffers and images, which are
+                                       for compute alone, are always at 0 .. 7, since GLSL says their
+                                       numbers */
     int            check;           /* not 0, to look for errors, slowly: calls of a frame ask for GL's error
                                        flag, glbk_check and glbk_..._resolve look which framebuffer is
                                        bound, and glbk_envsh_maps_render draws twice, to find callbacks that
@@ -421,6 +424,7 @@ GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buff
             buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);
+/* Deletes a buffer and zeroes the struct. NULL and zeroed ones are allowed. */
 
 /* ==== src/gl/api_targets.h ==== */
 
@@ -447,10 +451,10 @@ typedef struct glbk_target {        /* read only; zeroed = none. The textures mu
 GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
 /* Makes a framebuffer of textures that you made. They must outlive it.
    out      is zeroed on errors; free it with glbk_target_free
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC, where there is no attachment, or a layer or
-            level that a texture has not; GLBK_ERR_MISMATCH, where sizes differ or a depth texture stands for
-            colours; GLBK_ERR_FLOAT_TARGET, for floats without ctx->float_targets; GLBK_ERR_TARGET, where the
-            driver cannot draw to this combination */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC: there is no attachment, or a texture does not
+            have that layer or level; GLBK_ERR_MISMATCH: sizes differ, or a depth texture stands for colours;
+            GLBK_ERR_FLOAT_TARGET: floats without ctx->float_targets; GLBK_ERR_TARGET: the driver cannot draw
+            to this combination */
 
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
                                       uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);
@@ -462,6 +466,7 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
    Errors       GLBK_ERR_ARGUMENT, also where the pixels do not lie within the target */
 
 GLBK_DEF void glbk_target_free(glbk_context *ctx, glbk_target *target);
+/* Deletes a framebuffer, not its textures, and zeroes the struct. NULL and zeroed ones are allowed. */
 
 /* ==== src/gl/api_passes.h ==== */
 

@@ -459,9 +459,9 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
 /* Answers the first questions of those uploaded, on the GPU. The call may be repeated, with other maps, too.
-   It compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
-   this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
-   refuses then.
+   The first use of a combination of maps->defines, light_kind and filter compiles a program. Maps that cannot
+   answer this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
+   returns COHSM_ERR_MISMATCH then.
    count    1 .. asker->capacity
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is 0. GLBK_ERR_LIMIT:
             count is above the capacity. GLBK_ERR_ORDER: nothing was uploaded yet. Those of
@@ -584,7 +584,8 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              glbk_csm_add_fn add_fn, void *user);
 /* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
-   view. The cohsm_stats of such a build lack the count of open, empty entries alone.
+   view. In the cohsm_stats of such a build empty_intervals and open_entries mean nothing, since csm.h does
+   not see the layers that were drawn.
    Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
             compressed. GLBK_ERR_CANCELLED: add_fn returned something other than 0. GLBK_ERR_ALLOC */

@@ -63,9 +63,9 @@
            return result != GLBK_OK;
        }
 
-   With functions of a technique: examples/06_csm_gl_minimal.c (07 to 10 of the others). Of two techniques in
-   one shader: examples/11_sky_bounce_gl_minimal.c. In a program that the renderer links itself:
-   examples/13_deferred_gl.c.
+   With functions of a technique: examples/06_csm_gl_minimal.c (07 to 10 for the others). With functions of
+   two techniques in one shader: examples/11_sky_bounce_gl_minimal.c. In a program that the renderer links
+   itself: examples/13_deferred_gl.c.
 
    Conventions
 
@@ -127,18 +127,20 @@ GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const struct glbk_s
    frame.
    source   is read during the call only
    out      is zeroed on errors; free it with glbk_program_free
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC: not one of fragment and compute is given, or
-            outputs are too long; GLBK_ERR_NAME: a library file is unknown, or defines do not parse;
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL.
+            GLBK_ERR_DESC: not exactly one of fragment and compute is given, or outputs are too long.
+            GLBK_ERR_NAME: a library file is unknown, or defines do not parse.
             GLBK_ERR_COMPILE, GLBK_ERR_LINK: the log has the driver's words, in which line 2007 is line 7 of
-            file 2 of a list that stands there too; GLBK_ERR_ALLOC; GLBK_ERR_FEATURE: compute without
-            ctx->compute; GLBK_ERR_MISMATCH: two samplers or uniform blocks that the program declares have one
-            texture unit or one binding, so that one part needs an offset, or two storage buffers or images
-            have one number, so that these parts need a program each; the log has both names; GLBK_ERR_LIMIT:
-            an offset leads beyond GLBK_MAX_UNITS, GLBK_MAX_BLOCKS or what the context has from first_unit on,
-            or a text is longer than INT32_MAX */
+            file 2; the log lists the files, too.
+            GLBK_ERR_FEATURE: compute without ctx->compute.
+            GLBK_ERR_MISMATCH: two samplers or uniform blocks that the program declares have the same texture
+            unit or binding, so that one part needs an offset; or two storage buffers or images have the same
+            number, so that each of these parts needs a program of its own. The log has both names.
+            GLBK_ERR_LIMIT: an offset leads beyond GLBK_MAX_UNITS, GLBK_MAX_BLOCKS or what the context has
+            from first_unit on, or a text is longer than INT32_MAX. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_program_free(glbk_context *ctx, glbk_program *program);
-/* Deletes a program and zeroes it. */
+/* Deletes a program and zeroes the struct. NULL and zeroed ones are allowed. */
 
 GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y,
                                    uint32_t z);
@@ -169,14 +171,14 @@ typedef struct glbk_source {
 
 /* ---- the GLSL of the headers ---- */
 
-typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strings one behind the other, each
+typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strings one after the other, each
                                    ended by 0, since tables of pointers would take more than the strings */
-    const char *name;           /* "lib/table.glsl", "prog/copy.frag"; behind it private ones: library files
-                                   that go before this one, by bare names, the vertex shader that a .frag
-                                   goes with, the define sets that are tested, separated by " | ", and the
-                                   uniform block that the file declares, and nothing else */
-    const char *text;           /* without comments and idle blanks; further pieces of it stand behind it,
-                                   and an empty string behind the last */
+    const char *name;           /* "lib/table.glsl", "prog/copy.frag". Private strings follow it: the bare
+                                   names of the library files that go before this one, the vertex shader that
+                                   a .frag goes with, the define sets that are tested, separated by " | ", and
+                                   the uniform block that the file declares and nothing else */
+    const char *text;           /* without comments and idle blanks. It comes in pieces: the others follow the
+                                   first, and an empty string follows the last */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;

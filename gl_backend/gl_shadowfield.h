@@ -118,7 +118,7 @@
      section 3.1  an object occlusion field       glbk_sfield_builder_see  sfield_build           T72
      section 3.1  a source radiance field         glbk_sfield_builder_see  sfield_build_emissive  T73
      section 3.1  S_d, the environment            sfield_sky               sfield_scene_sky       -
-     section 3.1  O_p, self-visibility             glbk_sfield_self_object  sfield_build_self      -
+     section 3.1  O_p, self-visibility            glbk_sfield_self_object   sfield_build_self      -
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
@@ -194,8 +194,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
 /* Compiles the program that shades and makes its textures.
    Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
-            targets and glbk_program_compile */
+            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
+            glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                        const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
@@ -204,8 +204,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    compute path finds entities for blocks of 8 x 8 pixels, so points near each other belong in one block.
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
-   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or lobes have no eye. GLBK_ERR_MISMATCH:
-            the scene has other bands, or the G-buffer another size. GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, or the G-buffer another size.
+            GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
@@ -268,7 +269,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *scene
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes);
 /* Writes the GLSL function sfield_product with its numbers in the text, which runs several times as fast as
    the function that reads them from the table. The text is for a program that defines SFIELD_UNROLLED, and
-   goes behind lib/sfield_access.glsl and lib/sfield_field.glsl and before lib/sfield_shade.glsl. The call
+   goes after lib/sfield_access.glsl and lib/sfield_field.glsl and before lib/sfield_shade.glsl. The call
    needs no context and has no log.
    out      receives the text, cut to out_bytes and ended by 0; it may be NULL with out_bytes 0
    Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain
@@ -280,7 +281,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for
    self-visibility, and keeps it from frame to frame until it is given anew; pixels without it take the
    cosine. Self-visibility is in the space of the entity that the G-buffer names there, and turns with the
-   entity. Behind the draws of the G-buffer come these:
+   entity. After the draws into the G-buffer come these calls:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
        glbk_sfield_self_object(gl, &renderer, surface.transform);   // for each object, and your draw */
@@ -290,8 +291,9 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 /* Forgets self-visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
    into the G-buffer, whose depth and matrix the pass uses. The first call compiles a program.
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_ORDER: the G-buffer was not
-            drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer has no desc.self, the
-            G-buffer another size, or an attribute two places. Those of glbk_program_compile */
+            drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer was made without
+            desc.self, the G-buffer has another size, or its position attribute is one of the four from
+            desc.self_attribute on. Those of glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                              const float transform[16]);

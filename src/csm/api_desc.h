@@ -94,8 +94,9 @@ typedef struct cohsm_desc {         /* zero it, then set what you care about */
                                        side of the bounding sphere, as in the paper */
     int          self_only;         /* not 0: pixels that nothing hits may store anything. The block is
                                        smaller, and answers only for points on the object's own surface */
-    float        center[3], radius; /* a sphere that holds the mesh; radius 0 = fitted to the mesh (a
-                                       cohsm_builder, which has no mesh, needs the sphere) */
+    float        center[3], radius; /* a sphere that holds the mesh, in the mesh's units, radius 1e-18..1e18;
+                                       0 = fitted to the mesh (a cohsm_builder, which has no mesh, needs the
+                                       sphere) */
     uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: only the pixels begin..end - 1 of the
                                        map_side^2 of every map are built; 0, 0 = all */
     cohsm_layout layout;            /* how the finished maps lie in memory */

@@ -77,10 +77,11 @@ typedef struct gifilt_frame {       /* the camera and the settings of one frame 
                                        lags behind by as many frames. 0 = 8; 1 = this frame alone */
     int          passes;            /* passes of the a-trous filter over neighbours that are 1, 2, 4, ...
                                        pixels apart, at most 6; 0 = 2, negative = none */
-    float        normal_cosine;     /* neighbours count if the cosine between their normal and the pixel's is
-                                       above this, below 1; 0 = 0.9 */
+    float        normal_cosine;     /* neighbours count if the cosine of the angle between their normal and
+                                       the pixel's is above this number, which is 0 or more and below 1;
+                                       0 = 0.9 */
     float        plane_slope;       /* neighbours count if they lie off the pixel's plane by less than this
-                                       times their distance; 0 = 0.1 */
+                                       number, 0..1e6, times their distance; 0 = 0.1 */
 } gifilt_frame;
 
 typedef struct gifilt_points {      /* what the pixels show, row by row */

@@ -129,9 +129,9 @@
    All memory comes from the allocator in the system, called from the thread that called us. Every function
    that can fail returns a gifilt_result. If the result is not GIFILT_OK, outputs are untouched, nothing
    leaks, and the system's log gets one line that names the field or element, its value and its range. Only a
-   call whose desc or filter is NULL has no log. There are no globals; a filter belongs
-   to one thread at a time. The same input gives the same bytes on every compiler, processor, byte order and
-   thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   call whose desc or filter is NULL has no log. There are no globals; a filter belongs to one thread at a
+   time. The same input gives the same bytes on every compiler, processor, byte order and thread count (not
+   with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/gifilter.md.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef GIFILTER_H

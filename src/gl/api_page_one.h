@@ -99,8 +99,9 @@ typedef struct glbk_system {        /* all zero: malloc and free, no log */
 
 /* ---- structs of page one ---- */
 
-#define GLBK_UNITS 16u              /* slots of textures that a part has; in a program with offsets more: */
-#define GLBK_MAX_UNITS 32u          /* as far as the context has so many; a shader stage has 16 */
+#define GLBK_UNITS 16u              /* slots of textures that a part has */
+#define GLBK_MAX_UNITS 32u          /* slots of textures in a program with offsets, if the context has so many
+                                       units; GL guarantees 16 for one shader stage */
 #define GLBK_BLOCKS 8u              /* slots of uniform blocks, and of storage buffers, that a part has */
 #define GLBK_MAX_BLOCKS 16u         /* slots of uniform blocks in a program with offsets */
 #define GLBK_IMAGES 8u              /* slots of images, which are for compute shaders */
@@ -112,12 +113,14 @@ typedef struct glbk_desc {          /* zero it, then set what you care about */
     void          *user;            /* handed to get_proc_fn */
     int            core_only;       /* not 0: only what 3.3 and ES 3.0 share is used, even if the context has
                                        more */
-    uint32_t       first_unit;      /* texture units first_unit .. + 15 are ours while we draw, and those
-                                       further on, below + GLBK_MAX_UNITS, that a glbk_offset names */
-    uint32_t       first_block;     /* bindings of uniform blocks first_block .. + 7 are ours likewise, and
-                                       those further on, below + GLBK_MAX_BLOCKS, that a glbk_offset names.
-                                       Storage buffers and images, which are for compute alone, are always
-                                       at 0 .. 7, since GLSL says their numbers */
+    uint32_t       first_unit;      /* the 16 texture units from first_unit on are ours while we draw. A
+                                       program with a glbk_offset also takes units after them, below
+                                       first_unit + GLBK_MAX_UNITS */
+    uint32_t       first_block;     /* the 8 bindings of uniform blocks from first_block on are ours, too. A
+                                       program with a glbk_offset also takes bindings after them, below
+                                       first_block + GLBK_MAX_BLOCKS. Storage buffers and images, which are
+                                       for compute alone, are always at 0 .. 7, since GLSL says their
+                                       numbers */
     int            check;           /* not 0, to look for errors, slowly: calls of a frame ask for GL's error
                                        flag, glbk_check and glbk_..._resolve look which framebuffer is
                                        bound, and glbk_envsh_maps_render draws twice, to find callbacks that

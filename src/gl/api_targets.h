@@ -21,10 +21,10 @@ typedef struct glbk_target {        /* read only; zeroed = none. The textures mu
 GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out);
 /* Makes a framebuffer of textures that you made. They must outlive it.
    out      is zeroed on errors; free it with glbk_target_free
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC, where there is no attachment, or a layer or
-            level that a texture has not; GLBK_ERR_MISMATCH, where sizes differ or a depth texture stands for
-            colours; GLBK_ERR_FLOAT_TARGET, for floats without ctx->float_targets; GLBK_ERR_TARGET, where the
-            driver cannot draw to this combination */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL; GLBK_ERR_DESC: there is no attachment, or a texture does not
+            have that layer or level; GLBK_ERR_MISMATCH: sizes differ, or a depth texture stands for colours;
+            GLBK_ERR_FLOAT_TARGET: floats without ctx->float_targets; GLBK_ERR_TARGET: the driver cannot draw
+            to this combination */
 
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment,
                                       uint32_t x, uint32_t y, uint32_t width, uint32_t height, void *rgba);
@@ -36,3 +36,4 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
    Errors       GLBK_ERR_ARGUMENT, also where the pixels do not lie within the target */
 
 GLBK_DEF void glbk_target_free(glbk_context *ctx, glbk_target *target);
+/* Deletes a framebuffer, not its textures, and zeroes the struct. NULL and zeroed ones are allowed. */

@@ -101,3 +101,4 @@ GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buff
             buffers */
 
 GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer);
+/* Deletes a buffer and zeroes the struct. NULL and zeroed ones are allowed. */

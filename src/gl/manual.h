@@ -57,8 +57,8 @@
        }
 
    A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c
-   (07 to 10 of the other techniques). It wants csm.h, gl_backend/gl_csm.h and GLFW, and a display: without
-   one xvfb-run -a before it.
+   (07 to 10 do so with the other techniques). It needs csm.h, gl_backend/gl_csm.h and GLFW, and a display; on
+   a machine without one start it by xvfb-run -a.
 
    Conventions
 

@@ -113,9 +113,9 @@ GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *aske
 GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
                                       uint32_t count);
 /* Answers the first questions of those uploaded, on the GPU. The call may be repeated, with other maps, too.
-   It compiles a program for the first maps with their defines, light_kind and filter. Maps that cannot answer
-   this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
-   refuses then.
+   The first use of a combination of maps->defines, light_kind and filter compiles a program. Maps that cannot
+   answer this kind of light give numbers without a meaning: ask cohsm_visible with the same query once, which
+   returns COHSM_ERR_MISMATCH then.
    count    1 .. asker->capacity
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or count is 0. GLBK_ERR_LIMIT:
             count is above the capacity. GLBK_ERR_ORDER: nothing was uploaded yet. Those of

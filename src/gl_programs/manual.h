@@ -63,9 +63,9 @@
            return result != GLBK_OK;
        }
 
-   With functions of a technique: examples/06_csm_gl_minimal.c (07 to 10 of the others). Of two techniques in
-   one shader: examples/11_sky_bounce_gl_minimal.c. In a program that the renderer links itself:
-   examples/13_deferred_gl.c.
+   With functions of a technique: examples/06_csm_gl_minimal.c (07 to 10 for the others). With functions of
+   two techniques in one shader: examples/11_sky_bounce_gl_minimal.c. In a program that the renderer links
+   itself: examples/13_deferred_gl.c.
 
    Conventions
 

@@ -21,7 +21,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *scene
 GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes);
 /* Writes the GLSL function sfield_product with its numbers in the text, which runs several times as fast as
    the function that reads them from the table. The text is for a program that defines SFIELD_UNROLLED, and
-   goes behind lib/sfield_access.glsl and lib/sfield_field.glsl and before lib/sfield_shade.glsl. The call
+   goes after lib/sfield_access.glsl and lib/sfield_field.glsl and before lib/sfield_shade.glsl. The call
    needs no context and has no log.
    out      receives the text, cut to out_bytes and ended by 0; it may be NULL with out_bytes 0
    Returns the bytes needed with the 0, or 0 without an algebra and for more than 4 bands, which do not gain
@@ -33,7 +33,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
    its mesh, by sfield_build_self, as visibility x cosine. A renderer with desc.self has room for
    self-visibility, and keeps it from frame to frame until it is given anew; pixels without it take the
    cosine. Self-visibility is in the space of the entity that the G-buffer names there, and turns with the
-   entity. Behind the draws of the G-buffer come these:
+   entity. After the draws into the G-buffer come these calls:
 
        glbk_sfield_self_begin(gl, &renderer, &gbuffer);
        glbk_sfield_self_object(gl, &renderer, surface.transform);   // for each object, and your draw */
@@ -43,8 +43,9 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 /* Forgets self-visibility at all pixels and begins a pass that draws it anew, at the places that were drawn
    into the G-buffer, whose depth and matrix the pass uses. The first call compiles a program.
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_ORDER: the G-buffer was not
-            drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer has no desc.self, the
-            G-buffer another size, or an attribute two places. Those of glbk_program_compile */
+            drawn. GLBK_ERR_LIMIT: more than 4 bands. GLBK_ERR_MISMATCH: the renderer was made without
+            desc.self, the G-buffer has another size, or its position attribute is one of the four from
+            desc.self_attribute on. Those of glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                              const float transform[16]);

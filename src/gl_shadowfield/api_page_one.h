@@ -35,8 +35,8 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
 /* Compiles the program that shades and makes its textures.
    Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures,
-            targets and glbk_program_compile */
+            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
+            glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                        const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
@@ -45,8 +45,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    compute path finds entities for blocks of 8 x 8 pixels, so points near each other belong in one block.
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
-   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or lobes have no eye. GLBK_ERR_MISMATCH:
-            the scene has other bands, or the G-buffer another size. GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, or the G-buffer another size.
+            GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts

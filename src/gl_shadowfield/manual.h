@@ -118,7 +118,7 @@
      section 3.1  an object occlusion field       glbk_sfield_builder_see  sfield_build           T72
      section 3.1  a source radiance field         glbk_sfield_builder_see  sfield_build_emissive  T73
      section 3.1  S_d, the environment            sfield_sky               sfield_scene_sky       -
-     section 3.1  O_p, self-visibility             glbk_sfield_self_object  sfield_build_self      -
+     section 3.1  O_p, self-visibility            glbk_sfield_self_object   sfield_build_self      -
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73

@@ -104,7 +104,7 @@ typedef enum ism_rows {             /* which row of a picture in memory comes fi
 } ism_rows;
 
 typedef struct ism_points {         /* receivers: pixels of a picture, row by row, or any list */
-    size_t       count;             /* at most 2^28 */
+    size_t       count;             /* 1..2^28 */
     const float *positions;         /* x, y, z of each */
     size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */

@@ -146,9 +146,10 @@
 
      vpl_count     fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      surfel_count  fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
-     spread        PAIR spends most surfels on what both the picture and the VPL see; others are of papers
+     spread        PAIR spends most surfels on what both the picture and the VPL see; the others are those of
+                   the papers
      tile_side     smaller: light leaks round corners, contact shadows vanish
-     window_rim    less: coarser maps of what the picture does not show; more: of what it shows
+     window_rim    less: coarser maps of what the picture does not show; more: coarser maps of what it shows
      interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
                    over as many pixels
      bias          less: acne; more: light leaks in corners

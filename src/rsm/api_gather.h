@@ -92,11 +92,11 @@ typedef struct rsm_interpolation {  /* zero it, then set what you care about */
     float    distance;              /* how far a sample may be from the pixel, world units, 0..1e9; 0 = no
                                        limit */
     float    contrast;              /* the grid is refined if the largest difference of the samples is above
-                                       this share of their mean. 0 = 0.25; negative = never, as in the
-                                       paper */
-    float    light_share;           /* a sample is used only for pixels within this share of the distance from
-                                       the sample to its nearest pixel light, so that no bright spot between
-                                       samples is missed. 0 = 0.25; negative = no limit */
+                                       this share of their mean, up to 1e6. 0 = 0.25; negative = never, as in
+                                       the paper */
+    float    light_share;           /* a sample is used only for pixels within this share, up to 1e6, of the
+                                       distance from the sample to its nearest pixel light, so that no bright
+                                       spot between samples is missed. 0 = 0.25; negative = no limit */
     uint8_t *mask;                  /* a byte a pixel, written: 0 no receiver, 1 interpolated, 2 evaluated.
                                        NULL = not wanted */
 } rsm_interpolation;

@@ -106,10 +106,10 @@ typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
     rsm_system system;
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
-    float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
-    float      slope_bias;          /* a factor on the further bias that keeps a plane out of its own shadow:
-                                       what its slope, counted up to 10, makes over all taps. 0 = 1, negative
-                                       = none */
+    float      bias;                /* texels, towards the light, up to 1e6; 0 = 0.5, negative = none */
+    float      slope_bias;          /* a factor, up to 1e6, on the further bias that keeps a plane out of its
+                                       own shadow: what its slope, counted up to 10, makes over all taps.
+                                       0 = 1, negative = none */
     int        add;                 /* not 0: results are added to what the output holds */
 } rsm_direct_desc;
 

@@ -121,7 +121,8 @@ typedef struct rsm_light {          /* of its fields near_depth and far_depth al
     float value[3];                 /* r, g, b, 0..1e12. Sun: irradiance of a surface that faces the sun,
                                        W/m^2; spots and points: intensity, W/sr; patch: intensity along its
                                        normal, radiance x area, W/sr */
-    float radius;                   /* of a sun alone: half the side of its map, world units, > 0 */
+    float radius;                   /* of a sun alone: half the side of its map, world units, above 0, at most
+                                       1e9 */
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
     float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
@@ -153,7 +154,7 @@ typedef enum rsm_clip_y {           /* where clip y points in your pictures */
     RSM_CLIP_Y_COUNT
 } rsm_clip_y;
 
-typedef struct rsm_desc {           /* zero it, then set what you care about; a light needs direction and
+typedef struct rsm_desc {           /* zero it, then set what you care about; a sun needs direction and
                                        radius */
     rsm_system     system;
     rsm_light      light;
