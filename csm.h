@@ -2271,8 +2271,8 @@ typedef struct cohsm__soup {            /* triangles in units of the bounding sp
     float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
                                            cluster is filled up with triangles of no area */
     float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
-                                           eight, then y, z, and in the same way their half sides. Behind
-                                           them lie, in groups of 8 too, boxes that each hold 8 clusters */
+                                           eight, then y, z, and in the same way their half sides. After
+                                           them come, in groups of 8 too, boxes that each hold 8 clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
@@ -2963,7 +2963,7 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
    view if j of the n first views are not above it.
 
    Depths that do not fit into a line even if a tray is split in eight have n = 31 and codes that are all
-   exact, for which no line has room: the byte behind n says how many lines further on the 16-bit depths of
+   exact, for which no line has room: the byte after n says how many lines further on the 16-bit depths of
    these 32 views stand, low bytes first. So every list can be kept. */
 
 enum {
@@ -3389,7 +3389,7 @@ static size_t cohsm__list_bound(size_t count)
 
 /* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and
    first views of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks
-   are written behind the longest possible beginning first, and then moved to the end of the real one. */
+   are written after the longest possible beginning first, and then moved to the end of the real one. */
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count,
                                 const cohsm__grid *grid, uint32_t views)
 {
@@ -5829,7 +5829,7 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define COHSM__INTEL(name) _mm_##name
 #endif
 
-/* COHSM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* COHSM__IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -7100,7 +7100,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, 
     return cohsm__lanes_sub(half, cohsm__lanes_mul(half, cohsm__lanes3_dot(corner, back)));
 }
 
-/* Puts the triangles of a mask behind those of the queue. */
+/* Appends the triangles of a mask to those of the queue. */
 static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p,
                                                      cohsm__lane_mask m)
 {

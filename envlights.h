@@ -100,8 +100,9 @@
                    surroundings.
      hemisphere    Directions below the horizon are left out, so that no light is spent on them.
 
-   A build takes at most 76 bytes of memory for each texel of the map (79 with split_sun), 45 by MEDIAN_CUT and
-   CDF, and half a kilobyte for each light. It keeps 16 bytes a texel and a quarter of a kilobyte a light.
+   A build takes at most 76 bytes of memory for each texel of the map (79 with split_sun; 45 and 50 by
+   MEDIAN_CUT and CDF) and half a kilobyte for each light. It keeps 16 bytes a texel and a quarter of a
+   kilobyte a light.
 
    Configuration
 

@@ -1088,7 +1088,7 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #define GIFILT__INTEL(name) _mm_##name
 #endif
 
-/* GIFILT__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* GIFILT__IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)

@@ -1836,7 +1836,7 @@ struct ism_maps {
     ism__buffer     previous, windows, pixels;              /* VPLs of the last frame; receivers */
     ism__buffer     near_points, near_blocks, near_drawn, near_keys;
     uint32_t        window_count;   /* VPLs of the frame before, whose ism_vpl.window is kept in `windows`
-                                       behind the ism__window of each VPL of this frame */
+                                       after the ism__window of each VPL of this frame */
     uint32_t        near_count;     /* near points in use */
     uint32_t        blank_from;     /* tiles of the atlas from this one on show nothing */
     size_t          triangles;      /* triangles that the points lie on; 0 = there are no points yet */
@@ -3642,7 +3642,7 @@ static float ism__texels_per_unit(const ism__tile *tile)
 #define ISM__INTEL(name) _mm_##name
 #endif
 
-/* ISM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* ISM__IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -5472,7 +5472,7 @@ static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uin
     return best;
 }
 
-/* Pulls: makes the coarser levels, one behind the other. */
+/* Pulls: makes the coarser levels, one after the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
     uint32_t level, i, *own = pyramid;
@@ -5683,7 +5683,7 @@ static void ism__blank_tiles(ism_maps *m)
 }
 
 #ifndef ISM_WITHOUT_FILL
-/* Returns where pull and push have their levels: behind depths and directions. */
+/* Returns where pull and push have their levels: after depths and directions. */
 static uint32_t *ism__pyramid_of(const ism__tile *tile)
 {
     return (uint32_t *)(void *)(tile->depth + (size_t)tile->size * tile->size * 4u);

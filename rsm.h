@@ -3214,7 +3214,7 @@ typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], c
 #define RSM__INTEL(name) _mm_##name
 #endif
 
-/* RSM__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* RSM__IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)

@@ -3009,7 +3009,7 @@ static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfiel
     f->log = *log;
     f->h = *h;
     f->h.bytes = (uint32_t)bytes;
-    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far behind samples */
+    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far past samples */
     if (!f->words) {
         sfield__free(a, f);
         return SFIELD_ERR_ALLOC;
@@ -3512,7 +3512,7 @@ static sfield__between sfield__between_of_frame(const sfield_field *f, const sfi
 /* ---- queries: the eight samples about a point, interpolated ---- */
 
 /* Writes out[k], the sum over eight samples, for k < n, a multiple of 8. Kernels work on sixteen values at
-   a time: up to eight floats behind out[n - 1] are written, too. */
+   a time: up to eight floats after out[n - 1] are written, too. */
 static void sfield__mix_samples(const sfield_field *f, const sfield__between *at, uint32_t n, float *out,
                                 int simd);
 
@@ -5619,7 +5619,7 @@ typedef struct sfield__bundle {
 #define SFIELD__INTEL(name) _mm_##name
 #endif
 
-/* SFIELD__IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* SFIELD__IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -6784,7 +6784,7 @@ SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, cons
 
 /* ---- kernels: between eight samples ---- */
 
-/* See sfield__widen_samples. What is written behind a sample's last value is overwritten by the next
+/* See sfield__widen_samples. What is written after a sample's last value is overwritten by the next
    sample. */
 SFIELD__KERNEL static void sfield__widen(const sfield_field *f, const uint8_t *first, uint32_t n, float *out)
 {
@@ -8466,7 +8466,7 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
     sfield__recall16(value, scale, c->coefs, t, simd);
 }
 
-/* Returns the slot of T after `number` of the steps that all lights share. These slots lie behind those of
+/* Returns the slot of T after `number` of the steps that all lights share. These slots come after those of
    lights. */
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {
@@ -8570,7 +8570,7 @@ typedef struct sfield__tile {
                                                    sphere, and the greatest distance, of all lanes */
     float    *d2, *factor, *occlusion;          /* of each occluder: 16, 16 and 16 n^2 floats */
     uint8_t  *state;                            /* of each occluder: SFIELD__NOT_FETCHED, ... */
-    uint32_t  lights;                           /* the environment, if there is one, comes behind them */
+    uint32_t  lights;                           /* the environment, if there is one, comes after them */
     int       sky;                              /* 1: there is an environment */
     int       chains;                           /* 2 with a lobe, otherwise 1 */
     int       all_round;                        /* not 0: occluders below the horizon count too */

@@ -687,7 +687,7 @@ enum {
 
 /* ---- the context ---- */
 
-struct glbk_context {               /* read only; the fields behind max_point_side are private */
+struct glbk_context {               /* read only; the fields after max_point_side are private */
     glbk_functions gl;              /* gl.BindTexture(...): yours to call, too */
     const char    *renderer;        /* the driver's name, valid while the GL context lives */
     int            es;              /* not 0: OpenGL ES or WebGL */
@@ -965,7 +965,7 @@ static void glbk__log(const glbk_context *ctx, const char *text)
     if (ctx->system.log) ctx->system.log(ctx->system.user, text);
 }
 
-/* Logs a text and a name behind it, and returns the result. */
+/* Logs a text, then a name, and returns the result. */
 static glbk_result glbk__fail(const glbk_context *ctx, glbk_result result, const char *text, const char *name)
 {
     glbk__message m;

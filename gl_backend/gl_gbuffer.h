@@ -394,7 +394,7 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
                                             const glbk_attributes *from, glbk_attributes *to);
 
 /* Writes defines for a program whose vertex shader has its attributes there: GBUFFER_POSITION,
-   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and behind them `more`, which may be "" and has up to 48
+   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and after them `more`, which may be "" and has up to 48
    characters. */
 #define GLBK__ATTRIBUTES_ROOM 128
 GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,

@@ -213,7 +213,7 @@ typedef struct glbk_shader {        /* one stage of a program */
     const char *uses, *defines;     /* as in glbk_source, or NULL */
     const char *name;               /* the file with its main ("prog/copy.frag", which brings its own uses),
                                        or NULL */
-    const char *text;               /* your text, behind that file if both are given; or NULL */
+    const char *text;               /* your text, after that file if both are given; or NULL */
     const glbk_part *parts[GLBK_MAX_PARTS];     /* as in glbk_source */
 } glbk_shader;
 
@@ -256,7 +256,7 @@ GLBK_DEF glbk_result glbk_set_slots(glbk_context *ctx, const glbk_part *part, co
      GLBK_part_STORAGE(X)    X(qualifiers, GLSL type, name, slot), an array without size, for compute
      GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
-   A list may consist of other lists, each named with (X) behind it. Slots of textures count from 0 to
+   A list may consist of other lists, each named with (X) after it. Slots of textures count from 0 to
    GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part. A program that uses several
    parts gives each a glbk_offset, so that they do not meet; the base is one too, whose slots stay. From the
    lists come GLBK_SLOT_name, the C struct of each block, and the library file "part_bindings". Members are
@@ -340,7 +340,7 @@ GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *p
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
                                              const char *name, const char *defines, glbk_program *out);
 
-/* Returns a string behind the name of a file. */
+/* Returns one of the strings that follow the name of a file. */
 enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
@@ -1238,7 +1238,7 @@ static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
     glbk__append_text(sink, "\n");
 }
 
-/* Logs the driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
+/* Logs the driver's words on a shader, after the list of its files, or on a program: shader is NULL then. */
 static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glbk_shader *shader)
 {
     glbk_prog__allocator memory = glbk_prog__memory(ctx);

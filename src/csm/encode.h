@@ -174,7 +174,7 @@ static size_t cohsm__list_bound(size_t count)
 
 /* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and
    first views of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks
-   are written behind the longest possible beginning first, and then moved to the end of the real one. */
+   are written after the longest possible beginning first, and then moved to the end of the real one. */
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count,
                                 const cohsm__grid *grid, uint32_t views)
 {

@@ -244,7 +244,7 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, 
     return cohsm__lanes_sub(half, cohsm__lanes_mul(half, cohsm__lanes3_dot(corner, back)));
 }
 
-/* Puts the triangles of a mask behind those of the queue. */
+/* Appends the triangles of a mask to those of the queue. */
 static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p,
                                                      cohsm__lane_mask m)
 {

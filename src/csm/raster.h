@@ -11,8 +11,8 @@ typedef struct cohsm__soup {            /* triangles in units of the bounding sp
     float   *v;                         /* of each cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last
                                            cluster is filled up with triangles of no area */
     float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
-                                           eight, then y, z, and in the same way their half sides. Behind
-                                           them lie, in groups of 8 too, boxes that each hold 8 clusters */
+                                           eight, then y, z, and in the same way their half sides. After
+                                           them come, in groups of 8 too, boxes that each hold 8 clusters */
     uint32_t clusters, triangles;
 } cohsm__soup;
 

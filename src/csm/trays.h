@@ -24,7 +24,7 @@
    view if j of the n first views are not above it.
 
    Depths that do not fit into a line even if a tray is split in eight have n = 31 and codes that are all
-   exact, for which no line has room: the byte behind n says how many lines further on the 16-bit depths of
+   exact, for which no line has room: the byte after n says how many lines further on the 16-bit depths of
    these 32 views stand, low bytes first. So every list can be kept. */
 
 enum {

@@ -1,6 +1,6 @@
 /* ---- the context ---- */
 
-struct glbk_context {               /* read only; the fields behind max_point_side are private */
+struct glbk_context {               /* read only; the fields after max_point_side are private */
     glbk_functions gl;              /* gl.BindTexture(...): yours to call, too */
     const char    *renderer;        /* the driver's name, valid while the GL context lives */
     int            es;              /* not 0: OpenGL ES or WebGL */

@@ -13,7 +13,7 @@ static void glbk__log(const glbk_context *ctx, const char *text)
     if (ctx->system.log) ctx->system.log(ctx->system.user, text);
 }
 
-/* Logs a text and a name behind it, and returns the result. */
+/* Logs a text, then a name, and returns the result. */
 static glbk_result glbk__fail(const glbk_context *ctx, glbk_result result, const char *text, const char *name)
 {
     glbk__message m;

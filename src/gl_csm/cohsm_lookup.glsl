@@ -351,7 +351,7 @@ uvec2 cohsm_tray_at(const in cohsm_maps m, uint pixel, uint place)
 }
 
 // Returns the depth of a view whose code, at a byte of the line of its tray, says that the depth stands
-// elsewhere: behind the codes, which begin at byte `codes`, after as many others as such codes stand before
+// elsewhere: after the codes, which begin at byte `codes`, after as many others as such codes stand before
 // this one; or, where a tray has 31 first views, view by view some lines further on. a and b are the texels
 // `texel` and the next one, from which bytes count.
 uint cohsm_tray_exact(uint texel, uvec4 a, uvec4 b, uint count, uint codes, uint byte, uint view)

@@ -7,7 +7,7 @@
      GLBK_part_STORAGE(X)    X(qualifiers, GLSL type, name, slot), an array without size, for compute
      GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
-   A list may consist of other lists, each named with (X) behind it. Slots of textures count from 0 to
+   A list may consist of other lists, each named with (X) after it. Slots of textures count from 0 to
    GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part. A program that uses several
    parts gives each a glbk_offset, so that they do not meet; the base is one too, whose slots stay. From the
    lists come GLBK_SLOT_name, the C struct of each block, and the library file "part_bindings". Members are

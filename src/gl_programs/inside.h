@@ -44,7 +44,7 @@ GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *p
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
                                              const char *name, const char *defines, glbk_program *out);
 
-/* Returns a string behind the name of a file. */
+/* Returns one of the strings that follow the name of a file. */
 enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 

@@ -39,7 +39,7 @@ static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
     glbk__append_text(sink, "\n");
 }
 
-/* Logs the driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
+/* Logs the driver's words on a shader, after the list of its files, or on a program: shader is NULL then. */
 static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glbk_shader *shader)
 {
     glbk_prog__allocator memory = glbk_prog__memory(ctx);

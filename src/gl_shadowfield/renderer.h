@@ -84,7 +84,7 @@ GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *o
     return sink.used + 1;
 }
 
-/* Compiles the pass's program with the product written out, which stands behind sfield_field and before the
+/* Compiles the pass's program with the product written out, which stands after sfield_field and before the
    functions that call it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
                                         int compute, glbk_program *out)

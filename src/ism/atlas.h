@@ -105,7 +105,7 @@ static void ism__blank_tiles(ism_maps *m)
 }
 
 #ifndef ISM_WITHOUT_FILL
-/* Returns where pull and push have their levels: behind depths and directions. */
+/* Returns where pull and push have their levels: after depths and directions. */
 static uint32_t *ism__pyramid_of(const ism__tile *tile)
 {
     return (uint32_t *)(void *)(tile->depth + (size_t)tile->size * tile->size * 4u);

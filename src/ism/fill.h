@@ -103,7 +103,7 @@ static uint32_t ism__pull_cell(const ism__tile *tile, const uint32_t *below, uin
     return best;
 }
 
-/* Pulls: makes the coarser levels, one behind the other. */
+/* Pulls: makes the coarser levels, one after the other. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
     uint32_t level, i, *own = pyramid;

@@ -80,7 +80,7 @@ struct ism_maps {
     ism__buffer     previous, windows, pixels;              /* VPLs of the last frame; receivers */
     ism__buffer     near_points, near_blocks, near_drawn, near_keys;
     uint32_t        window_count;   /* VPLs of the frame before, whose ism_vpl.window is kept in `windows`
-                                       behind the ism__window of each VPL of this frame */
+                                       after the ism__window of each VPL of this frame */
     uint32_t        near_count;     /* near points in use */
     uint32_t        blank_from;     /* tiles of the atlas from this one on show nothing */
     size_t          triangles;      /* triangles that the points lie on; 0 = there are no points yet */

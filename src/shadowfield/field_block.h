@@ -151,7 +151,7 @@ static sfield_result sfield__alloc_field(const sfield__allocator *a, const sfiel
     f->log = *log;
     f->h = *h;
     f->h.bytes = (uint32_t)bytes;
-    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far behind samples */
+    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes + 8);     /* kernels read as far past samples */
     if (!f->words) {
         sfield__free(a, f);
         return SFIELD_ERR_ALLOC;

@@ -1,6 +1,6 @@
 /* ---- kernels: between eight samples ---- */
 
-/* See sfield__widen_samples. What is written behind a sample's last value is overwritten by the next
+/* See sfield__widen_samples. What is written after a sample's last value is overwritten by the next
    sample. */
 SFIELD__KERNEL static void sfield__widen(const sfield_field *f, const uint8_t *first, uint32_t n, float *out)
 {

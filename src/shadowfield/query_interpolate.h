@@ -76,7 +76,7 @@ static sfield__between sfield__between_of_frame(const sfield_field *f, const sfi
 /* ---- queries: the eight samples about a point, interpolated ---- */
 
 /* Writes out[k], the sum over eight samples, for k < n, a multiple of 8. Kernels work on sixteen values at
-   a time: up to eight floats behind out[n - 1] are written, too. */
+   a time: up to eight floats after out[n - 1] are written, too. */
 static void sfield__mix_samples(const sfield_field *f, const sfield__between *at, uint32_t n, float *out,
                                 int simd);
 

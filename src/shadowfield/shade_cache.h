@@ -110,7 +110,7 @@ static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, in
     sfield__recall16(value, scale, c->coefs, t, simd);
 }
 
-/* Returns the slot of T after `number` of the steps that all lights share. These slots lie behind those of
+/* Returns the slot of T after `number` of the steps that all lights share. These slots come after those of
    lights. */
 static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
 {

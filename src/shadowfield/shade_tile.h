@@ -21,7 +21,7 @@ typedef struct sfield__tile {
                                                    sphere, and the greatest distance, of all lanes */
     float    *d2, *factor, *occlusion;          /* of each occluder: 16, 16 and 16 n^2 floats */
     uint8_t  *state;                            /* of each occluder: SFIELD__NOT_FETCHED, ... */
-    uint32_t  lights;                           /* the environment, if there is one, comes behind them */
+    uint32_t  lights;                           /* the environment, if there is one, comes after them */
     int       sky;                              /* 1: there is an environment */
     int       chains;                           /* 2 with a lobe, otherwise 1 */
     int       all_round;                        /* not 0: occluders below the horizon count too */

@@ -22,7 +22,7 @@
 #define P_INTEL(name) _mm_##name
 #endif
 
-/* P_IN_LARGE_KERNEL stands behind static before a function that a kernel calls dozens of times. Such a
+/* P_IN_LARGE_KERNEL stands after `static`, before a function that a kernel calls dozens of times. Such a
    function is not inlined without optimisation, nor with gcc's sanitizers, which take minutes to build large
    functions. */
 #if defined(__GNUC__) && !defined(__TINYC__)
