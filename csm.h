@@ -6779,7 +6779,7 @@ static inline COHSM__IN_KERNEL __m256i cohsm__lanes_first(uint32_t bits)
 }
 #endif
 
-/* Writes the lanes of a mask one after the other. Behind them anything may be written, up to as many floats
+/* Writes the lanes of a mask one after the other. After them anything may be written, up to as many floats
    as there are lanes. */
 static inline COHSM__IN_KERNEL void cohsm__lanes_append(float *to, cohsm__lane_mask m, cohsm__lanes a)
 {

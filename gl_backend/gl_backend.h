@@ -1531,7 +1531,7 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     uint32_t level;
 
     /* Parameters come first: Mesa allots levels by them, and otherwise forgets some of small arrays of
-     * integers. */
+       integers. */
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAX_LEVEL, (int32_t)d->levels - 1);
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MIN_FILTER, smaller);
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAG_FILTER, mipmaps || linear ? GLBK__LINEAR : GLBK__NEAREST);
@@ -1896,7 +1896,7 @@ GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_d
 }
 
 /* Makes floats of bytes 0..255: `rgba` has room for count pixels of four floats, and the bytes stand at its
- * end. */
+   end. */
 static void glbk__bytes_to_floats(void *rgba, size_t count)
 {
     const unsigned char *from = (const unsigned char *)rgba + 12 * count;

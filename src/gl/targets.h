@@ -122,7 +122,7 @@ GLBK__DEF glbk_result glbk__target_create(glbk_context *ctx, const glbk_target_d
 }
 
 /* Makes floats of bytes 0..255: `rgba` has room for count pixels of four floats, and the bytes stand at its
- * end. */
+   end. */
 static void glbk__bytes_to_floats(void *rgba, size_t count)
 {
     const unsigned char *from = (const unsigned char *)rgba + 12 * count;

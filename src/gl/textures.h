@@ -215,7 +215,7 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     uint32_t level;
 
     /* Parameters come first: Mesa allots levels by them, and otherwise forgets some of small arrays of
-     * integers. */
+       integers. */
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAX_LEVEL, (int32_t)d->levels - 1);
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MIN_FILTER, smaller);
     ctx->gl.TexParameteri(target, GLBK__TEXTURE_MAG_FILTER, mipmaps || linear ? GLBK__LINEAR : GLBK__NEAREST);

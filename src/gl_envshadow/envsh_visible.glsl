@@ -30,7 +30,7 @@ struct envsh_view {
     vec3 right, up;                 // unit axes of the tile
     vec2 texel;                     // world size of a texel
     float depth_range;              // world distance of depth 0..1
-    vec4 spread;                    // half axes of the stratum, in texels for each unit of depth
+    vec4 spread;                    // half axes of the light's extent, in texels for each unit of depth
     uint light;                     // its number
     uint place;                     // column, row and page of its tile: 11, 11, 10 bits
 };
@@ -193,8 +193,8 @@ void envsh_limit(inout vec2 a, inout vec2 b, float most)
     }
 }
 
-// Computes the half axes of the kernel, in texels: as far as the stratum spreads over a distance in depth.
-// They are held where their squares are still numbers.
+// Computes the half axes of the kernel, in texels: as far as the light's extent spreads over a distance in
+// depth. They are held where their squares are still numbers.
 void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 b)
 {
     away = min(max(away, 0.0) * q.extent_scale, 1e9);
@@ -204,7 +204,7 @@ void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 
 }
 
 // Returns the lit share of a kernel as wide as the penumbra. A first round of taps finds the mean depth of
-// what is in the way, over which the stratum spreads.
+// what is in the way, over which the light's extent spreads.
 float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
 {
     float occluders = 0.0, found = 0.0, stored;

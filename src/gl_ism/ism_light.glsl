@@ -269,7 +269,7 @@ bool ism_near_counts(uint i, vec3 p, vec3 n)
 }
 
 // Returns the first near point of a class, from i on, in a block of 64 whose sphere holds p. Beyond its
-// sphere no point of a block reaches. 64 is a whole number of patterns, so i keeps its class.
+// sphere no point of a block reaches. 64 is a multiple of set_count, so i keeps its class.
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {

@@ -228,7 +228,7 @@ static inline P_IN_KERNEL __m256i P_lanes_first(uint32_t bits)
 }
 #endif
 
-/* Writes the lanes of a mask one after the other. Behind them anything may be written, up to as many floats
+/* Writes the lanes of a mask one after the other. After them anything may be written, up to as many floats
    as there are lanes. */
 static inline P_IN_KERNEL void P_lanes_append(float *to, P_lane_mask m, P_lanes a)
 {
