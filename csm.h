@@ -350,7 +350,8 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
                                        DIRECTION and POSITION, 4 d for PARAMETER, 4 for INDEX. The coords of
                                        lightsampling.h are parameters that lie 12 bytes apart */
     int              one_light;     /* not 0: lights holds one light, that of all receivers. Such queries are
-                                       much faster if the receivers lie close together */
+                                       much faster with NEAREST if the receivers lie close together,
+                                       unless the light is a POSITION */
     cohsm_light_kind light_kind;
     cohsm_filter     filter;
     float            bias;          /* receivers count as nearer to the light by this many pixels of a map,
@@ -5331,7 +5332,7 @@ enum {
 #endif
 
 typedef struct cohsm__kept {            /* depths of one light that earlier samples decoded, by cohsm__slot */
-    int32_t pixel[COHSM__KEPT], depth[COHSM__KEPT];
+    int32_t key[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
@@ -5377,7 +5378,7 @@ typedef struct cohsm__bunch {
 
 static void cohsm__keep_nothing(cohsm__kept *kept)
 {
-    memset(kept->pixel, 0xff, sizeof kept->pixel);          /* COHSM__NO_PIXEL */
+    memset(kept->key, 0xff, sizeof kept->key);              /* -1 */
     memset(kept->depth, 0, sizeof kept->depth);
 }
 
@@ -5684,54 +5685,73 @@ typedef struct cohsm__step {
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* Writes the axes of the map that answers for one direction, and returns the map's place in the sequence. */
-static uint32_t cohsm__axes_toward(const cohsm_maps *m, cohsm__v3 direction, cohsm__axes *f)
+/* Finds the cell of the map that answers for one light. Returns 0 if there is none, so that every point is
+   lit. */
+static int cohsm__cell_of_light(const cohsm_maps *m, cohsm_light_kind kind, cohsm__v3 l, uint32_t index,
+                                uint32_t *cell)
 {
-    int c[3] = { 0, 0, 0 };
-    float u[3];
+    int c[3] = { 0, 0, 0 }, k;
+    float f[3];
 
-    cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
-    c[0] = cohsm__floor(u[0] + 0.5f);
-    c[1] = cohsm__floor(u[1] + 0.5f);
+    *cell = index;
+    if (kind == COHSM_LIGHT_INDEX) return index < m->head.map_count;
+    if (!cohsm__v3_finite(l) || (kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l))) return 0;
+    cohsm__domain_position(m, l, kind, f);
+    for (k = 0; k < (int)m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + 0.5f);
     cohsm__wrap_cell(m, c);
-    *f = cohsm__cell_axes(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    return cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    *cell = cohsm__cell_index(m, c);
+    return 1;
 }
 
-/* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
+/* A point's key says in which pixel of which map it falls: the pixel's number within the shard and, above
+   COHSM__KEY_BITS, the face of a cube map. */
+enum { COHSM__KEY_BITS = 20 };          /* M is at most 1024 */
+
+/* Returns where the decoded depth of a key is kept: by the low bits of x and y, since neighbouring points
    share pixels. */
-static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
+static uint32_t cohsm__slot(uint32_t key) { return (key & 15u) | (key >> 3 & 0x1f0u); }
 
 enum {
     COHSM__STREAM = 1024,               /* the most points of a stream */
-    COHSM__AHEAD = 768                  /* floats of points that are prefetched before they are wanted */
+    COHSM__AHEAD = 3072                 /* bytes of points that are prefetched before they are wanted */
 };
 
 typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
-    cohsm__axes axes;
-    uint32_t place;
-    float    bias;                      /* in parts of the depth range */
+    cohsm__axes axes;                   /* of maps of directions */
+    cohsm__v3 eye;                      /* of cube maps, in radii about the centre */
+    uint32_t place;                     /* of the map; of a cube map, that of its first face */
+    float    bias;                      /* the query's */
     size_t   count;
-    const float *packed;                /* points as they stand in the query; NULL: x, y, z have them, in
-                                           radii about the centre */
+    const char *points;                 /* as they stand in the query, `stride` bytes apart; NULL: x, y, z
+                                           have them, in radii about the centre */
+    size_t   stride;
     const float *x, *y, *z;
     cohsm__kept *kept;
     /* The caller's room for as many numbers as there are points. */
-    int32_t  *pixel;                    /* of each point, or COHSM__NO_PIXEL */
+    int32_t  *key;                      /* of each point, or -1 if it falls into no pixel */
     int32_t  *depth;                    /* of each point, to be compared */
-    uint32_t *list;                     /* pixels whose depths are to be decoded */
+    uint32_t *list;                     /* keys whose depths are to be decoded */
     uint32_t listed;
 } cohsm__stream;
 
-static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction, float bias,
+/* Makes a stream for the map of a cell, which is still without points. */
+static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *m, uint32_t cell, float bias,
                                cohsm__kept *kept)
 {
-    s->maps = maps;
-    s->place = cohsm__axes_toward(maps, direction, &s->axes);
-    s->bias = bias / (float)maps->head.map_side;
+    uint32_t c[3];
+
+    memset(s, 0, sizeof *s);
+    cohsm__cell_split(m->head.side, cell, c);
+    s->maps = m;
+    s->place = cohsm__place_of_cell(m, c[0], c[1], c[2]);
+    s->bias = bias;
     s->kept = kept;
-    s->packed = s->x = s->y = s->z = NULL;
+    if (m->head.positional) {
+        s->eye = cohsm__v3_sub(cohsm__cell_location(&m->head, m->locations, cell),
+                               cohsm__v3_load(m->head.center));
+        s->eye = cohsm__v3_scale(s->eye, 1.0f / m->head.radius);
+    } else s->axes = cohsm__cell_axes(&m->head, m->locations, m->angles, cell);
 }
 
 /* ==== src/csm/kernels_begin.h ==== */
@@ -5779,6 +5799,11 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__address_latlong COHSM__NAME_IN_SET(cohsm__address_latlong, COHSM__SET)
 #define cohsm__views COHSM__NAME_IN_SET(cohsm__views, COHSM__SET)
 #define cohsm__views_of COHSM__NAME_IN_SET(cohsm__views_of, COHSM__SET)
+#define cohsm__seen COHSM__NAME_IN_SET(cohsm__seen, COHSM__SET)
+#define cohsm__see_along_axes COHSM__NAME_IN_SET(cohsm__see_along_axes, COHSM__SET)
+#define cohsm__see_on_face COHSM__NAME_IN_SET(cohsm__see_on_face, COHSM__SET)
+#define cohsm__onto_face COHSM__NAME_IN_SET(cohsm__onto_face, COHSM__SET)
+#define cohsm__keys_decode COHSM__NAME_IN_SET(cohsm__keys_decode, COHSM__SET)
 #define cohsm__stream_load COHSM__NAME_IN_SET(cohsm__stream_load, COHSM__SET)
 #define cohsm__stream_project COHSM__NAME_IN_SET(cohsm__stream_project, COHSM__SET)
 #define cohsm__load_strided COHSM__NAME_IN_SET(cohsm__load_strided, COHSM__SET)
@@ -6545,6 +6570,74 @@ static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes3_dot(cohsm__lanes3 a, c
 {
     return cohsm__lanes_add(cohsm__lanes_add(cohsm__lanes_mul(a.x, b.x), cohsm__lanes_mul(a.y, b.y)),
                        cohsm__lanes_mul(a.z, b.z));
+}
+
+/* ==== src/shared/simd_strided.h ==== */
+
+/* unit simd_strided, needs simd_lanes3: vectors of three that lie any number of bytes apart */
+
+#define cohsm__load_pair COHSM__NAME_IN_SET(cohsm__load_pair, COHSM__SET)
+#define cohsm__load_eight COHSM__NAME_IN_SET(cohsm__load_eight, COHSM__SET)
+#define cohsm__join_halves COHSM__NAME_IN_SET(cohsm__join_halves, COHSM__SET)
+#define cohsm__lanes3_load_fours COHSM__NAME_IN_SET(cohsm__lanes3_load_fours, COHSM__SET)
+
+#if COHSM__WIDTH > 4
+/* Loads vectors number 0 and 4, which lie `stride` bytes apart, and the 4 bytes behind each. */
+static inline COHSM__IN_KERNEL __m256 cohsm__load_pair(const char *from, size_t stride)
+{
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps((const float *)(const void *)from)),
+                                _mm_loadu_ps((const float *)(const void *)(from + 4 * stride)), 1);
+}
+
+/* Loads x, y and z of 8 vectors, which lie `stride` bytes apart. Reads 4 bytes behind each. */
+static inline COHSM__IN_KERNEL void cohsm__load_eight(const char *from, size_t stride, __m256 *xyz)
+{
+    const __m256 a = cohsm__load_pair(from, stride), b = cohsm__load_pair(from + stride, stride);
+    const __m256 c = cohsm__load_pair(from + 2 * stride, stride), d = cohsm__load_pair(from + 3 * stride, stride);
+    const __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
+    xyz[0] = _mm256_shuffle_ps(ab, cd, _MM_SHUFFLE(1, 0, 1, 0));
+    xyz[1] = _mm256_shuffle_ps(ab, cd, _MM_SHUFFLE(3, 2, 3, 2));
+    xyz[2] = _mm256_shuffle_ps(_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d), _MM_SHUFFLE(1, 0, 1, 0));
+}
+#endif
+
+#if COHSM__WIDTH == 16
+/* Returns 16 floats of two halves. gcc 12 warns of what the insertion without a mask calls. */
+static inline COHSM__IN_KERNEL __m512 cohsm__join_halves(__m256 low, __m256 high)
+{
+    return _mm512_castpd_ps(_mm512_maskz_insertf64x4(
+        (__mmask8)0xff, _mm512_castps_pd(_mm512_castps256_ps512(low)), _mm256_castps_pd(high), 1));
+}
+#endif
+
+/* Loads x, y, z of each lane from vectors that lie `stride` bytes apart. Reads 4 bytes behind each. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load_fours(const void *from, size_t stride)
+{
+    const char *at = (const char *)from;
+    cohsm__lanes3 v;
+#if COHSM__WIDTH == 16
+    __m256 low[3], high[3];
+    COHSM__EACH(
+        cohsm__load_eight(at + stride * (16 * piece), stride, low);
+        cohsm__load_eight(at + stride * (16 * piece + 8), stride, high);
+        v.x.v[piece] = cohsm__join_halves(low[0], high[0]);
+        v.y.v[piece] = cohsm__join_halves(low[1], high[1]);
+        v.z.v[piece] = cohsm__join_halves(low[2], high[2]))
+#elif COHSM__WIDTH == 8
+    __m256 xyz[3];
+    COHSM__EACH(
+        cohsm__load_eight(at + stride * (8 * piece), stride, xyz);
+        v.x.v[piece] = xyz[0];
+        v.y.v[piece] = xyz[1];
+        v.z.v[piece] = xyz[2])
+#else
+    float xyz[3][COHSM__LANE_COUNT];
+    int l, k;
+    for (l = 0; l < COHSM__LANE_COUNT; l++)
+        for (k = 0; k < 3; k++) memcpy(&xyz[k][l], at + stride * (size_t)l + 4 * k, 4);
+    v = cohsm__lanes3_load(xyz[0], xyz[1], xyz[2]);
+#endif
+    return v;
 }
 
 /* ==== src/shared/simd_ints.h ==== */
@@ -7556,7 +7649,9 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, 
 /* The map that answers for all points of a stream, with each number in all lanes. */
 typedef struct cohsm__views {
     cohsm__lanes3 center, right, up, back;      /* the sphere's centre; the axes of the map */
-    cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias */
+    cohsm__lanes3 eye;                          /* of a cube map */
+    cohsm__lanes per_radius, half, top, bias;   /* 1 / radius; M / 2; M; the query's bias, in maps */
+    cohsm__lanes nearer, deeper;                /* factors of a cube map's depths: bias, range */
     cohsm__lane_ints side, begin, range;        /* M; the first pixel and the number of pixels of the shard */
 } cohsm__views;
 
@@ -7564,83 +7659,157 @@ static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream 
 {
     const cohsm__header *h = &s->maps->head;
     const cohsm__axes *f = &s->axes;
+    const float top = (float)h->map_side;
     cohsm__views v;
     v.center = cohsm__lanes3_all(h->center[0], h->center[1], h->center[2]);
     v.right = cohsm__lanes3_all(f->right.x, f->right.y, f->right.z);
     v.up = cohsm__lanes3_all(f->up.x, f->up.y, f->up.z);
     v.back = cohsm__lanes3_all(f->back.x, f->back.y, f->back.z);
+    v.eye = cohsm__lanes3_all(s->eye.x, s->eye.y, s->eye.z);
     v.per_radius = cohsm__lanes_all(1.0f / h->radius);
-    v.half = cohsm__lanes_all(0.5f * (float)h->map_side);
-    v.top = cohsm__lanes_all((float)h->map_side);
-    v.bias = cohsm__lanes_all(s->bias);
+    v.half = cohsm__lanes_all(0.5f * top);
+    v.top = cohsm__lanes_all(top);
+    v.bias = cohsm__lanes_all(s->bias / top);
+    v.nearer = cohsm__lanes_all(1.0f - 2.0f * s->bias / top);
+    v.deeper = cohsm__lanes_all(h->positional ? h->radius / h->depth_far : 0.0f);
     v.side = cohsm__ints_all((int32_t)h->map_side);
     v.begin = cohsm__ints_all((int32_t)h->pixel_begin);
     v.range = cohsm__ints_all((int32_t)s->maps->range);
     return v;
 }
 
-/* Loads the points from number k on, as many as there are lanes, in radii about the centre; 0 0 0 if there
-   are no more. */
+/* Loads vectors, which lie `stride` bytes apart, as many as there are lanes; the last of `count` stands for
+   those that are missing. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__load_strided(const void *from, size_t stride,
+                                                                 size_t count)
+{
+    float v[3 * COHSM__LANE_COUNT];
+    size_t i;
+    if (stride == 12 && count >= COHSM__LANE_COUNT)
+        return cohsm__lanes3_load_packed((const float *)from);
+    if (stride > 12 && count > COHSM__LANE_COUNT) return cohsm__lanes3_load_fours(from, stride);
+    for (i = 0; i < COHSM__LANE_COUNT; i++)
+        memcpy(v + 3 * i, (const char *)from + stride * (i < count ? i : count - 1), 12);
+    return cohsm__lanes3_load_packed(v);
+}
+
+/* Loads the points from number k on, as many as there are lanes, in radii about the centre. */
 static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v,
                                                                 size_t k)
 {
-    const float *from;
-    float last[3 * COHSM__LANE_COUNT];
+    const char *from;
     size_t i;
 
-    if (!s->packed) return cohsm__lanes3_load(s->x + k, s->y + k, s->z + k);
-    from = s->packed + 3 * k;
-    for (i = 0; i < 3 * COHSM__LANE_COUNT; i += 16) COHSM__PREFETCH(from + COHSM__AHEAD + i);
-    if (s->count - k < COHSM__LANE_COUNT) {
-        memset(last, 0, sizeof last);
-        memcpy(last, from, 3 * (s->count - k) * sizeof *last);
-        from = last;
-    }
-    return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
+    if (!s->points) return cohsm__lanes3_load(s->x + k, s->y + k, s->z + k);
+    from = s->points + s->stride * k;
+    if (s->stride <= 64)
+        for (i = 0; i < COHSM__LANE_COUNT * s->stride; i += 64) COHSM__PREFETCH(from + COHSM__AHEAD + i);
+    return cohsm__lanes3_scale(
+        cohsm__lanes3_sub(cohsm__load_strided(from, s->stride, s->count - k), v->center), v->per_radius);
+}
+
+/* Points as the maps see them: the position in pixels, the depth in 16 bits; `in` are those that are
+   finite; face is the number of the cube's face, where the key has it. */
+typedef struct cohsm__seen {
+    cohsm__lanes x, y, depth;
+    cohsm__lane_ints face;
+    cohsm__lane_mask in;
+} cohsm__seen;
+
+static inline COHSM__IN_KERNEL cohsm__seen cohsm__see_along_axes(const cohsm__views *v, cohsm__lanes3 p)
+{
+    const cohsm__lanes middle = cohsm__lanes_all(0.5f);
+    cohsm__lanes d = cohsm__lanes_mul(middle, cohsm__lanes3_dot(p, v->back));
+    cohsm__seen s;
+    s.x = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
+    s.y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->up), v->half), v->half);
+    d = cohsm__lanes_sub(cohsm__lanes_sub(middle, d), v->bias);
+    s.depth = cohsm__lanes_mul(d, cohsm__lanes_all((float)COHSM__HIT_MAX));
+    s.face = cohsm__ints_all(0);
+    s.in = cohsm__lanes_at_least(s.depth, cohsm__lanes_all(0.0f));  /* what is not finite is outside anyway */
+    return s;
+}
+
+/* Rounding may leave the face by a hair. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__onto_face(const cohsm__views *v, cohsm__lanes x)
+{
+    const cohsm__lanes zero = cohsm__lanes_all(0.0f), last = cohsm__lanes_sub(v->top, cohsm__lanes_all(0.5f));
+    x = cohsm__lanes_select(cohsm__lanes_greater(zero, x), zero, x);
+    return cohsm__lanes_select(cohsm__lanes_at_least(x, v->top), last, x);
+}
+
+static inline COHSM__IN_KERNEL cohsm__seen cohsm__see_on_face(const cohsm__views *v, cohsm__lanes3 p)
+{
+    const cohsm__lanes most = cohsm__lanes_all(3.402823466e38f), zero = cohsm__lanes_all(0.0f);
+    const cohsm__lanes3 q = cohsm__lanes3_sub(p, v->eye);
+    const cohsm__lanes ax = cohsm__lanes_abs(q.x), ay = cohsm__lanes_abs(q.y), az = cohsm__lanes_abs(q.z);
+    const cohsm__lane_mask along_x = cohsm__mask_and(cohsm__lanes_at_least(ax, ay),
+                                                     cohsm__lanes_at_least(ax, az));
+    const cohsm__lane_mask along_y = cohsm__lanes_at_least(ay, az);
+    const cohsm__lanes c = cohsm__lanes_select(along_x, q.x, cohsm__lanes_select(along_y, q.y, q.z));
+    const cohsm__lanes w = cohsm__lanes_abs(c);
+    const cohsm__lane_ints one = cohsm__ints_all(1 << COHSM__KEY_BITS);
+    cohsm__seen s;
+
+    s.face = cohsm__ints_select(along_y, cohsm__ints_all(2 << COHSM__KEY_BITS),
+                                cohsm__ints_all(4 << COHSM__KEY_BITS));
+    s.face = cohsm__ints_select(along_x, cohsm__ints_all(0), s.face);
+    s.face = cohsm__ints_add(s.face, cohsm__ints_keep(cohsm__lanes_greater(zero, c), one));
+    s.x = cohsm__lanes_select(along_x, q.y, cohsm__lanes_select(along_y, q.z, q.x));
+    s.y = cohsm__lanes_select(along_x, q.z, cohsm__lanes_select(along_y, q.x, q.y));
+    s.x = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes_div(s.x, w), v->half), v->half);
+    s.y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes_div(s.y, w), v->half), v->half);
+    s.x = cohsm__onto_face(v, s.x);
+    s.y = cohsm__onto_face(v, s.y);
+    s.depth = cohsm__lanes_mul(cohsm__lanes_mul(w, v->nearer), v->deeper);
+    s.depth = cohsm__lanes_mul(s.depth, cohsm__lanes_all((float)COHSM__HIT_MAX));
+    s.in = cohsm__mask_and(cohsm__lanes_at_least(s.depth, zero),
+                           cohsm__lanes_at_least(most, cohsm__lanes_abs(p.x)));
+    s.in = cohsm__mask_and(s.in, cohsm__mask_and(cohsm__lanes_at_least(most, cohsm__lanes_abs(p.y)),
+                                                 cohsm__lanes_at_least(most, cohsm__lanes_abs(p.z))));
+    return s;
 }
 
 /* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do, for the points from number k on.
-   Returns the pixels. */
+   Returns the keys. */
 static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_project(cohsm__stream *s, const cohsm__views *v,
                                                                       size_t k)
 {
     const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
-    const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
-    const cohsm__lanes x =
-        cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
-    const cohsm__lanes y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->up), v->half), v->half);
-    const cohsm__lane_ints none = cohsm__ints_all(-1);      /* COHSM__NO_PIXEL */
-    cohsm__lanes d = cohsm__lanes_mul(middle, cohsm__lanes3_dot(p, v->back));
+    const cohsm__seen seen =
+        s->maps->head.positional ? cohsm__see_on_face(v, p) : cohsm__see_along_axes(v, p);
+    const cohsm__lanes zero = cohsm__lanes_all(0.0f);
+    const cohsm__lane_ints none = cohsm__ints_all(-1);
+    cohsm__lanes d;
     cohsm__lane_ints pixel;
     cohsm__lane_mask in;
 
-    d = cohsm__lanes_sub(cohsm__lanes_sub(middle, d), v->bias);
-    d = cohsm__lanes_mul(d, cohsm__lanes_all((float)COHSM__HIT_MAX));
-    in = cohsm__mask_and(cohsm__lanes_at_least(x, zero), cohsm__lanes_greater(v->top, x));
-    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero),
-                                             cohsm__lanes_greater(v->top, y)));
-    in = cohsm__mask_and(in, cohsm__lanes_at_least(d, zero));
-    pixel = cohsm__ints_mul(cohsm__lanes_truncate(cohsm__lanes_keep(in, y)), v->side);
-    pixel = cohsm__ints_add(pixel, cohsm__lanes_truncate(cohsm__lanes_keep(in, x)));
+    in = cohsm__mask_and(cohsm__lanes_at_least(seen.x, zero), cohsm__lanes_greater(v->top, seen.x));
+    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(seen.y, zero),
+                                             cohsm__lanes_greater(v->top, seen.y)));
+    in = cohsm__mask_and(in, seen.in);
+    pixel = cohsm__ints_mul(cohsm__lanes_truncate(cohsm__lanes_keep(in, seen.y)), v->side);
+    pixel = cohsm__ints_add(pixel, cohsm__lanes_truncate(cohsm__lanes_keep(in, seen.x)));
     pixel = cohsm__ints_sub(pixel, v->begin);
     in = cohsm__mask_and(in, cohsm__ints_greater(pixel, none));
-    pixel = cohsm__ints_select(cohsm__mask_and(in, cohsm__ints_greater(v->range, pixel)), pixel, none);
-    d = cohsm__lanes_keep(in, cohsm__lanes_min(d, cohsm__lanes_all(65535.0f)));
-    cohsm__ints_store(s->pixel + k, pixel);
+    in = cohsm__mask_and(in, cohsm__ints_greater(v->range, pixel));
+    pixel = cohsm__ints_select(in, cohsm__ints_add(pixel, seen.face), none);
+    d = cohsm__lanes_keep(in, cohsm__lanes_min(seen.depth, cohsm__lanes_all(65535.0f)));
+    cohsm__ints_store(s->key + k, pixel);
     cohsm__ints_store(s->depth + k, cohsm__lanes_truncate(d));
     return pixel;
 }
 
 /* Does what cohsm__slot does. */
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pixel)
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints key)
 {
-    const cohsm__lane_ints high = cohsm__ints_and(cohsm__ints_shift_right(pixel, 3), cohsm__ints_all(0x1f0));
-    return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
+    const cohsm__lane_ints high = cohsm__ints_and(cohsm__ints_shift_right(key, 3), cohsm__ints_all(0x1f0));
+    return cohsm__ints_or(high, cohsm__ints_and(key, cohsm__ints_all(15)));
 }
 
-/* Finds the pixel and the compared depth of every point. A pixel whose slot holds another pixel takes the
-   slot and joins the list of those to be decoded, unless the slot was taken by a pixel of the list already:
-   such a slot has the depth -1. */
+/* Finds the key and the compared depth of every point. A key whose slot holds another one takes the slot and
+   joins the list of those to be decoded, unless the slot was taken by a key of the list already: such a slot
+   has the depth -1. */
 static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 {
     const cohsm__views v = cohsm__views_of(s);
@@ -7650,36 +7819,54 @@ static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
 
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
-        const cohsm__lane_ints pixel = cohsm__stream_project(s, &v, k);
+        const cohsm__lane_ints key = cohsm__stream_project(s, &v, k);
         const cohsm__lane_mask held =
-            cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
+            cohsm__ints_equal(cohsm__ints_gather(kept->key, cohsm__slots(key)), key);
         uint32_t missed =
-            cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
+            cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(key, none))) ^ COHSM__ALL_LANES;
         for (; missed; missed &= missed - 1u) {
-            const int32_t wanted = s->pixel[k + cohsm__first_bit(missed)];
+            const int32_t wanted = s->key[k + cohsm__first_bit(missed)];
             const uint32_t slot = cohsm__slot((uint32_t)wanted);
             if (kept->depth[slot] < 0) continue;
-            kept->pixel[slot] = wanted;
+            kept->key[slot] = wanted;
             kept->depth[slot] = -1;
             s->list[s->listed++] = (uint32_t)wanted;
         }
     }
 }
 
+/* Decodes the depths of up to a step of keys; those behind the last are read as far as lanes go. */
+static inline COHSM__IN_KERNEL void cohsm__keys_decode(const cohsm__stream *s, const uint32_t *key,
+                                                       uint32_t count, int32_t *depth)
+{
+    const cohsm__lane_ints low = cohsm__ints_all((1 << COHSM__KEY_BITS) - 1);
+    const cohsm__lane_ints first = cohsm__ints_all((int32_t)s->place);
+    const cohsm__lane_ints maps = cohsm__ints_all((int32_t)s->maps->head.map_count);
+    uint32_t k;
+    int32_t pixel[COHSM__STEP], place[COHSM__STEP];
+
+    for (k = 0; k < count; k += COHSM__LANE_COUNT) {
+        const cohsm__lane_ints all = cohsm__ints_load((const int32_t *)(const void *)(key + k));
+        const cohsm__lane_ints face = cohsm__ints_shift_right(all, COHSM__KEY_BITS);
+        cohsm__ints_store(pixel + k, cohsm__ints_and(all, low));
+        cohsm__ints_store(place + k, cohsm__ints_add(first, cohsm__ints_mul(face, maps)));
+    }
+    cohsm__find_depths(s->maps, (const uint32_t *)pixel, (const uint32_t *)place, count, depth);
+}
+
 static inline COHSM__IN_KERNEL void cohsm__stream_decode(cohsm__stream *s)
 {
-    uint32_t place[COHSM__STEP], i, k, n;
+    uint32_t i, k, n;
     int32_t depth[COHSM__STEP];
 
-    for (k = 0; k < COHSM__STEP; k++) place[k] = s->place;
     for (i = 0; i < s->listed; i += n) {
         n = cohsm__min_u32(s->listed - i, COHSM__STEP);
-        cohsm__find_depths(s->maps, s->list + i, place, n, depth);
+        cohsm__keys_decode(s, s->list + i, n, depth);
         for (k = 0; k < n; k++) s->kept->depth[cohsm__slot(s->list[i + k])] = depth[k];
     }
 }
 
-/* Writes the answers of points whose pixels have a slot, and lists the others. */
+/* Writes the answers of points whose keys have a slot, and lists the others. */
 static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, float *visible)
 {
     const cohsm__lane_ints one = cohsm__ints_all(1), none = cohsm__ints_all(-1);
@@ -7690,12 +7877,12 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
     s->listed = 0;
     for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
         const size_t left = s->count - k;
-        const cohsm__lane_ints pixel = cohsm__ints_load(s->pixel + k), slot = cohsm__slots(pixel);
+        const cohsm__lane_ints key = cohsm__ints_load(s->key + k), slot = cohsm__slots(key);
         const cohsm__lane_ints known = cohsm__ints_gather(s->kept->depth, slot);
-        const cohsm__lane_mask out = cohsm__ints_equal(pixel, none);
+        const cohsm__lane_mask out = cohsm__ints_equal(key, none);
         const cohsm__lane_mask lit =
             cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
-        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(s->kept->pixel, slot), pixel);
+        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(s->kept->key, slot), key);
         const cohsm__lanes answer = cohsm__lanes_keep(cohsm__mask_or(out, lit), cohsm__lanes_all(1.0f));
         taken = cohsm__mask_bits(cohsm__mask_or(out, held)) ^ COHSM__ALL_LANES;
         if (left >= COHSM__LANE_COUNT) cohsm__lanes_store(visible + k, answer);
@@ -7711,18 +7898,14 @@ static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, floa
 /* Decodes and answers for the points that are listed. */
 static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, float *visible)
 {
-    uint32_t place[COHSM__STEP], pixel[COHSM__STEP];
-    uint32_t i, k, n;
+    uint32_t key[COHSM__STEP] = { 0 }, i, k, n;
     int32_t depth[COHSM__STEP];
 
     for (i = 0; i < s->listed; i += n) {
         const uint32_t *at = s->list + i;
         n = cohsm__min_u32(s->listed - i, COHSM__STEP);
-        for (k = 0; k < n; k++) {
-            pixel[k] = (uint32_t)s->pixel[at[k]];
-            place[k] = s->place;
-        }
-        cohsm__find_depths(s->maps, pixel, place, n, depth);
+        for (k = 0; k < n; k++) key[k] = (uint32_t)s->key[at[k]];
+        cohsm__keys_decode(s, key, n, depth);
         for (k = 0; k < n; k++) visible[at[k]] = s->depth[at[k]] > depth[k] ? 0.0f : 1.0f;
     }
 }
@@ -7739,20 +7922,6 @@ COHSM__KERNEL static void cohsm__one_light(cohsm__stream *s, float *visible)
 /* ==== src/csm/kernels_scene.h ==== */
 
 /* ---- kernels of query: which instances a sample's ray meets ---- */
-
-/* Loads vectors, which lie `stride` bytes apart, as many as there are lanes; the last of `count` stands for
-   those that are missing. */
-static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__load_strided(const void *from, size_t stride,
-                                                                 size_t count)
-{
-    float v[3 * COHSM__LANE_COUNT];
-    size_t i;
-    if (stride == 12 && count >= COHSM__LANE_COUNT)
-        return cohsm__lanes3_load_packed((const float *)from);
-    for (i = 0; i < COHSM__LANE_COUNT; i++)
-        memcpy(v + 3 * i, (const char *)from + stride * (i < count ? i : count - 1), 12);
-    return cohsm__lanes3_load_packed(v);
-}
 
 /* Rays of samples: from points along directions up to `reach`. Points lie up to `slack` off, as far as
    rounding takes them on their way to an object's space. Directions are longer than 1 by more than rounding
@@ -7920,12 +8089,15 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
-    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->work.kept);
+    uint32_t cell;
+
+    if (!cohsm__cell_of_light(t->maps, t->light_kind, cohsm__tile_light(t, 0), t->cell[0], &cell)) return;
+    cohsm__stream_make(&s, t->maps, cell, t->query->bias, &t->work.kept);
     s.count = t->count;
     s.x = t->point[0];
     s.y = t->point[1];
     s.z = t->point[2];
-    s.pixel = (int32_t *)t->pixel;
+    s.key = (int32_t *)t->pixel;
     s.depth = t->depth;
     s.list = t->place;
     kernels->one_light(&s, t->visible);
@@ -7964,9 +8136,8 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->light_kind != COHSM_LIGHT_DIRECTION) return 0;
-    if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
-    if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    if (!shared && (t->light_kind != COHSM_LIGHT_DIRECTION || m->head.domain != COHSM_DOMAIN_LATLONG))
+        return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
         t->id[i] = 0;
@@ -8103,31 +8274,43 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
+/* Finds the cell of the light that all samples of a query have. Returns 0 if all samples are lit. */
+static int cohsm__cell_of_query(const cohsm_maps *m, const cohsm_query *q, uint32_t *cell)
+{
+    float v[3] = { 0.0f, 0.0f, 0.0f };
+    uint32_t index = 0;
+    memcpy(q->light_kind == COHSM_LIGHT_INDEX ? (void *)&index : (void *)v, q->lights,
+           cohsm__light_size(m, q->light_kind));
+    return cohsm__cell_of_light(m, q->light_kind, cohsm__v3_load(v), index, cell);
+}
+
 /* Answers the whole batch at once if all points have one light; returns 0 if the batch is one that is treated
    in tiles. */
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
-    int32_t pixel[COHSM__STREAM], depth[COHSM__STREAM];
-    uint32_t list[COHSM__STREAM];
+    int32_t key[COHSM__STREAM], depth[COHSM__STREAM];
+    uint32_t list[COHSM__STREAM], cell;
     cohsm__stream s;
     cohsm__kept kept;
-    float v[3];
     size_t first;
 
     if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
-        q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
+        q->light_kind == COHSM_LIGHT_POSITION)
         return 0;
-    memcpy(v, q->lights, sizeof v);
-    if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
+    if (!cohsm__cell_of_query(m, q, &cell)) {
+        for (first = 0; first < q->count; first++) visible[first] = 1.0f;
+        return 1;
+    }
     cohsm__keep_nothing(&kept);
-    cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
-    s.pixel = pixel;
+    cohsm__stream_make(&s, m, cell, q->bias, &kept);
+    s.stride = q->position_stride ? q->position_stride : 12;
+    s.key = key;
     s.depth = depth;
     s.list = list;
     for (first = 0; first < q->count; first += s.count) {
         s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
-        s.packed = q->positions + 3 * first;
+        s.points = (const char *)(const void *)q->positions + s.stride * first;
         kernels.one_light(&s, visible + first);
     }
     return 1;

@@ -1,14 +1,15 @@
 /* csm_query.c - queries a second and their errors beside Embree's occlusion rays, on the same points and directions in
    the same run: area-weighted random points, 1e-4 of the bounding radius off the surface. "random" is one direction of
    the hemisphere for each point; "coherent" is points in Morton order, of which 1024 neighbours share a direction and
-   those that face away from it are left out. */
+   those that face away from it are left out: they ask by that direction, by the number of its map, or from vertices
+   that lie 32 bytes apart. */
 #include "bench.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 128, GROUP = 1024, CHUNK = 16384, REPEATS = 5 };
+enum { SIDE = 128, GROUP = 1024, CHUNK = 16384, REPEATS = 5, STRIDE = 32 };
 
 #define MOST_SECONDS 3.0         /* of repeats */
 
@@ -202,9 +203,11 @@ typedef struct work {
     int              one_light;
     float           *lit;
     int              failed;
+    const uint32_t  *maps_asked; /* coherent: the number of each group's map, or NULL: directions */
+    const float     *vertices;   /* STRIDE bytes apart, or NULL: packed */
 } work;
 
-static void query(work *w, size_t first, size_t count, int one_light)
+static void query(work *w, size_t first, size_t count, int one_light, const uint32_t *map)
 {
     cohsm_query q = { 0 };
     cohsm_result result;
@@ -212,6 +215,14 @@ static void query(work *w, size_t first, size_t count, int one_light)
     q.lights = w->rays->directions + 3 * first;
     q.count = count;
     q.one_light = one_light;
+    if (w->vertices) {
+        q.positions = w->vertices + STRIDE / 4 * first;
+        q.position_stride = STRIDE;
+    }
+    if (map) {
+        q.lights = map;
+        q.light_kind = COHSM_LIGHT_INDEX;
+    }
     q.filter = w->filter;
     q.bias = w->bias > 0 ? w->bias : -1;
     q.seed = (uint32_t)first;
@@ -229,13 +240,14 @@ static void do_chunk(void *context, size_t index)
         w->failed |= !bn_rays_trace(w->tracer, w->mode, w->rays->group_count > 0, w->rays->points + 3 * first,
                                     w->rays->directions + 3 * first, count, w->lit + first);
     else
-        query(w, first, count, 0);
+        query(w, first, count, 0, NULL);
 }
 
 static void do_group(void *context, size_t index)
 {
     work *w = context;
-    query(w, w->rays->groups[index], w->rays->groups[index + 1] - w->rays->groups[index], 1);
+    query(w, w->rays->groups[index], w->rays->groups[index + 1] - w->rays->groups[index], 1,
+          w->maps_asked ? w->maps_asked + index : NULL);
 }
 
 /* Million rays or queries a second, the best of some runs. */
@@ -260,7 +272,7 @@ static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool 
         p->mrays[t] = -1;
         p->mode[t] = NULL;
         for (int mode = 0; tracer && pools[t] && mode < BN_RAY_MODES; mode++) {
-            work w = { r, tracer, (bn_ray_mode)mode, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0 };
+            work w = { r, tracer, (bn_ray_mode)mode, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0, NULL, NULL };
             double s = speed(&w, pools[t]);
             if (s > p->mrays[t]) {
                 p->mrays[t] = s;
@@ -342,35 +354,79 @@ static void print_layout(const cohsm_info *info)
     bn_number("compression", 2.0 * info->view_count * info->map_side * info->map_side / (double)bytes);
 }
 
-static int print_row(const subject *s, const table *t, int fast, int coherent, int threads, int simd,
-                     cohsm_filter filter, float bias)
+/* What a row asks. */
+typedef struct question { int fast, coherent, threads, simd; cohsm_filter filter; float bias; int by_index, strided; }
+    question;
+
+/* The number of the map that answers for a direction. */
+static uint32_t map_of(const cohsm_info *info, const float *d)
+{
+    const double length = sqrt((double)dot(d, d)), pi = 3.14159265358979323846;
+    const double x = (0.5 + atan2((double)d[2], (double)d[0]) / (2 * pi)) * info->side[0];
+    const double y = acos((double)d[1] / length) / pi * info->side[1];
+    return (uint32_t)fmin(x, info->side[0] - 1.0) + info->side[0] * (uint32_t)fmin(y, info->side[1] - 1.0);
+}
+
+/* Prepares the lights and points of a question. -1: out of memory. */
+static int prepare(work *w, const cohsm_info *info, const question *q, uint32_t **numbers, float **vertices)
+{
+    const rays *r = w->rays;
+    *numbers = q->by_index ? malloc((r->group_count + 1) * sizeof **numbers) : NULL;
+    *vertices = q->strided ? calloc(r->count, STRIDE) : NULL;
+    if ((q->by_index && !*numbers) || (q->strided && !*vertices))
+        return -1;
+    for (size_t i = 0; q->by_index && i < r->group_count; i++)
+        (*numbers)[i] = map_of(info, r->directions + 3 * r->groups[i]);
+    for (size_t i = 0; q->strided && i < r->count; i++)
+        memcpy(*vertices + STRIDE / 4 * i, r->points + 3 * i, 12);
+    w->maps_asked = *numbers;
+    w->vertices = *vertices;
+    return 0;
+}
+
+static void print_question(const subject *s, const table *t, const question *q)
 {
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
-    const rays *r = s->rays[coherent];
-    const peer *p = &s->peers[coherent];
-    work w = { r, NULL, BN_RAY1, t->maps[fast], simd ? NULL : &t->scalar[fast], filter, bias, coherent, s->lit, 0 };
-    double mqueries = speed(&w, s->pools[threads - 1]);
-    if (w.failed)
-        return bn_failed(s->model->name, "a query failed");
-    bn_begin(s->options, "csm_query", threads, simd ? bn_simd() : "none");
+    bn_begin(s->options, "csm_query", q->threads, q->simd ? bn_simd() : "none");
     bn_text("model", s->model->name);
     bn_text("layers", "z1z2");
-    print_layout(&t->info[fast]);
-    bn_text("mode", coherent ? "coherent" : "random");
-    bn_text("filter", filters[filter]);
-    bn_integer("map_count", t->info[fast].map_count);
-    bn_integer("map_side", t->info[fast].map_side);
-    bn_number("bias", (double)bias);
+    print_layout(&t->info[q->fast]);
+    bn_text("mode", q->coherent ? "coherent" : "random");
+    bn_text("lights", q->by_index ? "one_index" : q->coherent ? "one_direction" : "directions");
+    bn_integer("position_stride", q->strided ? STRIDE : 12);
+    bn_text("filter", filters[q->filter]);
+    bn_integer("map_count", t->info[q->fast].map_count);
+    bn_integer("map_side", t->info[q->fast].map_side);
+    bn_number("bias", (double)q->bias);
 #if defined(__AVX2__)
     bn_text("flags", "above the baseline of the architecture");
 #else
     bn_text("flags", "baseline");
 #endif
+}
+
+static int print_row(const subject *s, const table *t, question q)
+{
+    const rays *r = s->rays[q.coherent];
+    const peer *p = &s->peers[q.coherent];
+    const double peer_speed = p->mrays[q.threads - 1];
+    work w = { r, NULL, BN_RAY1, t->maps[q.fast], q.simd ? NULL : &t->scalar[q.fast], q.filter, q.bias, q.coherent,
+               s->lit, 0, NULL, NULL };
+    double mqueries = -1;
+    uint32_t *numbers;
+    float *vertices;
+    if (prepare(&w, &t->info[q.fast], &q, &numbers, &vertices) == 0)
+        mqueries = speed(&w, s->pools[q.threads - 1]);
+    free(numbers);
+    free(vertices);
+    if (mqueries < 0)
+        return bn_failed(s->model->name, w.failed ? "a query failed" : "out of memory");
+    print_question(s, t, &q);
     bn_number("mqueries_s", mqueries);
-    bn_number("embree_mrays_s", p->mrays[threads - 1] > 0 ? p->mrays[threads - 1] : HUGE_VAL);
-    bn_number("ratio", p->mrays[threads - 1] > 0 ? mqueries / p->mrays[threads - 1] : HUGE_VAL);
+    bn_number("embree_mrays_s", peer_speed > 0 ? peer_speed : HUGE_VAL);
+    bn_number("ratio", peer_speed > 0 ? mqueries / peer_speed : HUGE_VAL);
     print_errors(s, r);
-    bn_text("embree_mode", p->mode[threads - 1]);
+    bn_text("embree_mode", p->mode[q.threads - 1]);
     bn_text("embree", bn_rays_version());
     bn_end(s->options);
     return 0;
@@ -378,24 +434,37 @@ static int print_row(const subject *s, const table *t, int fast, int coherent, i
 
 static int print_rows(const subject *s, const table *t, int fast, int is_default_size)
 {
-    int most = s->pools[1] ? 2 : 1, failed = 0;
-    for (int coherent = 0; coherent < 2; coherent++)
-        for (int threads = 1; threads <= most; threads++)
-            failed |= print_row(s, t, fast, coherent, threads, 1, COHSM_FILTER_NEAREST, 1);
+    const question q = { fast, 0, 1, 1, COHSM_FILTER_NEAREST, 1, 0, 0 };
+    question ask[7];
+    int most = s->pools[1] ? 2 : 1, failed = 0, count = 0;
+    for (int i = 0; i < 2 * most; i++) {
+        question plain = q;
+        plain.coherent = i / most;
+        plain.threads = 1 + i % most;
+        failed |= print_row(s, t, plain);
+    }
     if (!is_default_size && !s->options->full)
         return failed;
-    for (int coherent = 0; coherent < 2; coherent++)
-        failed |= print_row(s, t, fast, coherent, 1, 0, COHSM_FILTER_NEAREST, 1);
-    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_NEAREST, 0);
-    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_PCF, 1);
-    failed |= print_row(s, t, fast, 0, 1, 1, COHSM_FILTER_ROULETTE, 1);
+    for (int i = 0; i < 7; i++) ask[i] = q;
+    ask[count++].simd = 0;
+    ask[count].coherent = 1;
+    ask[count++].simd = 0;
+    ask[count].coherent = 1;
+    ask[count++].by_index = 1;
+    ask[count].coherent = 1;
+    ask[count++].strided = 1;
+    ask[count++].bias = 0;
+    ask[count++].filter = COHSM_FILTER_PCF;
+    ask[count++].filter = COHSM_FILTER_ROULETTE;
+    for (int i = 0; i < count; i++)
+        failed |= print_row(s, t, ask[i]);
     return failed;
 }
 
 /* The exact answers come from single rays. */
 static void answer(const bn_rays *tracer, rays *r, ex_pool *pool)
 {
-    work w = { r, tracer, BN_RAY1, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, r->lit, 0 };
+    work w = { r, tracer, BN_RAY1, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, r->lit, 0, NULL, NULL };
     if (tracer)
         ex_pool_run(pool, (r->count + CHUNK - 1) / CHUNK, do_chunk, &w);
 }

@@ -1,19 +1,5 @@
 /* ---- kernels of query: which instances a sample's ray meets ---- */
 
-/* Loads vectors, which lie `stride` bytes apart, as many as there are lanes; the last of `count` stands for
-   those that are missing. */
-static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__load_strided(const void *from, size_t stride,
-                                                                 size_t count)
-{
-    float v[3 * COHSM__LANE_COUNT];
-    size_t i;
-    if (stride == 12 && count >= COHSM__LANE_COUNT)
-        return cohsm__lanes3_load_packed((const float *)from);
-    for (i = 0; i < COHSM__LANE_COUNT; i++)
-        memcpy(v + 3 * i, (const char *)from + stride * (i < count ? i : count - 1), 12);
-    return cohsm__lanes3_load_packed(v);
-}
-
 /* Rays of samples: from points along directions up to `reach`. Points lie up to `slack` off, as far as
    rounding takes them on their way to an object's space. Directions are longer than 1 by more than rounding
    takes from distances, which so come out too short. */

@@ -17,7 +17,7 @@ enum {
 #endif
 
 typedef struct cohsm__kept {            /* depths of one light that earlier samples decoded, by cohsm__slot */
-    int32_t pixel[COHSM__KEPT], depth[COHSM__KEPT];
+    int32_t key[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
@@ -63,7 +63,7 @@ typedef struct cohsm__bunch {
 
 static void cohsm__keep_nothing(cohsm__kept *kept)
 {
-    memset(kept->pixel, 0xff, sizeof kept->pixel);          /* COHSM__NO_PIXEL */
+    memset(kept->key, 0xff, sizeof kept->key);              /* -1 */
     memset(kept->depth, 0, sizeof kept->depth);
 }
 

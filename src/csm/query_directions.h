@@ -16,52 +16,71 @@ typedef struct cohsm__step {
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* Writes the axes of the map that answers for one direction, and returns the map's place in the sequence. */
-static uint32_t cohsm__axes_toward(const cohsm_maps *m, cohsm__v3 direction, cohsm__axes *f)
+/* Finds the cell of the map that answers for one light. Returns 0 if there is none, so that every point is
+   lit. */
+static int cohsm__cell_of_light(const cohsm_maps *m, cohsm_light_kind kind, cohsm__v3 l, uint32_t index,
+                                uint32_t *cell)
 {
-    int c[3] = { 0, 0, 0 };
-    float u[3];
+    int c[3] = { 0, 0, 0 }, k;
+    float f[3];
 
-    cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
-    c[0] = cohsm__floor(u[0] + 0.5f);
-    c[1] = cohsm__floor(u[1] + 0.5f);
+    *cell = index;
+    if (kind == COHSM_LIGHT_INDEX) return index < m->head.map_count;
+    if (!cohsm__v3_finite(l) || (kind != COHSM_LIGHT_PARAMETER && !cohsm__length_usable(l))) return 0;
+    cohsm__domain_position(m, l, kind, f);
+    for (k = 0; k < (int)m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + 0.5f);
     cohsm__wrap_cell(m, c);
-    *f = cohsm__cell_axes(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    return cohsm__place_of_cell(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    *cell = cohsm__cell_index(m, c);
+    return 1;
 }
 
-/* Returns where the decoded depth of a pixel is kept: by the low bits of x and y, since neighbouring points
+/* A point's key says in which pixel of which map it falls: the pixel's number within the shard and, above
+   COHSM__KEY_BITS, the face of a cube map. */
+enum { COHSM__KEY_BITS = 20 };          /* M is at most 1024 */
+
+/* Returns where the decoded depth of a key is kept: by the low bits of x and y, since neighbouring points
    share pixels. */
-static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
+static uint32_t cohsm__slot(uint32_t key) { return (key & 15u) | (key >> 3 & 0x1f0u); }
 
 enum {
     COHSM__STREAM = 1024,               /* the most points of a stream */
-    COHSM__AHEAD = 768                  /* floats of points that are prefetched before they are wanted */
+    COHSM__AHEAD = 3072                 /* bytes of points that are prefetched before they are wanted */
 };
 
 typedef struct cohsm__stream {          /* points that have one light */
     const cohsm_maps *maps;
-    cohsm__axes axes;
-    uint32_t place;
-    float    bias;                      /* in parts of the depth range */
+    cohsm__axes axes;                   /* of maps of directions */
+    cohsm__v3 eye;                      /* of cube maps, in radii about the centre */
+    uint32_t place;                     /* of the map; of a cube map, that of its first face */
+    float    bias;                      /* the query's */
     size_t   count;
-    const float *packed;                /* points as they stand in the query; NULL: x, y, z have them, in
-                                           radii about the centre */
+    const char *points;                 /* as they stand in the query, `stride` bytes apart; NULL: x, y, z
+                                           have them, in radii about the centre */
+    size_t   stride;
     const float *x, *y, *z;
     cohsm__kept *kept;
     /* The caller's room for as many numbers as there are points. */
-    int32_t  *pixel;                    /* of each point, or COHSM__NO_PIXEL */
+    int32_t  *key;                      /* of each point, or -1 if it falls into no pixel */
     int32_t  *depth;                    /* of each point, to be compared */
-    uint32_t *list;                     /* pixels whose depths are to be decoded */
+    uint32_t *list;                     /* keys whose depths are to be decoded */
     uint32_t listed;
 } cohsm__stream;
 
-static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction, float bias,
+/* Makes a stream for the map of a cell, which is still without points. */
+static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *m, uint32_t cell, float bias,
                                cohsm__kept *kept)
 {
-    s->maps = maps;
-    s->place = cohsm__axes_toward(maps, direction, &s->axes);
-    s->bias = bias / (float)maps->head.map_side;
+    uint32_t c[3];
+
+    memset(s, 0, sizeof *s);
+    cohsm__cell_split(m->head.side, cell, c);
+    s->maps = m;
+    s->place = cohsm__place_of_cell(m, c[0], c[1], c[2]);
+    s->bias = bias;
     s->kept = kept;
-    s->packed = s->x = s->y = s->z = NULL;
+    if (m->head.positional) {
+        s->eye = cohsm__v3_sub(cohsm__cell_location(&m->head, m->locations, cell),
+                               cohsm__v3_load(m->head.center));
+        s->eye = cohsm__v3_scale(s->eye, 1.0f / m->head.radius);
+    } else s->axes = cohsm__cell_axes(&m->head, m->locations, m->angles, cell);
 }

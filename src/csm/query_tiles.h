@@ -14,12 +14,15 @@ static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uin
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     cohsm__stream s;
-    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->work.kept);
+    uint32_t cell;
+
+    if (!cohsm__cell_of_light(t->maps, t->light_kind, cohsm__tile_light(t, 0), t->cell[0], &cell)) return;
+    cohsm__stream_make(&s, t->maps, cell, t->query->bias, &t->work.kept);
     s.count = t->count;
     s.x = t->point[0];
     s.y = t->point[1];
     s.z = t->point[2];
-    s.pixel = (int32_t *)t->pixel;
+    s.key = (int32_t *)t->pixel;
     s.depth = t->depth;
     s.list = t->place;
     kernels->one_light(&s, t->visible);
@@ -58,9 +61,8 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->light_kind != COHSM_LIGHT_DIRECTION) return 0;
-    if (shared && !cohsm__length_usable(cohsm__tile_light(t, 0))) return 0;
-    if (!shared && m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    if (!shared && (t->light_kind != COHSM_LIGHT_DIRECTION || m->head.domain != COHSM_DOMAIN_LATLONG))
+        return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
         t->id[i] = 0;

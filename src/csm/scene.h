@@ -61,31 +61,43 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
+/* Finds the cell of the light that all samples of a query have. Returns 0 if all samples are lit. */
+static int cohsm__cell_of_query(const cohsm_maps *m, const cohsm_query *q, uint32_t *cell)
+{
+    float v[3] = { 0.0f, 0.0f, 0.0f };
+    uint32_t index = 0;
+    memcpy(q->light_kind == COHSM_LIGHT_INDEX ? (void *)&index : (void *)v, q->lights,
+           cohsm__light_size(m, q->light_kind));
+    return cohsm__cell_of_light(m, q->light_kind, cohsm__v3_load(v), index, cell);
+}
+
 /* Answers the whole batch at once if all points have one light; returns 0 if the batch is one that is treated
    in tiles. */
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
     const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
-    int32_t pixel[COHSM__STREAM], depth[COHSM__STREAM];
-    uint32_t list[COHSM__STREAM];
+    int32_t key[COHSM__STREAM], depth[COHSM__STREAM];
+    uint32_t list[COHSM__STREAM], cell;
     cohsm__stream s;
     cohsm__kept kept;
-    float v[3];
     size_t first;
 
     if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
-        q->light_kind != COHSM_LIGHT_DIRECTION || (q->position_stride && q->position_stride != 12))
+        q->light_kind == COHSM_LIGHT_POSITION)
         return 0;
-    memcpy(v, q->lights, sizeof v);
-    if (!cohsm__length_usable(cohsm__v3_load(v))) return 0;
+    if (!cohsm__cell_of_query(m, q, &cell)) {
+        for (first = 0; first < q->count; first++) visible[first] = 1.0f;
+        return 1;
+    }
     cohsm__keep_nothing(&kept);
-    cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
-    s.pixel = pixel;
+    cohsm__stream_make(&s, m, cell, q->bias, &kept);
+    s.stride = q->position_stride ? q->position_stride : 12;
+    s.key = key;
     s.depth = depth;
     s.list = list;
     for (first = 0; first < q->count; first += s.count) {
         s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
-        s.packed = q->positions + 3 * first;
+        s.points = (const char *)(const void *)q->positions + s.stride * first;
         kernels.one_light(&s, visible + first);
     }
     return 1;

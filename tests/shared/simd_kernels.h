@@ -5,6 +5,7 @@
 #include "src/shared/simd_x86.h"
 #include "src/shared/simd_plain.h"
 #include "src/shared/simd_lanes3.h"
+#include "src/shared/simd_strided.h"
 #include "src/shared/simd_ints.h"
 #if P_LANE_COUNT == 16
 #include "src/shared/simd_order.h"
@@ -149,10 +150,11 @@ P_KERNEL static void simd_words(uint64_t bits, uint32_t number, const uint32_t *
     out[2] = P_halves_up_to(words, number, limit);
 }
 
-/* Unpacks vectors, doubles and packs them. */
-P_KERNEL static void simd_unpack(const float *xyz, float *out)
+/* Unpacks vectors, which lie `stride` bytes apart, doubles and packs them. */
+P_KERNEL static void simd_unpack(const float *xyz, size_t stride, float *out)
 {
-    P_lanes3_store_packed(out, P_lanes3_scale(P_lanes3_load_packed(xyz), P_lanes_all(2.0f)));
+    const P_lanes3 v = stride == 12 ? P_lanes3_load_packed(xyz) : P_lanes3_load_fours(xyz, stride);
+    P_lanes3_store_packed(out, P_lanes3_scale(v, P_lanes_all(2.0f)));
 }
 
 #if P_LANE_COUNT == 16

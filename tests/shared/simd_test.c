@@ -85,7 +85,7 @@ typedef struct set {
     void (*integers)(const int32_t *a, const int32_t *b, int32_t *out);
     uint32_t (*append)(const float *a, const float *b, float *list, int32_t *numbers);
     void (*words)(uint64_t bits, uint32_t number, const uint32_t *words, uint32_t limit, uint32_t out[3]);
-    void (*unpack)(const float *xyz, float *out);
+    void (*unpack)(const float *xyz, size_t stride, float *out);
 } set;
 
 static const set sets[] = {
@@ -391,17 +391,21 @@ static void bits_are_counted_and_found_and_half_words_too(void **state)
         }
 }
 
-static void packed_vectors_come_out_as_they_went_in(void **state)
+static void vectors_come_out_as_they_went_in(void **state)
 {
-    float in[3 * VALUES], out[3 * VALUES];
-    int s, i;
+    static const size_t strides[4] = { 3, 4, 5, 9 };        /* in floats */
+    float in[9 * VALUES], out[3 * VALUES];
+    size_t stride, i, k;
+    int s;
     (void)state;
-    for (i = 0; i < 3 * VALUES; i++) in[i] = (float)i - 7.0f;
-    for (s = 0; s < SET_COUNT; s++) {
-        if (!can_run(&sets[s])) continue;
-        sets[s].unpack(in, out);
-        for (i = 0; i < 3 * sets[s].lanes; i++) assert_true(out[i] == 2.0f * in[i]);
-    }
+    for (i = 0; i < 9 * VALUES; i++) in[i] = (float)i - 7.0f;
+    for (s = 0; s < SET_COUNT; s++)
+        for (k = 0; k < 4 && can_run(&sets[s]); k++) {
+            stride = strides[k];
+            sets[s].unpack(in, 4 * stride, out);
+            for (i = 0; i < 3 * (size_t)sets[s].lanes; i++)
+                assert_true(out[i] == 2.0f * in[i / 3 * stride + i % 3]);
+        }
 }
 
 static void muladd_rounds_once_in_avx_and_twice_elsewhere(void **state)
@@ -435,7 +439,7 @@ int main(void)
         cmocka_unit_test(whole_numbers_are_those_of_c_and_wrap),
         cmocka_unit_test(lanes_of_a_mask_are_appended_in_their_order),
         cmocka_unit_test(bits_are_counted_and_found_and_half_words_too),
-        cmocka_unit_test(packed_vectors_come_out_as_they_went_in),
+        cmocka_unit_test(vectors_come_out_as_they_went_in),
         cmocka_unit_test(muladd_rounds_once_in_avx_and_twice_elsewhere)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
