@@ -189,6 +189,7 @@ $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call ob
 $(eval $(call program,bench,bench))
 $(eval $(call program,gallery,examples/demo))
 $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters ground)
+$(BUILD)/bench: $(OBJ)/examples/bake/primitives.o
 
 # The minimal examples stand alone: one file and the header.
 $(filter-out $(RENDERER),$(EXAMPLES)): $(BUILD)/%: examples/%.c build/config.mk

@@ -49,11 +49,19 @@ float    bn_random_in(uint64_t *seed, float low, float high);
 
 int bn_failed(const char *what, const char *why);        /* one line on stderr; returns -1 */
 
+/* child.c: a program beside this one; its run, 0 for exit status 0, and seconds of the processor that it took (cpu may
+   be NULL); a number (not finite: none) and a text ("": none) of the JSON that it wrote. */
+void   bn_program(const bn_options *options, const char *name, char path[1024]);
+int    bn_start(const char *program, const char *const *arguments, double *cpu);
+double bn_read_number(const char *path, const char *name);
+void   bn_read_text(const char *path, const char *name, char *out, size_t room);
+
 /* The benchmarks: 0, or -1 after a line on stderr. */
 int bn_csm_compression(const bn_options *options);
 int bn_csm_query(const bn_options *options);
 int bn_csm_scene(const bn_options *options);
 int bn_csm_render(const bn_options *options);
+int bn_bake_ao(const bn_options *options);
 int bn_rsm_gather(const bn_options *options);
 int bn_gl_csm_query(const bn_options *options);
 int bn_gl_csm_scene(const bn_options *options);

@@ -6,34 +6,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 typedef struct files { char folder[64], reference[96], picture[96], json[96]; } files;
-
-static int start(const char *program, const char *const *arguments)
-{
-    int status;
-    pid_t child = fork();
-    if (child == 0) {
-        execv(program, (char *const *)(size_t)arguments);
-        _exit(127);
-    }
-    return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? 0 : -1;
-}
-
-static double read_number(const char *path, const char *name)
-{
-    char text[4096], key[64], *at;
-    FILE *file = fopen(path, "rb");
-    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    if (file)
-        fclose(file);
-    text[length] = 0;
-    snprintf(key, sizeof key, "\"%s\": ", name);
-    at = strstr(text, key);
-    return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
-}
 
 typedef struct difference { double rmse, inside; size_t lit, edges; } difference;
 
@@ -92,10 +67,10 @@ static int measure(const bn_options *options, const char *program, const files *
         const char *const csm[] = { program, "--technique", "csm", "--scene", scene, "--env", sky, "--size",
             size, "--samples", "4096", "--threads", threads, "--out", f->picture, "--json", f->json,
             "--set", "side=128", "--set", "map_side=256", "--set", set_filter, NULL };
-        if (start(program, reference) != 0)
+        if (bn_start(program, reference, NULL) != 0)
             return bn_failed(program, "the reference failed");
-        noise = read_number(f->json, "noise");
-        if (start(program, csm) != 0)
+        noise = bn_read_number(f->json, "noise");
+        if (bn_start(program, csm, NULL) != 0)
             return bn_failed(program, "csm failed");
     }
     if (compare(f->picture, f->reference, &d) != 0)
@@ -108,14 +83,14 @@ static int measure(const bn_options *options, const char *program, const files *
     bn_text("filter", filter);
     bn_integer("side", 128);
     bn_integer("map_side", 256);
-    bn_number("msamples_s", (double)(d.lit - d.edges) * 4096 / read_number(f->json, "frame_ms") * 1e-3);
+    bn_number("msamples_s", (double)(d.lit - d.edges) * 4096 / bn_read_number(f->json, "frame_ms") * 1e-3);
     bn_number("rmse_vs_reference", d.rmse);
     bn_number("inside_rmse", d.inside);
     bn_integer("edge_pixels", d.edges);
     bn_number("reference_noise", noise);
-    bn_number("precompute_ms", read_number(f->json, "precompute_ms"));
-    bn_number("frame_ms", read_number(f->json, "frame_ms"));
-    bn_number("memory_bytes", read_number(f->json, "memory_bytes"));
+    bn_number("precompute_ms", bn_read_number(f->json, "precompute_ms"));
+    bn_number("frame_ms", bn_read_number(f->json, "frame_ms"));
+    bn_number("memory_bytes", bn_read_number(f->json, "memory_bytes"));
     bn_end(options);
     return 0;
 }
@@ -142,12 +117,12 @@ static void remove_files(const files *f)
 int bn_csm_render(const bn_options *options)
 {
     char program[1024], path[2][1024], sky_path[1024];
-    const char *skies[2] = { "builtin:sky", NULL }, *scenes[3], *slash = strrchr(options->program, '/');
+    const char *skies[2] = { "builtin:sky", NULL }, *scenes[3];
     const char *size = options->full ? "640x360" : "128x96";
     size_t count = 0;
     files f;
     int result = 0;
-    snprintf(program, sizeof program, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
+    bn_program(options, "render", program);
     if (!bn_rays_version())
         return bn_failed("csm_render", "the reference needs Embree: apt-get install libembree-dev");
     for (size_t i = 0; i < 2 && !options->model; i++)

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 const rd_key bk_ao_keys[] = {
     { "into", RD_WORD, "auto|vertex|texture", 0, 0, "auto", "COLOR_0, or images; auto: images where UVs do not overlap" },
@@ -25,13 +26,24 @@ const rd_key bk_ao_keys[] = {
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
+enum { READ, TRY, BUILD, ASK, WRITE, STEPS };
+
 typedef struct ao {
     const bk_args *args;
     bk_model   model;
     bk_ask    *ask;                  /* opened when something is computed */
     ex_pool   *pool;
     size_t     unit;                 /* 1, or 4 with bent normals */
+    double     step[STEPS], since;   /* seconds of the processor, all threads together; the last step ended at since */
+    double     apart;                /* maps from rays in the mean, as try_out has found; -1: not tried */
 } ao;
+
+static void end_step(ao *b, int step)
+{
+    const double now = (double)clock() / CLOCKS_PER_SEC;
+    b->step[step] += now - b->since;
+    b->since = now;
+}
 
 /* Sums of points first.. of a call of bk_ask_all: of the cosines, of the visible ones, and of visible directions. */
 typedef struct sums { double *all, *seen; float *bent; } sums;
@@ -64,35 +76,76 @@ static int compute_one(ao *b, bk_ask *ask, size_t i, double *value, char *error)
     return 0;
 }
 
-/* Where the library has chosen maps, rays are asked too about some receivers: if the two differ by more than 0.01 in
-   the mean, as they do where things are thinner than a pixel of a map, rays take over. */
+enum { TRIES = 256, TRY_SIDE = 8 };
+
+/* Occlusion of up to TRIES receivers, of fewer where many objects share a mesh: how many, or -1. */
+static int sample(ao *b, bk_ask *ask, double *values, char *error)
+{
+    const size_t count = b->model.receivers.count, objects = b->model.scene.object_count;
+    size_t tries = objects <= 64 ? TRIES : objects < 1024 ? TRIES * 64 / objects : 16;
+    tries = tries < count ? tries : count;
+    for (size_t i = 0; i < tries; i++)
+        if (compute_one(b, ask, (size_t)((double)count * ((double)i + 0.5) / (double)tries), &values[i], error) != 0)
+            return -1;
+    return (int)tries;
+}
+
+/* Which way promises to be faster: of rays that are open with TRY_SIDE x TRY_SIDE directions, by what they answer. */
+static bk_engine foresee(const ao *b, const bk_ask *rays, uint32_t side, const double *values, int count, char *error)
+{
+    const bk_receivers *r = &b->model.receivers;
+    size_t *points = calloc((size_t)b->model.scene.mesh_count + 1, sizeof *points);
+    bk_engine engine = BK_ENGINE_AUTO;
+    double open = 0;
+    for (uint32_t i = 0; i < r->sheet_count && points; i++)
+        points[r->sheets[i].mesh] += r->sheets[i].count;
+    for (int i = 0; i < count; i++)
+        open += values[i] / count;
+    if (points)
+        engine = bk_ask_cheaper(rays, side, points, open);
+    else bk_fail(error, "out of memory", "");
+    free(points);
+    return engine;
+}
+
+/* Where maps promise to be faster, both are tried out: if they differ by more than 0.016 in the mean, which is about
+   0.01 with 1,024 directions, as they do where things are thinner than a pixel of a map, rays are taken. They become
+   b->ask then, as do maps of no more directions than were tried; else it stays NULL. */
 static int try_out(ao *b, const bk_ask_desc *desc, char *error)
 {
-    enum { TRIES = 256 };
-    const size_t count = b->model.receivers.count;
+    double by_rays[TRIES], by_maps[TRIES];
+    bk_engine engine = BK_ENGINE_AUTO;
     bk_ask_desc d = *desc;
-    bk_ask *rays;
-    double apart = 0, value[2];
-    size_t tries = count < TRIES ? count : TRIES;
-    int result = 0;
-    if (desc->engine != BK_ENGINE_AUTO || bk_ask_engine(b->ask) != BK_ENGINE_CSM || desc->self_only || !bk_rays_there())
-        return 0;
+    bk_ask *rays = NULL, *maps = NULL;
+    int count = -1, result;
     d.engine = BK_ENGINE_EMBREE;
-    if (bk_ask_open(&rays, &d, &b->model.scene, count, b->pool, error) != 0)
-        return -1;
-    for (size_t i = 0; i < tries && result == 0; i++) {
-        const size_t at = (size_t)((double)count * ((double)i + 0.5) / (double)tries);
-        result = compute_one(b, b->ask, at, &value[0], error);
+    d.side = desc->side < TRY_SIDE ? desc->side : TRY_SIDE;
+    if (bk_ask_open(&rays, &d, &b->model.scene, b->pool, error) == 0)
+        count = sample(b, rays, by_rays, error);
+    if (count >= 0)
+        engine = foresee(b, rays, desc->side, by_rays, count, error);
+    result = engine == BK_ENGINE_AUTO ? -1 : 0;
+    if (engine == BK_ENGINE_CSM) {
+        d.engine = BK_ENGINE_CSM;
+        result = bk_ask_open(&maps, &d, &b->model.scene, b->pool, error);
         if (result == 0)
-            result = compute_one(b, rays, at, &value[1], error);
-        apart += fabs(value[0] - value[1]) / (double)tries;
+            result = sample(b, maps, by_maps, error) < 0 ? -1 : 0;
+        b->apart = 0;
+        for (int i = 0; i < count && result == 0; i++)
+            b->apart += fabs(by_rays[i] - by_maps[i]) / count;
+        if (b->apart > 0.016)
+            engine = BK_ENGINE_EMBREE;
     }
-    if (result == 0 && apart > 0.01) {
-        bk_ask *maps = b->ask;
+    if (result == 0 && engine == BK_ENGINE_EMBREE) {
+        result = bk_ask_turn(rays, desc->side, error);
         b->ask = rays;
-        rays = maps;
+        rays = NULL;
+    } else if (result == 0 && d.side == desc->side) {
+        b->ask = maps;
+        maps = NULL;
     }
     bk_ask_close(rays);
+    bk_ask_close(maps);
     return result;
 }
 
@@ -112,9 +165,14 @@ static int open_ask(ao *b, char *error)
     d.has_ground = strcmp(ground, "none") != 0;
     if (d.has_ground)
         d.ground = strcmp(ground, "auto") ? (float)rd_setting_number(s, "ground") : bk_model_lowest(&b->model);
-    if (bk_ask_open(&b->ask, &d, &b->model.scene, b->model.receivers.count, b->pool, error) != 0)
+    if (d.engine == BK_ENGINE_AUTO && !d.self_only && !(d.distance > 0) && bk_rays_there() &&
+        try_out(b, &d, error) != 0)
         return -1;
-    return try_out(b, &d, error);
+    end_step(b, TRY);
+    if (!b->ask && bk_ask_open(&b->ask, &d, &b->model.scene, b->pool, error) != 0)
+        return -1;
+    end_step(b, BUILD);
+    return 0;
 }
 
 /* Points from..to - 1, all of one sheet. */
@@ -148,6 +206,7 @@ static int compute(void *context, size_t from, size_t to, float *out, char *erro
     static char label[] = "ambient occlusion";
     ao *b = context;
     const bk_receivers *r = &b->model.receivers;
+    end_step(b, READ);
     if (!b->ask && open_ask(b, error) != 0)
         return -1;
     for (uint32_t i = 0; i < r->sheet_count; i++) {
@@ -160,6 +219,7 @@ static int compute(void *context, size_t from, size_t to, float *out, char *erro
             ex_progress(label, (float)(last - from) / (float)(to - from));
         }
     }
+    end_step(b, ASK);
     return 0;
 }
 
@@ -183,7 +243,8 @@ static int write_sheet(ao *b, const bk_sheet *s, const float *values, char *erro
         if (bent)
             bk_model_vectors(&b->model, s, "_BENT_NORMAL", bent);
     } else if (result == 0) {
-        const bk_image_desc d = { bits, rd_setting_integer(set, "dilate"), rd_setting_integer(set, "denoise") };
+        const bk_image_desc d = { bits, rd_setting_integer(set, "dilate"), rd_setting_integer(set, "denoise"),
+                                  BK_PNG, 0 };
         result = bk_model_image(&b->model, s, "occlusionTexture", value, 1, &d, error);
         if (bent && result == 0)
             result = bk_model_image(&b->model, s, "bentNormalTexture", bent, 3, &d, error);
@@ -193,6 +254,27 @@ static int write_sheet(ao *b, const bk_sheet *s, const float *values, char *erro
     free(value);
     free(bent);
     return result;
+}
+
+/* --report: which way was taken, and what each step of it has cost. */
+static int report(const ao *b, char *error)
+{
+    static const char *const names[STEPS] = { "read", "try", "build", "ask", "write" };
+    const int side = rd_setting_integer(&b->args->settings, "side");
+    char text[768], apart[32] = "null";
+    size_t n;
+    if (!b->args->report)
+        return 0;
+    if (b->apart >= 0)
+        snprintf(apart, sizeof apart, "%.6f", b->apart);
+    n = (size_t)snprintf(text, sizeof text, "{\"engine\": \"%s\", \"receivers\": %lu, \"directions\": %d, "
+                         "\"maps_from_rays\": %s, \"threads\": %d",
+                         !b->ask ? "none" : bk_ask_engine(b->ask) == BK_ENGINE_CSM ? "csm" : "embree",
+                         (unsigned long)b->model.receivers.count, side * side, apart, ex_pool_threads(b->pool));
+    for (int i = 0; i < STEPS; i++)
+        n += (size_t)snprintf(text + n, sizeof text - n, ", \"%s_s\": %.4f", names[i], b->step[i]);
+    n += (size_t)snprintf(text + n, sizeof text - n, "}\n");
+    return bk_write(b->args->report, text, n, error);
 }
 
 static int bake(ao *b, char *error)
@@ -210,8 +292,10 @@ static int bake(ao *b, char *error)
     items.compute = compute;
     if (bk_items_run(args, &items, &values, error) != 0)
         return -1;
-    if (!values)
-        return 0;
+    if (!values) {
+        end_step(b, WRITE);
+        return report(b, error);
+    }
     for (uint32_t i = 0; i < b->model.receivers.sheet_count; i++)
         if (write_sheet(b, &b->model.receivers.sheets[i], values, error) != 0) {
             free(values);
@@ -221,7 +305,8 @@ static int bake(ao *b, char *error)
     if (bk_model_write(&b->model, args->out, error) != 0)
         return -1;
     bk_items_done(args, &items);
-    return 0;
+    end_step(b, WRITE);
+    return report(b, error);
 }
 
 int bk_ao_run(const bk_args *args, char *error)
@@ -234,6 +319,7 @@ int bk_ao_run(const bk_args *args, char *error)
     int result;
     memset(&b, 0, sizeof b);
     b.args = args;
+    b.apart = -1;
     if (bk_model_open(&b.model, args->files[0], into, (uint32_t)rd_setting_integer(s, "image_side"), error) != 0)
         return -1;
     b.pool = ex_pool_create(args->threads);

@@ -91,19 +91,23 @@ static int is_even(const float *m)
            dot(x, m + 8) > 0;
 }
 
-/* Half the diagonal of a mesh's box. */
-static float extent_of(const ex_mesh *mesh)
+typedef struct ball { float center[3], radius; } ball;
+
+/* About a mesh's box. */
+static ball ball_of(const ex_mesh *mesh)
 {
-    float sum = 0;
+    ball out = { { 0, 0, 0 }, 0 };
     for (size_t k = 0; k < 3; k++) {
         float low = HUGE_VALF, high = -HUGE_VALF;
         for (size_t i = 0; i < mesh->vertex_count; i++) {
             low = fminf(low, mesh->positions[3 * i + k]);
             high = fmaxf(high, mesh->positions[3 * i + k]);
         }
-        sum += high > low ? (high - low) * (high - low) : 0;
+        out.center[k] = high > low ? 0.5f * (low + high) : low < HUGE_VALF ? low : 0;
+        out.radius += high > low ? (high - low) * (high - low) : 0;
     }
-    return 0.5f * sqrtf(sum);
+    out.radius = 0.5f * sqrtf(out.radius);
+    return out;
 }
 
 static void place(placed *o, const float *matrix)
@@ -124,19 +128,20 @@ static int place_all(bk_ask *ask)
 {
     const ex_scene *s = ask->scene;
     uint32_t *of_mesh = calloc((size_t)s->mesh_count + 1, sizeof *of_mesh);
-    float *extent = malloc(((size_t)s->mesh_count + 1) * sizeof *extent);
+    ball *balls = malloc(((size_t)s->mesh_count + 1) * sizeof *balls);
     ask->casters = calloc((size_t)s->object_count + 1, sizeof *ask->casters);
     ask->placed = calloc((size_t)s->object_count + 1, sizeof *ask->placed);
-    if (!of_mesh || !extent || !ask->casters || !ask->placed) {
+    if (!of_mesh || !balls || !ask->casters || !ask->placed) {
         free(of_mesh);
-        free(extent);
+        free(balls);
         return -1;
     }
     for (uint32_t i = 0; i < s->mesh_count; i++)
-        extent[i] = extent_of(&s->meshes[i]);
+        balls[i] = ball_of(&s->meshes[i]);
     for (uint32_t i = 0; i < s->object_count; i++) {
         const ex_object *o = &s->objects[i];
         const int even = is_even(o->transform);
+        const float scale = sqrtf(dot(o->transform, o->transform));
         uint32_t number = even ? of_mesh[o->mesh] : 0;
         if (!number) {
             caster *c = &ask->casters[ask->caster_count++];
@@ -149,10 +154,12 @@ static int place_all(bk_ask *ask)
         }
         ask->placed[i].caster = number - 1;
         place(&ask->placed[i], even ? o->transform : identity);
-        ask->placed[i].offset = OFFSET * extent[o->mesh] * (even ? 1 : sqrtf(dot(o->transform, o->transform)));
+        ask->placed[i].offset = OFFSET * balls[o->mesh].radius * (even ? 1 : scale);
+        ask->placed[i].radius = balls[o->mesh].radius * scale;
+        point_to(o->transform, balls[o->mesh].center, ask->placed[i].center);
     }
     free(of_mesh);
-    free(extent);
+    free(balls);
     return 0;
 }
 
@@ -260,21 +267,70 @@ static int build_rays(bk_ask *ask, char *error)
     return -1;
 }
 
-/* Nanoseconds of one core, as measured (docs/bake.md): maps cost by triangles and pixels, whatever is asked; a ray
-   costs five times an answer of a map, and more in large scenes; each other object that is near costs about an answer.
- */
-static bk_engine choose(const bk_ask *ask, size_t points)
+/* ---- what it costs: nanoseconds of one core, as docs/bake.md has measured ---- */
+
+/* How often a map's disc is covered, on average over all directions, since a triangle is seen with half its area. */
+static double depth_of(const ex_mesh *mesh, double radius)
 {
-    const double directions = (double)ask->desc.side * ask->desc.side, answers = (double)points * directions / 2;
-    const double near = ask->scene->object_count - 1.0, rays = 200 * answers;
-    double maps = 45 * answers * (1 + (near < 8 ? near / 2 : 4));
-    for (uint32_t i = 0; i < ask->caster_count; i++)
-        maps += directions * (2.0 * ask->scene->meshes[ask->casters[i].mesh].triangle_count +
-                              21.0 * ask->desc.map_side * ask->desc.map_side);
+    double area = 0;
+    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i += 3) {
+        const float *a = mesh->positions + 3 * (size_t)mesh->indices[i];
+        const float *b = mesh->positions + 3 * (size_t)mesh->indices[i + 1];
+        const float *c = mesh->positions + 3 * (size_t)mesh->indices[i + 2];
+        double square = 0;
+        for (int k = 0; k < 3; k++) {
+            const int m = (k + 1) % 3, n = (k + 2) % 3;
+            const double x = (double)((b[m] - a[m]) * (c[n] - a[n]) - (b[n] - a[n]) * (c[m] - a[m]));
+            square += x * x;
+        }
+        area += 0.5 * sqrt(square);
+    }
+    return radius > 0 ? area / (2 * 3.14159265 * radius * radius) : 0;
+}
+
+/* Of how many other objects the maps must be asked for a group of an object's points, on average over all directions:
+   those whose spheres the group's meets on its way. */
+static double near_objects(const bk_ask *ask, uint32_t side, uint32_t self, size_t points)
+{
+    const placed *me = &ask->placed[self];
+    const double slack = 3.2 / side + 4.0 / ask->desc.map_side;
+    const double radius = (double)me->radius * (points > GROUP ? sqrt((double)GROUP / (double)points) : 1);
+    double sum = 0;
+    for (uint32_t i = 0; i < ask->scene->object_count; i++) {
+        const placed *o = &ask->placed[i];
+        const double x = (double)(o->center[0] - me->center[0]), y = (double)(o->center[1] - me->center[1]);
+        const double z = (double)(o->center[2] - me->center[2]), distance = sqrt(x * x + y * y + z * z);
+        const double sine = distance > 0 ? 1.02 * ((double)o->radius + radius) / distance + slack : 2;
+        if (i != self)
+            sum += sine < 1 ? 0.5 * (1 - sqrt(1 - sine * sine)) : 0.5;
+    }
+    return sum;
+}
+
+bk_engine bk_ask_cheaper(const bk_ask *ask, uint32_t side, const size_t *points, double open)
+{
+    enum { OBJECTS = 64 };
+    const ex_scene *s = ask->scene;
+    const double directions = (double)side * side, pixels = pow(ask->desc.map_side, 2);
+    const uint32_t step = s->object_count / OBJECTS + 1;
+    double maps = 0, rays = 0;
+    for (uint32_t i = 0; i < s->object_count; i += step) {
+        const double questions = (double)points[s->objects[i].mesh] * directions / 2 * step;
+        maps += questions * (30 + 20 * near_objects(ask, side, i, points[s->objects[i].mesh]));
+        rays += questions * (30 + 200 * open);    /* a ray that meets something ends there */
+    }
+    for (uint32_t i = 0; i < ask->caster_count; i++) {
+        const ex_mesh *m = &s->meshes[ask->casters[i].mesh];
+        const placed *o = &ask->placed[ask->casters[i].object];
+        const double count = m->triangle_count, radius = (double)(o->radius / (o->scale > 0 ? o->scale : 1));
+        maps += 600 * count + directions * (2.7 * count * fmin(1 + 1e-6 * count, 2) +
+                                            24 * depth_of(m, radius) * pixels);
+        rays += 450 * count;
+    }
     return maps < rays ? BK_ENGINE_CSM : BK_ENGINE_EMBREE;
 }
 
-int bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, size_t points, ex_pool *pool, char *error)
+int bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, ex_pool *pool, char *error)
 {
     const int only_rays = desc->distance > 0, only_maps = desc->self_only;
     bk_ask *ask = calloc(1, sizeof *ask);
@@ -297,9 +353,7 @@ int bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, si
     if (place_all(ask) != 0 || find_directions(ask) != 0)
         result = bk_fail(error, "out of memory", "");
     if (result == 0) {
-        ask->engine = only_rays ? BK_ENGINE_EMBREE : only_maps || !bk_rays_there() ? BK_ENGINE_CSM : desc->engine;
-        if (ask->engine == BK_ENGINE_AUTO)
-            ask->engine = choose(ask, points);
+        ask->engine = only_rays || desc->engine == BK_ENGINE_EMBREE ? BK_ENGINE_EMBREE : BK_ENGINE_CSM;
         result = ask->engine == BK_ENGINE_CSM ? build_maps(ask, error) : build_rays(ask, error);
     }
     if (result == 0)
@@ -309,6 +363,14 @@ int bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, si
 }
 
 bk_engine bk_ask_engine(const bk_ask *ask) { return ask->engine; }
+
+int bk_ask_turn(bk_ask *ask, uint32_t side, char *error)
+{
+    free(ask->directions);
+    ask->directions = NULL;
+    ask->desc.side = side;
+    return find_directions(ask) == 0 ? 0 : bk_fail(error, "out of memory", "");
+}
 
 void bk_ask_close(bk_ask *ask)
 {

@@ -6,6 +6,7 @@
 
 #include "bake.h"
 
+/* bk_ask_open takes AUTO as EMBREE where there is a distance, else as CSM. */
 typedef enum bk_engine { BK_ENGINE_AUTO, BK_ENGINE_CSM, BK_ENGINE_EMBREE } bk_engine;
 
 typedef struct bk_ask_desc {
@@ -32,9 +33,13 @@ typedef void (*bk_take)(void *user, const bk_answer *answer); /* called from man
 typedef struct bk_ask bk_ask;
 
 /* All return 0, or -1 with one line in error. The scene must outlive what is opened. */
-int         bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, size_t points, ex_pool *pool,
-                        char *error);
+int         bk_ask_open(bk_ask **out, const bk_ask_desc *desc, const ex_scene *scene, ex_pool *pool, char *error);
 bk_engine   bk_ask_engine(const bk_ask *ask);
+/* By which of the two side x side directions of so many points of each mesh take less time, of which a share of `open`
+   sees the sky; the same on every machine. */
+bk_engine   bk_ask_cheaper(const bk_ask *ask, uint32_t side, const size_t *points, double open);
+/* Other directions, side x side of them, for what was opened with rays. */
+int         bk_ask_turn(bk_ask *ask, uint32_t side, char *error);
 /* Points from..to - 1 of a mesh's, each direction of the hemisphere about its normal, once for each object of the mesh.
  */
 int         bk_ask_all(bk_ask *ask, uint32_t mesh, const float *positions, const float *normals, size_t from, size_t to,

@@ -66,6 +66,7 @@ typedef struct bk_args {
     const char  *lights[64];            /* --light, as typed */
     size_t       light_count;
     const char  *points;                /* --points, or NULL */
+    const char  *report;                /* --report, or NULL */
     const char *const *parts;           /* merge: shards of a bake into a model, in order; else NULL */
     size_t       part_count;
     rd_settings  settings;

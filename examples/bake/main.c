@@ -65,6 +65,7 @@ static void print_help(void)
 {
     puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
          "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
+         "               [--report FILE.json]\n"
          "       bake model SCENE -o OUT.glb [--set time=0]\n"
          "       bake light MODEL.glb -o OUT.glb [--env SKY.hdr] [--light LIGHT ...] [--bounces N] [--set key=value ...]\n"
          "       bake probes SCENE -o OUT.json [--grid AxBxC | --points FILE] [--env SKY.hdr] [--light LIGHT ...] [--bounces N]\n"
@@ -78,6 +79,7 @@ static void print_help(void)
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
          "  MODEL.glb keeps all its bytes but for what is added to it\n"
          "  --out FILE     the same as -o\n"
+         "  --report FILE  the way that was taken, and seconds of the processor for each step, as one line of JSON\n"
          "  --limit-memory MB  what reading the scene may take, nearly; 1000\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
          "  verify         csm: every stored depth against the object; shadowfield: built again, same settings");
@@ -148,6 +150,7 @@ static int take_option(bk_args *args, const char *name, const char *value, char 
         return rd_settings_add(&args->settings, pair, error);
     } else if (strcmp(name, "--env") == 0 && command_of(args->command)->has_sky) args->env = value;
     else if (strcmp(name, "--points") == 0 && strcmp(args->command, "probes") == 0) args->points = value;
+    else if (strcmp(name, "--report") == 0 && strcmp(args->command, "ao") == 0) args->report = value;
     else if (strcmp(name, "--grid") == 0 && strcmp(args->command, "probes") == 0) return take_grid(args, value, error);
     else if (strcmp(name, "--light") == 0 && command_of(args->command)->has_sky) {
         if (args->light_count == sizeof args->lights / sizeof *args->lights)

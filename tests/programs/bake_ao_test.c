@@ -425,6 +425,82 @@ static void a_full_disk_leaves_the_old_output(void **state)
     assert_int_not_equal(system(line), 0);
 }
 
+/* What --report says: the way that was taken. */
+static void report_of(const char *arguments)
+{
+    char path[128];
+    FILE *file;
+    bake(arguments);
+    path_of(path, "report.json");
+    file = fopen(path, "rb");
+    assert_non_null(file);
+    output[fread(output, 1, sizeof output - 1, file)] = 0;
+    fclose(file);
+    remove(path);
+}
+
+/* One solid object: maps. Leaves, thinner than a pixel: rays. Chessmen side by side and few directions: rays. A room
+   that no ray leaves: rays, which end at once. */
+static void the_library_takes_the_engine_that_is_fast_and_right(void **state)
+{
+    static const float inside[2][3] = { { -1, -1, -1 }, { 1, 1, 1 } };
+    glb_writer w;
+    char path[128];
+    (void)state;
+    need_gltf();
+    bake("model builtin:knot -o knot.glb");
+    report_of("ao knot.glb -o x-knot.glb --engine csm --set side=8 --report report.json");
+    assert_non_null(strstr(output, "\"engine\": \"csm\""));
+    assert_non_null(strstr(output, "\"directions\": 64"));
+    assert_non_null(strstr(output, "\"maps_from_rays\": null"));
+    assert_true(number("build_s") > 0 && number("ask_s") > 0);
+    if (!has_rays()) return;
+    for (int side = 8; side <= 16; side += 8) {
+        char line[200];
+        snprintf(line, sizeof line, "ao knot.glb -o x-knot.glb --set side=%d --report report.json", side);
+        report_of(line);
+        assert_non_null(strstr(output, "\"engine\": \"csm\""));
+        assert_true(number("maps_from_rays") < 0.016);
+    }
+    bake("model builtin:plant -o plant.glb");
+    report_of("ao plant.glb -o x-plant.glb --set into=vertex --set side=16 --report report.json");
+    assert_non_null(strstr(output, "\"engine\": \"embree\""));
+    assert_true(number("maps_from_rays") > 0.03);
+    bake("model builtin:chess -o chess.glb");
+    report_of("ao chess.glb -o x-chess.glb --set into=vertex --set side=6 --report report.json");
+    assert_non_null(strstr(output, "\"engine\": \"embree\""));
+    assert_non_null(strstr(output, "\"maps_from_rays\": null"));
+    memset(&w, 0, sizeof w);
+    for (int end = 0; end < 2; end++)
+        for (int k = 0; k < 3; k++) {
+            float e[3][3] = { { 0 } };
+            for (int j = 0; j < 3; j++) e[j][j] = end ? -2 : 2;
+            glb_grid(&w, end || k, inside[end], e[end ? (k + 2) % 3 : (k + 1) % 3],
+                     e[end ? (k + 1) % 3 : (k + 2) % 3], 24, NULL, "");
+        }
+    path_of(path, "room.glb");
+    glb_save(&w, path, "{\"mesh\":0}", 1, "");
+    report_of("ao room.glb -o x-room.glb --set side=16 --report report.json");
+    assert_non_null(strstr(output, "\"engine\": \"embree\""));
+}
+
+/* The benchmark's brute force is another way to the same answer: both engines are within what 256 directions allow. */
+static void the_benchmark_agrees_with_both_engines(void **state)
+{
+    int rows = 0;
+    (void)state;
+    need_gltf();
+    assert_int_equal(run("bench", "bake_ao --model builtin:knot --side 16 --threads 1"), 0);
+    for (char *at = output, *end; (end = strchr(at, '\n')) != NULL; at = end + 1, rows++) {
+        const char *error = strstr(at, "\"mean_error\": ");
+        *end = 0;
+        assert_non_null(error);
+        printf("%s\n", strstr(at, "\"engine\""));
+        if (strncmp(error + 14, "null", 4) != 0) assert_true(strtod(error + 14, NULL) < 0.015);
+    }
+    assert_true(rows == 1 || rows == 3);
+}
+
 static void bad_options_are_named(void **state)
 {
     static const struct { const char *arguments; int status; const char *says; } bad[] = {
@@ -433,6 +509,7 @@ static void bad_options_are_named(void **state)
         { "ao a.glb -o c.glb --engine optix", 2, "auto|csm|embree" },
         { "ao a.glb -o c.glb --set node=a", 2, "unknown key" }, { "ao a.glb -o c.glb --env sky.hdr", 2, "unknown option" },
         { "ao a.glb -o c.glb --set parts=2 --shard 1/2", 2, "parts=N is for a bake without --shard" },
+        { "ao a.glb -o c.glb --report", 2, "no value" }, { "light a.glb -o c.glb --report x", 2, "unknown option" },
         { "ao none.glb -o c.glb", 1, "cannot read none.glb" }, { "csm builtin:knot -o c --engine csm", 2, "unknown option" } };
     (void)state;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -454,6 +531,8 @@ int main(void)
         cmocka_unit_test(shards_parts_and_threads_give_the_same_bytes),
         cmocka_unit_test(hostile_models_leave_no_file),
         cmocka_unit_test(a_full_disk_leaves_the_old_output),
+        cmocka_unit_test(the_library_takes_the_engine_that_is_fast_and_right),
+        cmocka_unit_test(the_benchmark_agrees_with_both_engines),
         cmocka_unit_test(bad_options_are_named),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
