@@ -240,12 +240,11 @@ static void close_lists(bk_glb *g)
 {
     const uint32_t buffers = g->list_value[BK_BUFFERS];
     char number[32];
-    if (!g->added.size)
-        return;
     snprintf(number, sizeof number, "%llu", (unsigned long long)(g->bin_size + g->added.size));
-    if (buffers && g->json.values[buffers].count)
+    if (g->added.size && buffers && g->json.values[buffers].count)
         bk_glb_set(g, buffers + 1, "byteLength", number);
-    else bk_glb_add(g, BK_BUFFERS, "{\"byteLength\":%s}", number);
+    else if (g->added.size)
+        bk_glb_add(g, BK_BUFFERS, "{\"byteLength\":%s}", number);
     for (int i = 0; i < BK_LISTS; i++) {
         bk_text whole = { NULL, 0, 0, 0 };
         if (!g->lists[i].size)

@@ -11,10 +11,11 @@ const rd_key bk_light_keys[] = {
     { "into", RD_WORD, "auto|vertex|texture", 0, 0, "auto", "COLOR_0, or light maps; auto: maps where UVs allow it" },
     { "bounces", RD_INTEGER, NULL, 0, 32, "1", "times that light is thrown back; the same as --bounces" },
     { "samples", RD_INTEGER, NULL, 1, 1048576, "256", "paths a point" },
-    { "directional", RD_WORD, "0|1", 0, 0, "0", "vertices: 1 writes radiance too, harmonics of order 1, as _SH0 to _SH3" },
-    { "ev", RD_NUMBER, "auto", -100, 100, "auto", "colours are 2^ev times irradiance over pi, cut at 1" },
+    { "directional", RD_WORD, "0|1", 0, 0, "0", "1: radiance too, as harmonics of order 1: _SH0 to _SH3, or four more maps" },
+    { "maps", RD_WORD, "png|rgbe|hdr|exr", 0, 0, "png", "light maps: in the file, cut at 1 or with an exponent; beside it" },
+    { "ev", RD_NUMBER, "auto", -100, 100, "auto", "colours and maps=png are 2^ev times irradiance over pi, cut at 1" },
     { "colors", RD_WORD, "multiply|replace", 0, 0, "multiply", "COLOR_0 that is there already" },
-    { "bits", RD_WORD, "8|16", 0, 0, "16", "of a colour's or a pixel's channel" },
+    { "bits", RD_WORD, "8|16|32", 0, 0, "16", "of a colour's or a pixel's channel; 32 is of maps=exr, which has no 8" },
     { "image_side", RD_INTEGER, NULL, 16, 8192, "512", "texels a side of a light map" },
     { "dilate", RD_INTEGER, NULL, 0, 64, "8", "texels that charts grow by, against seams" },
     { "parts", RD_INTEGER, NULL, 0, 256, "0", "parts kept on the way, not of a shard; 0: about one a minute" },
@@ -125,32 +126,65 @@ static float scale_of(const light *b, const float *values)
     return scale;
 }
 
-static int write_sheet(light *b, const bk_sheet *s, const float *values, float scale, char *error)
+static int write_vertices(light *b, const bk_sheet *s, const float *values, float scale, float *some)
 {
     const rd_settings *set = &b->args->settings;
-    const int bits = rd_setting_integer(set, "bits"), directional = rd_setting_is(set, "directional", "1");
-    float *some = malloc((3 * s->count + 1) * sizeof *some);
-    int result = some ? 0 : bk_fail(error, "out of memory", "");
-    for (int j = 0; j < (directional && !s->side ? 5 : 1) && result == 0; j++) {
+    const int bits = rd_setting_integer(set, "bits");
+    for (int j = 0; j < (rd_setting_is(set, "directional", "1") ? 5 : 1); j++) {
         char name[24] = "_IRRADIANCE";
         for (size_t i = 0; i < s->count; i++)
             memcpy(some + 3 * i, values + UNIT * (s->first + i) + 3 * (size_t)j, 12);
         if (j)
             snprintf(name, sizeof name, "_SH%d", j - 1);
-        if (!s->side)
-            bk_model_vectors(&b->model, s, name, some);
+        bk_model_vectors(&b->model, s, name, some);
     }
-    for (size_t i = 0; i < 3 * s->count && result == 0; i++)
-        some[i] = values[UNIT * (s->first + i / 3) + i % 3] * scale * (s->side ? 2 : 1) - (s->side ? 1 : 0);
-    if (result == 0 && s->side) {            /* images of vectors go from -1 to 1 */
-        const bk_image_desc d = { bits, rd_setting_integer(set, "dilate"), 0 };
-        for (size_t i = 0; i < 3 * s->count; i++)
-            some[i] = fminf(some[i], 1);
-        result = bk_model_image(&b->model, s, "lightMapTexture", some, 3, &d, error);
-        if (result == 0)
-            result = bk_model_materials(&b->model, s, error);
-    } else if (result == 0)
-        bk_model_colors(&b->model, s, some, 3, bits, rd_setting_is(set, "colors", "replace"));
+    for (size_t i = 0; i < 3 * s->count; i++)
+        some[i] = values[UNIT * (s->first + i / 3) + i % 3] * scale;
+    bk_model_colors(&b->model, s, some, 3, bits > 16 ? 16 : bits, rd_setting_is(set, "colors", "replace"));
+    return 0;
+}
+
+/* Irradiance, or harmonic j - 1 of radiance; those of order 1 as half their share of the most that harmonic 0 allows,
+   above 1/2, so that they are 0 to 1 in every format. */
+static float texel_of(const float *value, int j, int k)
+{
+    const float most = 1.7320508f * value[3 + k];
+    if (j < 2)
+        return value[3 * j + k];
+    return most > 0 ? fminf(fmaxf(0.5f + 0.5f * value[3 * j + k] / most, 0), 1) : 0.5f;
+}
+
+static int write_maps(light *b, const bk_sheet *s, const float *values, float scale, float *some, char *error)
+{
+    const rd_settings *set = &b->args->settings;
+    const int directional = rd_setting_is(set, "directional", "1");
+    const bk_format format = rd_setting_is(set, "maps", "rgbe")  ? BK_RGBE
+                             : rd_setting_is(set, "maps", "hdr") ? BK_HDR
+                             : rd_setting_is(set, "maps", "exr") ? BK_EXR
+                                                                 : BK_PNG;
+    int result = 0;
+    for (int j = 0; j < (directional ? 5 : 1) && result == 0; j++) {
+        const float times = j > 1 || format != BK_PNG ? 1 : j ? 0.5f * scale : scale;
+        const bk_image_desc d = { rd_setting_integer(set, "bits"), rd_setting_integer(set, "dilate"), 0, format,
+                                  j > 1 ? 0 : 1 / times };
+        char name[24] = "lightMapTexture";
+        for (size_t i = 0; i < 3 * s->count; i++) {
+            const float x = times * texel_of(values + UNIT * (s->first + i / 3), j, (int)(i % 3));
+            some[i] = format == BK_PNG ? fminf(x, 1) : x;
+        }
+        if (j)
+            snprintf(name, sizeof name, "lightMapSH%dTexture", j - 1);
+        result = bk_model_map(&b->model, s, name, some, &d, b->args->out, error);
+    }
+    return result == 0 ? bk_model_materials(&b->model, s, error) : result;
+}
+
+static int write_sheet(light *b, const bk_sheet *s, const float *values, float scale, char *error)
+{
+    float *some = malloc((3 * s->count + 1) * sizeof *some);
+    int result = some ? s->side ? write_maps(b, s, values, scale, some, error)
+                                : write_vertices(b, s, values, scale, some)
+                      : bk_fail(error, "out of memory", "");
     free(some);
     return result;
 }
@@ -195,6 +229,10 @@ int bk_light_run(const bk_args *args, char *error)
     b.args = args;
     if (!rf_scene_version())
         return bk_fail(error, "bake light needs Embree: apt-get install libembree-dev", "");
+    if (rd_setting_is(s, "bits", "32") && !rd_setting_is(s, "maps", "exr"))
+        return bk_fail(error, "bits=32 is of maps=exr", "");
+    if (rd_setting_is(s, "bits", "8") && rd_setting_is(s, "maps", "exr"))
+        return bk_fail(error, "maps=exr has 16 or 32 bits", "");
     if (bk_model_open(&b.model, args->files[0], into, (uint32_t)rd_setting_integer(s, "image_side"), error) != 0)
         return -1;
     b.pool = ex_pool_create(args->threads);

@@ -69,6 +69,7 @@ void bk_model_close(bk_model *m)
     free(m->users);
     free(m->members.bytes);
     free(m->extras.bytes);
+    bk_files_free(m);
     memset(m, 0, sizeof *m);
 }
 
@@ -218,7 +219,8 @@ static void write_object(bk_json *j, uint32_t object, const bk_text *members, co
 static void write_material(bk_model *m, uint32_t object, bk_text *out)
 {
     static const char *const images[] = { "occlusionTexture", "extras", NULL };
-    static const char *const vectors[] = { "bentNormalTexture", "lightMapTexture", NULL };
+    static const char *const vectors[] = { "bentNormalTexture", "lightMapTexture",    "lightMapSH0Texture",
+                                           "lightMapSH1Texture", "lightMapSH2Texture", "lightMapSH3Texture", NULL };
     bk_json *j = &m->glb.json;
     const uint32_t extras = object ? bk_json_member(j, object, "extras") : 0;
     bk_text members = { NULL, 0, 0, 0 };
@@ -303,7 +305,9 @@ int bk_model_write(bk_model *m, const char *path, char *error)
     int result = bk_glb_bytes(&m->glb, &data, &size, error);
     if (result != 0)
         return -1;
-    result = bk_write(path, data, size, error);
+    result = bk_files_write(m, error);
+    if (result == 0 && (result = bk_write(path, data, size, error)) != 0)
+        bk_files_remove(m);
     free(data);
     return result;
 }

@@ -7,6 +7,8 @@
 #include "glb.h"
 #include "receive.h"
 
+typedef struct bk_file bk_file;      /* that is written beside the model */
+
 typedef struct bk_model {
     ex_scene      scene;
     bk_glb        glb;
@@ -17,9 +19,14 @@ typedef struct bk_model {
     uint32_t      material_count;
     uint32_t     *users;                 /* of each material: primitives that have it */
     bk_text       members, extras;       /* of the materials of the sheet whose images are being added */
+    bk_file      *files;
+    size_t        file_count;
 } bk_model;
 
-typedef struct bk_image_desc { int bits, dilate, denoise; } bk_image_desc;
+typedef enum bk_format { BK_PNG, BK_RGBE, BK_HDR, BK_EXR } bk_format;
+
+/* full: what a whole pixel of a PNG stands for, where the file shall say so; else 0. */
+typedef struct bk_image_desc { int bits, dilate, denoise; bk_format format; float full; } bk_image_desc;
 
 /* All return 0, or -1 with one line in error. */
 int   bk_model_open(bk_model *model, const char *path, bk_into into, uint32_t image_side, char *error);
@@ -34,8 +41,13 @@ void  bk_model_vectors(bk_model *model, const bk_sheet *sheet, const char *name,
    name, 3 are vectors from -1 to 1 that become one of the material's extras. bk_model_materials ends the sheet. */
 int   bk_model_image(bk_model *model, const bk_sheet *sheet, const char *name, const float *values, int channels,
                      const bk_image_desc *desc, char *error);
+/* Three values of each receiver as a light map, member `name` of the materials' extras: of a PNG from 0 to 1, of the
+   other formats as they are. .hdr and .exr become files beside `out`, written by bk_model_write. */
+int   bk_model_map(bk_model *model, const bk_sheet *sheet, const char *name, const float *values,
+                   const bk_image_desc *desc, const char *out, char *error);
 /* Gives the images to the materials of the sheet's primitives: a copy of a material that others have too. */
 int   bk_model_materials(bk_model *model, const bk_sheet *sheet, char *error);
+/* The files beside it first: after an error those are gone again that were not there before. */
 int   bk_model_write(bk_model *model, const char *path, char *error);
 
 void  bk_unit_or(float *v, const float *otherwise);  /* unit length; or the other vector */
@@ -46,5 +58,13 @@ float *bk_image_fill(const bk_receivers *receivers, const bk_sheet *sheet, const
                      const bk_image_desc *desc);
 /* A PNG of values 0..1, for free(). NULL: out of memory. */
 void  *bk_image_png(const float *values, uint32_t side, int channels, int bits, size_t *size);
+
+/* maps.c: pictures of any values that are not negative (.exr: of any), for free(); NULL: out of memory. */
+void  *bk_image_rgbe(const float *rgb, uint32_t side, size_t *size);     /* a PNG whose alpha is the exponent */
+void  *bk_image_hdr(const float *rgb, uint32_t side, size_t *size);
+void  *bk_image_exr(const float *rgb, uint32_t side, int half, size_t *size);
+int    bk_files_write(bk_model *model, char *error);
+void   bk_files_remove(bk_model *model);         /* those that were not there before */
+void   bk_files_free(bk_model *model);
 
 #endif

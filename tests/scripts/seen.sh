@@ -18,7 +18,14 @@ if command -v node >/dev/null 2>&1; then
     bake ao $dir/box.glb -o $dir/box-vertex.glb --set into=vertex --set bent=1
     bake ao $dir/box.glb -o $dir/box-texture.glb --set image_side=256 --set bent=1 --set bits=16
     if "$build/render" --list | grep -q '^  reference.*needs Embree'; then leave 'bake light' 'no Embree'
-    else bake light $dir/box.glb -o $dir/box-light.glb --set into=vertex --set samples=16 --set directional=1; fi
+    else
+        bake light $dir/box.glb -o $dir/box-light.glb --set into=vertex --set samples=16 --set directional=1
+        rm -f $dir/map-*
+        for map in 'float --set maps=exr --set bits=32' 'half --set maps=exr' 'hdr --set maps=hdr'; do
+            # shellcheck disable=SC2086
+            bake light $dir/box.glb -o $dir/map-${map%% *}.glb --set samples=16 --set image_side=128 ${map#* }
+        done
+    fi
 fi
 wanted=
 if [ -d $dir/node_modules/three ] && [ -d $dir/node_modules/puppeteer-core ] && [ -d $dir/node_modules/gltf-validator ]; then :
@@ -37,6 +44,10 @@ else
     set --
     for file in $dir/box-*.glb; do set -- "$@" $dir/box.glb "$file"; done
     if node $dir/seen.mjs $dir "$@"; then passed=$((passed + $# / 2)); else failed=$((failed + 1)); fi
+fi
+if [ -f $dir/map-float.glb ] && [ -d $dir/node_modules/three ]; then
+    cp tests/web/seen_maps.mjs $dir/
+    if node $dir/seen_maps.mjs $dir map-float map-half map-hdr; then passed=$((passed + 2)); else failed=$((failed + 1)); fi
 fi
 if command -v blender >/dev/null 2>&1; then
     for file in $dir/box-*.glb; do
