@@ -233,7 +233,7 @@ SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const stru
             SFIELD_ERR_INPUT (an index beyond vertex_count, no triangle left), SFIELD_ERR_ALLOC,
             SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
-            seconds (harmonics) to minutes (wavelets). 26 bytes a vertex and 0.2 MB for each of 16 tasks */
+            seconds (harmonics) to minutes (wavelets). Memory: 350 bytes a vertex, 16 a triangle, 3 MB */
 #endif
 
 SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
@@ -678,9 +678,9 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    then free the cache and create another.
    point_count   of the set, 1..2^31 - 1
    light_count   1..65536 lights of the scene, of which the environment is one. Lights beyond keep nothing
-   Memory   from the scene's allocator, for each point and light: 4 bands^2 bytes with harmonics, 1 KB with
-            wavelets, of which the 256 largest are kept; besides, for each point 16 bytes, and 40 for 16
-            points with harmonics, for each one with wavelets
+   Memory   from the scene's allocator: with harmonics 4 bands^2 + 9 bytes for each point and light, and 19
+            for each point; with wavelets, of which the 256 largest are kept, 1,036 bytes for each point and
+            light, and 76 for each point
    Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
             SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 

@@ -72,9 +72,9 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    then free the cache and create another.
    point_count   of the set, 1..2^31 - 1
    light_count   1..65536 lights of the scene, of which the environment is one. Lights beyond keep nothing
-   Memory   from the scene's allocator, for each point and light: 4 bands^2 bytes with harmonics, 1 KB with
-            wavelets, of which the 256 largest are kept; besides, for each point 16 bytes, and 40 for 16
-            points with harmonics, for each one with wavelets
+   Memory   from the scene's allocator: with harmonics 4 bands^2 + 9 bytes for each point and light, and 19
+            for each point; with wavelets, of which the 256 largest are kept, 1,036 bytes for each point and
+            light, and 76 for each point
    Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
             SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 
