@@ -9464,7 +9464,10 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
     return ((views - 1u) >> f.k) + n <= COHSM__MARKS;
 }
 
-static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
+/* Says whether the list of an entry is sound. *unnamed counts the words of directories that no entry before
+   has named, and is reduced by those of this list. Lists share no words, so all checks together take time
+   that is linear in the file, even if all entries name the longest list. */
+static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views, uint32_t *unnamed)
 {
     const uint32_t *directory = m->directories + entry;
     uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS;
@@ -9474,7 +9477,8 @@ static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views
     if (left < 2) return 0;
     blocks = cohsm__block_count(directory);
     tail = directory[1] >> 16;
-    if (blocks == 0 || 2u + blocks / 2u > left) return 0;
+    if (blocks == 0 || 2u + blocks / 2u > cohsm__min_u32(left, *unnamed)) return 0;
+    *unnamed -= 2u + blocks / 2u;
     if (directory[0] > lines || blocks - 1u > lines - directory[0]) return 0;
     if (tail >> 4 > directory[0] || directory[0] - (tail >> 4) >= lines) return 0;
     for (b = 0; b < blocks; b++) {
@@ -9493,6 +9497,7 @@ static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views
 static cohsm_result cohsm__check_lists(const cohsm_maps *m, cohsm__part part)
 {
     uint32_t entry, views, chunk, chunks = cohsm__chunks(&m->head);
+    uint32_t unnamed = m->head.directory_words;
     size_t i;
 
     for (i = 0; i < m->head.lookup_words; i++) {
@@ -9501,7 +9506,8 @@ static cohsm_result cohsm__check_lists(const cohsm_maps *m, cohsm__part part)
         views = chunk + 1 < chunks ? COHSM__CHUNK : m->head.view_count - chunk * COHSM__CHUNK;
         entry = m->lookup[i];
         if (entry & COHSM__CONSTANT ? entry & 0x7fff0000u
-                                    : entry >= m->head.directory_words || !cohsm__list_sound(m, entry, views))
+                                    : entry >= m->head.directory_words ||
+                                          !cohsm__list_sound(m, entry, views, &unnamed))
             return COHSM_ERR_FORMAT;
     }
     return COHSM_OK;

@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <cmocka.h>
 #include "util.h"
+#include "making.h"
 #include "use.h"
 
 enum { FILES = 12 };
@@ -337,6 +338,54 @@ static void small_files_of_many_views_open_in_little_memory(void **state)
     }
 }
 
+/* Returns a file at M = 1024 with as many lookup entries as asked for. The first of them names the longest list of the
+   maps, as do all others if `again` is set; else these are constants. */
+static file many_entries(const cohsm_maps *maps, uint32_t entries, int again)
+{
+    cohsm__header h = maps->head;
+    uint32_t longest = 0, before = (uint32_t)COHSM__HEADER_WORDS + h.order_words + h.location_words, i, *words;
+    uint32_t at = before + entries, padding = (0u - (at + h.directory_words)) % COHSM__BLOCK_WORDS;
+    file f;
+    for (i = 0; i < h.lookup_words; i++) {
+        if (maps->lookup[i] & COHSM__CONSTANT) continue;
+        if (cohsm__block_count(maps->directories + maps->lookup[i]) > cohsm__block_count(maps->directories + longest))
+            longest = maps->lookup[i];
+    }
+    h.map_side = 1024;
+    h.pixel_begin = 0;
+    h.pixel_end = h.lookup_words = entries;
+    h.words = at + h.directory_words + padding + h.line_words;
+    f.size = 4 * (size_t)h.words;
+    f.data = (uint8_t *)calloc(1, f.size);
+    words = (uint32_t *)(void *)f.data;
+    if (!words) abort();
+    memcpy(words + at, maps->directories, 4 * (size_t)h.directory_words);
+    memcpy(words + at + h.directory_words + padding, maps->lines, 4 * (size_t)h.line_words);
+    h.directory_words += padding;
+    memcpy(words, &h, sizeof h);
+    memcpy(words + COHSM__HEADER_WORDS, maps->words + COHSM__HEADER_WORDS,
+           4 * ((size_t)h.order_words + h.location_words));
+    for (i = 0; i < entries; i++) words[before + i] = i == 0 || again ? longest : COHSM__CONSTANT | COHSM__INFINITE;
+    for (i = 0; i < h.words; i++) cohsm__put_u32(f.data + 4 * (size_t)i, words[i]);
+    mend(f.data, f.size);
+    return f;
+}
+
+/* Entries that all name the longest list would have it checked once for each: time that grows with the square. No
+   builder shares a list, so such a file is refused as soon as it has named more words than there are. */
+static void a_list_is_checked_for_one_entry_only(void **state)
+{
+    enum { ENTRIES = 100000 };
+    cohsm_maps *maps = torture_maps(COHSM_LAYOUT_COMPACT);
+    file sound = many_entries(maps, ENTRIES, 0), hostile = many_entries(maps, ENTRIES, 1);
+    (void)state;
+    assert_int_equal(try_file(sound.data, sound.size, 0), COHSM_OK);
+    assert_int_equal(try_file(hostile.data, hostile.size, 0), COHSM_ERR_FORMAT);
+    free(sound.data);
+    free(hostile.data);
+    cohsm_free(maps);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -346,6 +395,7 @@ int main(void)
         cmocka_unit_test(mutated_files_are_refused_or_usable),
         cmocka_unit_test(lists_in_another_order_are_refused_or_safe),
         cmocka_unit_test(small_files_of_many_views_open_in_little_memory),
+        cmocka_unit_test(a_list_is_checked_for_one_entry_only),
     };
     return cmocka_run_group_tests(tests, make_files, free_files);
 }
