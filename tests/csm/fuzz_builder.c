@@ -1,9 +1,11 @@
 /* fuzz_builder - libFuzzer target: bytes choose a desc, layers and a mesh; what is built must hold its intervals,
-   verify, and open again from a plain and from a packed file. */
+   verify, and open again from a plain and from a packed file. The last bytes choose odd services (kit/odd.h), by which
+   the same is built. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "use.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -67,6 +69,48 @@ static void check(cohsm_maps *maps, const cohsm_mesh *mesh)
     cohsm_free(maps);
 }
 
+static void expect_same(const cohsm_maps *a, const cohsm_maps *b)
+{
+    size_t size, other;
+    const void *p = cohsm_data(a, &size), *q = cohsm_data(b, &other);
+    if (size != other) abort();
+    odd_equal(p, q, size);
+}
+
+/* By odd services maps are built that are the same, and may be asked, packed, opened, merged and verified. */
+static void build_oddly(odd *o, const cohsm_desc *d, const cohsm_mesh *mesh, cohsm_result calm, const cohsm_maps *maps)
+{
+    cohsm_desc mine = *d;
+    cohsm_maps *built, *again;
+    const cohsm_maps *shards[1];
+    cohsm_result merged, verified;
+    cohsm_report report;
+    void *packed;
+    size_t size;
+
+    ODD_SYSTEM(&mine.system, o);
+    ODDLY(o, calm, cohsm_build(&mine, mesh, &built, NULL));
+    if (calm != COHSM_OK) return;
+    expect_same(maps, built);
+    if (!use_maps(built)) abort();
+    shards[0] = built;
+    merged = cohsm_merge(shards, 1, NULL, &again);
+    if (merged == COHSM_OK) cohsm_free(again);
+    ODDLY(o, merged, cohsm_merge(shards, 1, &mine.system, &again));
+    if (merged == COHSM_OK) cohsm_free(again);
+    verified = cohsm_verify(built, NULL, mesh, &report);
+    ODDLY(o, verified, cohsm_verify(built, &mine.system, mesh, &report));
+    ODDLY(o, COHSM_OK, cohsm_pack(built, &mine.system, &packed, &size));
+    ODDLY(o, COHSM_OK, cohsm_open(packed, size, &mine.system, &again));
+    expect_same(built, again);
+    cohsm_free(again);
+    ODDLY(o, COHSM_OK, cohsm_open_as(packed, size, COHSM_LAYOUT_FAST, 0, &mine.system, &again));
+    expect_same(built, again);
+    cohsm_free(again);
+    ledger_free(packed, &o->memory);
+    cohsm_free(built);
+}
+
 static void from_layers(input *in, cohsm_desc *d)
 {
     cohsm_builder *b;
@@ -99,10 +143,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     cohsm_maps *maps;
     float locations[64], positions[3 * 40];
     uint32_t indices[60], i;
+    cohsm_result result;
+    odd o;
 
     in.data = data;
     in.size = size;
     in.at = 0;
+    odd_take(&o, data, size);
     take_desc(&in, &d, locations);
     if (d.map_side > 24) d.map_side = 24;
     if (d.domain.kind == COHSM_DOMAIN_VOLUME && d.domain.side[0] * d.domain.side[1] * d.domain.side[2] > 200) return 0;
@@ -118,6 +165,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     mesh.index_count = 3 * (take(&in) % 21u);
     if (take(&in) & 3u) mesh.indices = indices;
     else mesh.vertex_count = 39;
-    if (cohsm_build(&d, &mesh, &maps, NULL) == COHSM_OK) check(maps, &mesh);
+    result = cohsm_build(&d, &mesh, &maps, NULL);
+    build_oddly(&o, &d, &mesh, result, maps);
+    odd_done(&o);
+    if (result == COHSM_OK) check(maps, &mesh);
     return 0;
 }

@@ -1,11 +1,12 @@
 /* fuzz_file - libFuzzer target: any bytes as a plain or packed file of csm.h, then every function on what was accepted,
    and a round trip through the packed form. The file begins at byte 1; byte 0 says bit 0   mend the checksum, so that
    the checks behind it are reached bit 1   the file is packed first, and eight places of the packed form changed as the
-   last 32 bytes say */
+   last 32 bytes say. The last three choose odd services (kit/odd.h), by which it is opened as well. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "use.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -64,10 +65,29 @@ static void change_packed(const cohsm_maps *maps, const uint8_t *changes, int me
     free(packed);
 }
 
+/* The same answer by odd services, in either layout; what they opened can be asked. */
+static void open_oddly(odd *o, const uint8_t *file, size_t size, cohsm_result calm)
+{
+    cohsm_layout layout = o->order & 64 ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
+    cohsm_system system;
+    cohsm_maps *maps;
+
+    memset(&system, 0, sizeof system);
+    ODD_SYSTEM(&system, o);
+    ODDLY(o, calm, cohsm_open_as(file, size, layout, 0, &system, &maps));
+    if (calm == COHSM_OK) {
+        if (!use_maps(maps)) abort();
+        cohsm_free(maps);
+    }
+    odd_done(o);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     cohsm_maps *maps;
     uint8_t *copy;
+    cohsm_result result;
+    odd o;
 
     if (size < 1) return 0;
     copy = (uint8_t *)malloc(size);
@@ -82,7 +102,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         }
     } else {
         if (data[0] & 1) mend(copy, size - 1);
-        if (cohsm_open(copy, size - 1, NULL, &maps) == COHSM_OK) check(maps);
+        result = cohsm_open(copy, size - 1, NULL, &maps);
+        odd_take(&o, data, size);
+        open_oddly(&o, copy, size - 1, result);
+        if (result == COHSM_OK) check(maps);
     }
     free(copy);
     return 0;

@@ -1,9 +1,11 @@
 /* fuzz_builder - libFuzzer target: bytes choose a desc, a map and a video of it; lights must be finite and hold the
-   map's energy, wherever jitter moves them. */
+   map's energy, wherever jitter moves them. The last bytes choose odd services (kit/odd.h), by which the same
+   is made. */
 
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
 #include "util.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -67,12 +69,36 @@ static void jitter(input *in, const envlt_lights *l)
         if (!light_is_finite(&moved[i])) abort();
 }
 
+static void same_lights(const envlt_lights *a, const envlt_lights *b)
+{
+    uint32_t count, other;
+    size_t texels, texels_of_b;
+    const envlt_light *list = envlt_get_lights(a, &count), *list_of_b = envlt_get_lights(b, &other);
+    const uint32_t *strata = envlt_strata(a, &texels), *strata_of_b = envlt_strata(b, &texels_of_b);
+    if (count != other || texels != texels_of_b) abort();
+    odd_equal(list, list_of_b, count * sizeof *list);
+    odd_equal(strata, strata_of_b, texels * sizeof *strata);
+}
+
+/* The lights of the first frame by odd services, or NULL where there are none. */
+static envlt_lights *create_oddly(odd *o, const envlt_desc *d, const envlt_map *map, envlt_result calm)
+{
+    envlt_desc mine = *d;
+    envlt_lights *lights = NULL;
+    ODD_SYSTEM(&mine.system, o);
+    ODDLY(o, calm, envlt_create(&mine, map, &lights, NULL));
+    return calm == ENVLT_OK ? lights : NULL;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     input in;
+    envlt_lights *mine;
+    envlt_result result;
+    odd o;
     envlt_desc d;
     envlt_lights *l;
-    uint32_t cube, frames;
+    uint32_t cube, frames, step;
     sky s;
 
     in.data = data;
@@ -94,15 +120,25 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     d.split_sun = (int)(take(&in) & 1);
     if (!d.light_count) d.light_count = 1;
     take_map(&in, &s);
-    if (envlt_create(&d, &s.map, &l, NULL) == ENVLT_OK) {
+    odd_take(&o, data, size);
+    result = envlt_create(&d, &s.map, &l, NULL);
+    mine = create_oddly(&o, &d, &s.map, result);
+    if (result == ENVLT_OK) {
         check_lights(l, &s, d.hemisphere);
+        same_lights(l, mine);
         jitter(&in, l);
         for (frames = take(&in) % 4; frames > 0; frames--) {
             take_map(&in, &s);
-            if (envlt_follow(l, &s.map, take(&in) % 65, NULL) == ENVLT_OK) check_lights(l, &s, d.hemisphere);
+            step = take(&in) % 65;
+            result = envlt_follow(l, &s.map, step, NULL);
+            ODDLY(&o, result, envlt_follow(mine, &s.map, step, NULL));
+            if (result == ENVLT_OK) check_lights(l, &s, d.hemisphere);
+            same_lights(l, mine);
         }
+        envlt_free(mine);
         envlt_free(l);
     }
+    odd_done(&o);
     sky_free(&s);
     return 0;
 }

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "ledger.h"
 
 #define PI 3.14159265358979323846
 #define UNUSED_OK static inline
@@ -195,32 +196,6 @@ UNUSED_OK int light_is_finite(const envlt_light *l)
 }
 
 /* ---- memory ---- */
-
-typedef struct ledger { size_t live, calls, fail_at, now, peak; int fail_on; } ledger;
-
-static void *ledger_alloc(size_t size, void *user)
-{
-    ledger *l = (ledger *)user;
-    size_t *p;
-    l->calls++;
-    if (l->fail_at && (l->calls == l->fail_at || (l->fail_on && l->calls > l->fail_at))) return NULL;
-    p = (size_t *)malloc(size + 8);
-    if (!p) return NULL;
-    *p = size;
-    l->live++;
-    l->now += size;
-    if (l->now > l->peak) l->peak = l->now;
-    return (char *)p + 8;
-}
-
-static void ledger_free(void *memory, void *user)
-{
-    ledger *l = (ledger *)user;
-    size_t *p = (size_t *)(void *)((char *)memory - 8);
-    l->live--;
-    l->now -= *p;
-    free(p);
-}
 
 UNUSED_OK envlt_allocator ledger_allocator(ledger *l)
 {

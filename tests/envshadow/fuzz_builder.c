@@ -1,11 +1,12 @@
 /* fuzz_builder - libFuzzer target: bytes choose a sky, a mesh and a query; shading must be finite and not brighter than
-   all lights together. */
+   all lights together. The last bytes choose odd services (kit/odd.h), by which the same is drawn and shaded. */
 
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 #include "util.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -35,7 +36,47 @@ static void take_map(input *in, sky *s)
     }
 }
 
-static void shade(input *in, const envlt_lights *l)
+typedef struct asked {          /* what is drawn, and asked of it */
+    envsh_maps_desc    maps;
+    uint32_t           capacity, count;
+    const envlt_light *lights;
+    const envsh_mesh  *mesh;
+    const envsh_query *query;
+    envsh_points       points;
+} asked;
+
+/* Draws one frame and shades it; what was cancelled while drawing begins anew. Returns whether `out` was written. */
+static int shade_by(odd *o, const asked *a, float *out)
+{
+    envsh_maps *maps;
+    envsh_result result;
+    uint32_t before;
+    int good = 0;
+    ODD_TRY(o, result, envsh_maps_create(&a->maps, a->capacity, &maps));
+    odd_keep_result(o, (int)result);
+    if (result != ENVSH_OK) return 0;
+    do {
+        ODD_TRY(o, result, envsh_maps_begin(maps, AS_LIGHTS(a->lights, a->count), envsh_bounds_of(a->mesh, 1, NULL)));
+        before = o->failures;
+        if (result != ENVSH_OK) break;
+        odd_before(o);
+        result = envsh_maps_draw(maps, a->mesh, NULL);
+        (void)odd_after_any(o, (int)result);
+    } while (o->failures > before);
+    odd_keep_result(o, (int)result);
+    ODD_TRY(o, result, envsh_maps_end(maps));
+    odd_keep_result(o, (int)result);
+    if (result == ENVSH_OK) {
+        ODD_TRY(o, result, envsh_shade(maps, a->query, &a->points, out));
+        odd_keep_result(o, (int)result);
+        good = result == ENVSH_OK;
+        if (good) odd_keep(o, out, 24 * sizeof *out);
+    }
+    envsh_maps_free(maps);
+    return good;
+}
+
+static void shade(input *in, const envlt_lights *l, odd *o)
 {
     float p[3 * 30], points[3 * 8], normals[3 * 8], out[3 * 8], most = 0;
     uint32_t indices[30], count;
@@ -45,8 +86,9 @@ static void shade(input *in, const envlt_lights *l)
     envsh_query q = { 0 };
     envsh_points r = { 0 };
     envsh_mesh mesh = { p, 30, 0, indices, 30, NULL };
-    envsh_maps *maps;
     uint64_t seed = take(in);
+    asked a;
+    odd none;
     memset(&d, 0, sizeof d);
     d.map_side = 16 + take(in) % 20;
     d.rgba = (int)(take(in) & 1);
@@ -69,15 +111,21 @@ static void shade(input *in, const envlt_lights *l)
     q.radius = 8 * take_float(in);
     q.bias = take_float(in);
     q.extent_scale = take_float(in);
-    if (envsh_maps_create(&d, 1 + take(in) % 64, &maps) != ENVSH_OK) return;
-    if (envsh_maps_begin(maps, AS_LIGHTS(list, count), envsh_bounds_of(&mesh, 1, NULL)) == ENVSH_OK) {
-        envsh_maps_draw(maps, &mesh, NULL);
-        envsh_maps_end(maps);
-        if (envsh_shade(maps, &q, &r, out) == ENVSH_OK)
-            for (int i = 0; i < 24; i++)
-                if (!envsh__finite(out[i]) || out[i] < 0 || (i % 3 == 1 && out[i] > 1.001f * most)) abort();
-    }
-    envsh_maps_free(maps);
+    a.maps = d;
+    a.capacity = 1 + take(in) % 64;
+    a.count = count;
+    a.lights = list;
+    a.mesh = &mesh;
+    a.query = &q;
+    a.points = r;
+    odd_take(&none, NULL, 0);
+    if (shade_by(&none, &a, out))
+        for (int i = 0; i < 24; i++)
+            if (!envsh__finite(out[i]) || out[i] < 0 || (i % 3 == 1 && out[i] > 1.001f * most)) abort();
+    ODD_SYSTEM(&a.maps.system, o);
+    shade_by(o, &a, out);
+    if (o->hash != none.hash) ODD_ABORT("odd services change the light");
+    odd_done(o);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -87,7 +135,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     envlt_lights *l;
     uint32_t cube;
     sky s;
+    odd o;
 
+    odd_take(&o, data, size);
     in.data = data;
     in.size = size;
     in.at = 0;
@@ -108,7 +158,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!d.light_count) d.light_count = 1;
     take_map(&in, &s);
     if (envlt_create(&d, &s.map, &l, NULL) == ENVLT_OK) {
-        shade(&in, l);
+        shade(&in, l, &o);
         envlt_free(l);
     }
     sky_free(&s);

@@ -1,8 +1,10 @@
 /* fuzz_picture - libFuzzer target: frames of any places, normals and light through gifilter.h. What comes out is finite
-   where a pixel shows something, and 0 where it shows nothing. */
+   where a pixel shows something, and 0 where it shows nothing. The last bytes choose odd services (kit/odd.h), by which
+   the same comes out. */
 
 #define GIFILTER_IMPLEMENTATION
 #include "gifilter.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -51,20 +53,17 @@ static void check(const float *normals, const float *out, size_t count)
     }
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+static void run(input *in, const gifilt_system *system, odd *o)
 {
     float positions[3 * MOST * MOST], normals[3 * MOST * MOST], light[3 * MOST * MOST], motion[2 * MOST * MOST];
     float matrix[16];
-    input in;
+    gifilt_result result;
     gifilt_desc size_of;
     gifilt_filter *filter;
     gifilt_points points;
     uint32_t width, height, frame, i;
-    in.data = data;
-    in.size = size;
-    in.at = 0;
-    width = 1 + take(&in) % MOST;
-    height = 1 + take(&in) % MOST;
+    width = 1 + take(in) % MOST;
+    height = 1 + take(in) % MOST;
     memset(&points, 0, sizeof points);
     points.count = width * height;
     points.positions = positions;
@@ -72,28 +71,52 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(&size_of, 0, sizeof size_of);
     size_of.width = width;
     size_of.height = height;
-    if (gifilt_create(&size_of, &filter) != GIFILT_OK) return 0;
+    size_of.system = *system;
+    ODD_TRY(o, result, gifilt_create(&size_of, &filter));
+    if (result != GIFILT_OK) return;
     for (frame = 0; frame < 3; frame++) {
-        uint32_t what = take(&in);
+        uint32_t what = take(in);
         gifilt_frame d;
         memset(&d, 0, sizeof d);
-        d.passes = (int)(take(&in) % 9u) - 1;    /* 7 is refused */
-        d.history = take(&in) % 12u;
-        d.normal_cosine = fabsf(take_float(&in));
-        d.plane_slope = fabsf(take_float(&in));
-        take_all(&in, matrix, 16);
-        take_all(&in, positions, 3 * points.count);
-        take_all(&in, normals, 3 * points.count);
+        d.passes = (int)(take(in) % 9u) - 1;    /* 7 is refused */
+        d.history = take(in) % 12u;
+        d.normal_cosine = fabsf(take_float(in));
+        d.plane_slope = fabsf(take_float(in));
+        take_all(in, matrix, 16);
+        take_all(in, positions, 3 * points.count);
+        take_all(in, normals, 3 * points.count);
         if (!(what & 8u)) make_unit(normals, points.count);
-        take_all(&in, light, 3 * points.count);
-        take_all(&in, motion, 2 * points.count);
+        take_all(in, light, 3 * points.count);
+        take_all(in, motion, 2 * points.count);
         for (i = 0; i < 3 * points.count; i++)
             if (!(fabsf(light[i]) <= 1e18f)) light[i] = 1;        /* sums of larger ones may overflow */
         if (what & 1u) d.world_to_clip = matrix;
         if (what & 2u) d.motion = motion;
         if (what & 4u) gifilt_reset(filter);
-        if (gifilt_apply(filter, &d, &points, light, light) == GIFILT_OK) check(normals, light, points.count);
+        ODD_TRY(o, result, gifilt_apply(filter, &d, &points, light, light));
+        if (result == GIFILT_OK) check(normals, light, points.count);
+        odd_keep_result(o, (int)result);
+        odd_keep(o, light, 3 * points.count * sizeof *light);
     }
     gifilt_free(filter);
+    odd_done(o);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    input in[2];
+    gifilt_system system;
+    odd none, o;
+    in[0].data = data;
+    in[0].size = size;
+    in[0].at = 0;
+    in[1] = in[0];
+    memset(&system, 0, sizeof system);
+    odd_take(&none, NULL, 0);
+    run(&in[0], &system, &none);
+    odd_take(&o, data, size);
+    ODD_SYSTEM(&system, &o);
+    run(&in[1], &system, &o);
+    if (!o.failures && o.hash != none.hash) ODD_ABORT("odd services change the picture");
     return 0;
 }

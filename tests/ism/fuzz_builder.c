@@ -1,8 +1,10 @@
 /* fuzz_builder - libFuzzer target: bytes choose a desc, sources, a mesh and a view; two frames are rendered by all
-   stages, and what comes out must be finite and not negative. */
+   stages, and what comes out must be finite and not negative. The last bytes choose odd services (kit/odd.h), by which
+   the same is rendered. */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -43,10 +45,35 @@ static void take_desc(input *in, ism_desc *d)
     d->window_rim = d->window_rim == 1 ? (int32_t)d->tile_side / 2 : d->window_rim;
 }
 
+/* Two frames, the mesh moved between. A frame that a service failed is rendered again, with what it had begun. */
+static void render(odd *o, const ism_desc *d, const ism_frame *frames, const ism_mesh *mesh, float *positions,
+                   const ism_shading *shading)
+{
+    static float bounced[3][3 * 20 * 64], out[3 * 32];
+    ism_frame frame = *frames;
+    ism_maps *maps;
+    ism_result result;
+    uint32_t i;
+    ODD_TRY(o, result, ism_create(d, &maps));
+    if (result != ISM_OK) return;
+    for (frame.index = 0; frame.index < 2; frame.index++) {
+        ODD_TRY(o, result, ism_render(maps, &frame, shading, out, NULL));
+        odd_keep_result(o, (int)result);
+        if (result != ISM_OK) continue;
+        odd_keep(o, out, sizeof out);
+        for (i = 0; i < 96; i++)
+            if (!(out[i] >= 0.0f)) abort();
+        ODD_TRY(o, result, ism_bounce(maps, mesh, 8, bounced[0], bounced[1], bounced[2]));
+        odd_keep_result(o, (int)result);
+        for (i = 0; i < 72; i++) positions[i] += 0.01f;
+    }
+    ism_free(maps);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static float bounced[3][3 * 20 * 64];
     input in;
+    odd o, none;
     ism_desc d;
     ism_maps *maps;
     ism_mesh mesh;
@@ -54,7 +81,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     ism_points view;
     ism_frame frame;
     ism_shading shading = { 0 };
-    float positions[3 * 24], opacities[8], lit[3][3 * 16], lobes[4 * 16], eye[3][3 * 32], out[3 * 32];
+    float positions[3 * 24], opacities[8], lit[3][3 * 16], lobes[4 * 16], eye[3][3 * 32];
+    float still[3 * 24];
     uint32_t indices[24], i, k;
 
     in.data = data;
@@ -62,6 +90,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     in.at = 0;
     take_desc(&in, &d);
     if (ism_create(&d, &maps) != ISM_OK) return 0;
+    ism_free(maps);
     memset(&mesh, 0, sizeof mesh);
     memset(source, 0, sizeof source);
     memset(&view, 0, sizeof view);
@@ -108,13 +137,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     shading.interleave = take(&in) % 4u;
     shading.near_mode = (ism_near)(take(&in) % (ISM_NEAR_NONE));     /* NONE may be infinite */
     shading.cull = (int)(take(&in) & 1u);
-    for (frame.index = 0; frame.index < 2; frame.index++) {
-        if (ism_render(maps, &frame, &shading, out, NULL) != ISM_OK) continue;
-        for (i = 0; i < 96; i++)
-            if (!(out[i] >= 0.0f)) abort();
-        ism_bounce(maps, &mesh, 8, bounced[0], bounced[1], bounced[2]);
-        for (i = 0; i < 72; i++) positions[i] += 0.01f;
-    }
-    ism_free(maps);
+    frame.index = 0;
+    memcpy(still, positions, sizeof still);
+    odd_take(&none, NULL, 0);
+    render(&none, &d, &frame, &mesh, positions, &shading);
+    memcpy(positions, still, sizeof still);
+    odd_take(&o, data, size);
+    ODD_SYSTEM(&d.system, &o);
+    render(&o, &d, &frame, &mesh, positions, &shading);
+    if (!o.failures && o.hash != none.hash) ODD_ABORT("odd services change the light");
+    odd_done(&o);
     return 0;
 }

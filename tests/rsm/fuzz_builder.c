@@ -1,8 +1,10 @@
 /* fuzz_builder - libFuzzer target: bytes choose lights, meshes or buffers, patterns and receivers; every result must be
-   finite and not negative, flux must add up, and nothing may be read or written out of bounds. */
+   finite and not negative, flux must add up, and nothing may be read or written out of bounds. The last bytes choose
+   odd services (kit/odd.h), by which all results are the same. */
 
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
+#include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -73,8 +75,9 @@ static int hole_or_not(void *user, const rsm_mesh *mesh, uint32_t triangle, cons
     return triangle % 3u != 0;
 }
 
-static int draw(input *in, rsm_map *map)
+static int draw(input *in, rsm_map *map, odd *o)
 {
+    rsm_result result;
     float positions[3 * 30], transform[16];
     uint32_t indices[48], i;
     rsm_mesh mesh;
@@ -93,11 +96,14 @@ static int draw(input *in, rsm_map *map)
     if (take(in) & 1u) mesh.surface_fn = hole_or_not;
     mesh.has_holes = (int)(take(in) & 1u);
     mesh.tap_side = take(in) % 18u;
-    return rsm_rasterize(map, &mesh, 1) == RSM_OK;
+    ODD_TRY(o, result, rsm_rasterize(map, &mesh, 1));
+    odd_keep_result(o, (int)result);
+    return result == RSM_OK;
 }
 
-static int fill(input *in, rsm_map *map)
+static int fill(input *in, rsm_map *map, odd *o)
 {
+    rsm_result result;
     static float positions[3 * 256 * 256], normals[3 * 256 * 256], depth[256 * 256];
     size_t i, count = (size_t)side_of(map) * side_of(map);
     rsm_buffers b;
@@ -120,20 +126,27 @@ static int fill(input *in, rsm_map *map)
     if (take(in) & 1u) b.positions = positions;
     if (take(in) & 1u) b.depth = depth;
     b.albedo = positions;
-    for (face = 0; face < faces_of(map); face++)
-        if (rsm_fill(map, face, &b) != RSM_OK) return 0;
+    for (face = 0; face < faces_of(map); face++) {
+        ODD_TRY(o, result, rsm_fill(map, face, &b));
+        odd_keep_result(o, (int)result);
+        if (result != RSM_OK) return 0;
+    }
     return 1;
 }
 
-static void check(const float *e, size_t count)
+static void check(odd *o, rsm_result result, const float *e, size_t count)
 {
     size_t i;
+    odd_keep_result(o, (int)result);
+    if (result != RSM_OK) return;
+    odd_keep(o, e, count * sizeof *e);
     for (i = 0; i < count; i++)
         if (!rsm__finite(e[i]) || e[i] < 0.0f) abort();
 }
 
-static void use(input *in, const rsm_map *map)
+static void use(input *in, const rsm_map *map, const rsm_system *system, odd *o)
 {
+    rsm_result result;
     const rsm_material materials[2] = { { { 0.5f, 0.5f, 0.5f }, 5 }, { { 1, 0, 0 }, 1e4f } };
     float p[3 * POINTS], n[3 * POINTS], e[3 * POINTS];
     rsm_texel clusters[8];
@@ -150,6 +163,7 @@ static void use(input *in, const rsm_map *map)
         p[i] = take_float(in);
         n[i] = i % 3 == 1 ? 1.0f : 0.0f;
     }
+    g.system = *system;
     points.count = POINTS;
     points.width = WIDTH;
     points.positions = p;
@@ -166,33 +180,62 @@ static void use(input *in, const rsm_map *map)
         g.materials = materials;
         g.material_count = 2;
     }
-    if (rsm_interpolate(&map, 1, &g, &inter, &points, e, NULL) == RSM_OK) check(e, 3 * POINTS);
+    ODD_TRY(o, result, rsm_interpolate(&map, 1, &g, &inter, &points, e, NULL));
+    check(o, result, e, 3 * POINTS);
     g.interleave = 1u << take(in) % 4u;
-    if (rsm_gather(&map, 1, &g, &points, e, NULL) == RSM_OK) check(e, 3 * POINTS);
+    ODD_TRY(o, result, rsm_gather(&map, 1, &g, &points, e, NULL));
+    check(o, result, e, 3 * POINTS);
     direct.tap_side = take(in) % 6u;
-    if (rsm_direct(map, &direct, &points, e) == RSM_OK) check(e, 3 * POINTS);
-    if (rsm_cluster(rsm_map_texels(map), (size_t)side_of(map) * side_of(map), 8, NULL, clusters, &count) ==
-            RSM_OK &&
-        rsm_gather_list(clusters, count, &g, &points, e, NULL) == RSM_OK)
-        check(e, 3 * POINTS);
+    direct.system = *system;
+    ODD_TRY(o, result, rsm_direct(map, &direct, &points, e));
+    check(o, result, e, 3 * POINTS);
+    ODD_TRY(o, result,
+            rsm_cluster(rsm_map_texels(map), (size_t)side_of(map) * side_of(map), 8, system, clusters, &count));
+    odd_keep_result(o, (int)result);
+    if (result != RSM_OK) return;
+    ODD_TRY(o, result, rsm_gather_list(clusters, count, &g, &points, e, NULL));
+    check(o, result, e, 3 * POINTS);
+}
+
+static void run(input *in, const rsm_system *system, odd *o)
+{
+    rsm_result result;
+    rsm_desc d;
+    rsm_map *map;
+    rsm_stats stats;
+    take_desc(in, &d);
+    if (d.side == 0) d.side = 4;
+    d.system = *system;
+    ODD_TRY(o, result, rsm_map_create(&d, &map));
+    odd_keep_result(o, (int)result);
+    if (result != RSM_OK) return;
+    if (take(in) & 1u ? draw(in, map, o) : fill(in, map, o)) {
+        ODD_TRY(o, result, rsm_finish(map, &stats));
+        odd_keep_result(o, (int)result);
+        if (result == RSM_OK) {
+            if (!(stats.reflected[0] >= 0.0)) abort();
+            use(in, map, system, o);
+        }
+    }
+    rsm_map_free(map);
+    odd_done(o);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    input in;
-    rsm_desc d;
-    rsm_map *map;
-    rsm_stats stats;
-    in.data = data;
-    in.size = size;
-    in.at = 0;
-    take_desc(&in, &d);
-    if (d.side == 0) d.side = 4;
-    if (rsm_map_create(&d, &map) != RSM_OK) return 0;
-    if ((take(&in) & 1u ? draw(&in, map) : fill(&in, map)) && rsm_finish(map, &stats) == RSM_OK) {
-        if (!(stats.reflected[0] >= 0.0)) abort();
-        use(&in, map);
-    }
-    rsm_map_free(map);
+    input in[2];
+    rsm_system system;
+    odd none, o;
+    in[0].data = data;
+    in[0].size = size;
+    in[0].at = 0;
+    in[1] = in[0];
+    memset(&system, 0, sizeof system);
+    odd_take(&none, NULL, 0);
+    run(&in[0], &system, &none);
+    odd_take(&o, data, size);
+    ODD_SYSTEM(&system, &o);
+    run(&in[1], &system, &o);
+    if (o.hash != none.hash) ODD_ABORT("odd services change a result");
     return 0;
 }
