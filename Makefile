@@ -11,6 +11,7 @@
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
+# make pictures   what README.md opens with, docs/pictures (tools/pictures; a quarter of an hour)
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
 # make gl-compile seconds that this machine's OpenGL takes to compile each shader
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
@@ -133,7 +134,7 @@ TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/*_test.c))
 REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
-.PHONY: all programs tests test run-tests demo run-demo bench performance join check-join check-core back \
+.PHONY: all programs tests test run-tests demo run-demo pictures bench performance join check-join check-core back \
         check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
         check-embree check-docs check-config check-leaks check-lines check-limits check-named check-vocabulary check-papers check-page-one check-tools check-compile check-clang check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
@@ -363,6 +364,8 @@ gpu-cost: $(TOOLS)/glsl $(TOOLS)/gpu_cost $(TOOLS)/spirv_ways
 $(TOOLS)/gl_compile: tools/gl_compile.c $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) -Iexamples/common $(HAVE) -MF $(OBJ)/gl_compile.d $< $(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) -lm -o $@
+pictures: $(BUILD)/render
+	@BUILD=$(BUILD) ASSETS='$(or $(ASSETS),assets)' sh tools/pictures
 gl-compile: $(TOOLS)/glsl $(TOOLS)/gl_compile
 	@rm -rf build/gl-compile && mkdir -p build/gl-compile && $(TOOLS)/glsl build/gl-compile
 	@MESA_SHADER_CACHE_DISABLE=true __GL_SHADER_DISK_CACHE=0 $(TOOLS)/gl_compile build/gl-compile

@@ -1061,6 +1061,9 @@ static const float gifilt__numbers[GIFILT__WIDE] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 
 #endif /* !GIFILTER_IMPLEMENTED */
 
 #ifdef GIFILT__SET
+#if GIFILT_VERSION != 10000 /* this file's: another one that includes it as GIFILT_FILE has its own */
+#error "gifilter.h: the file that GIFILT_FILE names is of another version than the one that includes it"
+#endif
 
 /* ==== src/shared/simd_begin.h ==== */
 

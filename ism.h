@@ -3615,6 +3615,9 @@ static float ism__texels_per_unit(const ism__tile *tile)
 #endif /* !ISM_IMPLEMENTED */
 
 #ifdef ISM__SET
+#if ISM_VERSION != 900 /* this file's: another one that includes it as ISM_FILE has its own */
+#error "ism.h: the file that ISM_FILE names is of another version than the one that includes it"
+#endif
 
 /* ==== src/shared/simd_begin.h ==== */
 

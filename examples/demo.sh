@@ -7,6 +7,7 @@
 #   ASSETS        a folder of real models and skies; without it only built-in scenes
 #   DEMO_SIZE     384x216; DEMO_SAMPLES of csm 256; DEMO_REFERENCE of the reference 128
 #   DEMO_SCENES   which scenes to make, e.g. "cornell knot"; default: all
+# The page is written after each scene, so that its first picture can be looked at while the others are drawn.
 set -u
 BUILD=${BUILD:-build}
 OUT=${OUT:-out}
@@ -16,6 +17,7 @@ REFERENCE=${DEMO_REFERENCE:-128}
 ASSETS=${ASSETS:-}
 LIST=$OUT/gallery.tsv
 failures=0
+total=0 done=0 counting=
 mkdir -p "$OUT" || exit 1
 
 say() {         # say FIELD...: a line of the list that build/gallery reads (examples/demo/gallery.h)
@@ -26,6 +28,7 @@ say() {         # say FIELD...: a line of the list that build/gallery reads (exa
 }
 
 leave() {
+    [ -z "$counting" ] || return 0
     echo "demo: left out: $1"
     say left "$1"
 }
@@ -50,7 +53,13 @@ group() {
     paths=$((REFERENCE * times))
     times=1
     case " ${DEMO_SCENES:-$scene} " in *" $scene "*) ;; *) scene=; return ;; esac
-    echo "demo: $title"
+    if [ -n "$counting" ]; then
+        total=$((total + 1)) scene=
+        return
+    fi
+    write_page
+    done=$((done + 1))
+    echo "demo: $done of $total, after $(($(date +%s) - begun)) s: $title"
     bounces=0
     [ "$kind" = bounced ] && bounces=1
     if [ -n "$has_reference" ] && render "$scene-$kind-reference" --technique reference $scene_arguments \
@@ -58,6 +67,12 @@ group() {
         reference=$scene-$kind-reference
     fi
     say group "$scene" "$kind" "$title" "$reference"
+}
+
+# write_page: of the scenes that are whole
+write_page() {
+    say scenes "$total" "$done"
+    [ $done = 0 ] || "$BUILD/gallery" "$OUT" || failures=$((failures + 1))
 }
 
 # row TECHNIQUE cpu|gl REMARK ARGUMENTS: a picture of the group's scene, compared with the reference
@@ -98,8 +113,9 @@ maps="--samples $SAMPLES --set side=64 --set filter=roulette"       # csm: 4,096
 few="--samples $SAMPLES --set side=32 --set filter=roulette"        # 1,024
 fields="--set position_side=6 --set point_spacing=0.05"
 
+say best atrium-bounced-ism-cpu
 # shellcheck disable=SC2086
-{
+scenes() {
 group cornell direct "Cornell box: direct light of its lamp" --scene builtin:cornell
 row csm cpu "64 places on the lamp" --samples "$SAMPLES"
 row csm gl "64 places on the lamp" --samples "$SAMPLES"
@@ -211,6 +227,11 @@ else
     leave "real models (make assets, or ASSETS=FOLDER)"
 fi
 }
+counting=yes
+scenes
+counting=
+begun=$(date +%s)
+scenes
 # A model with ambient occlusion in its vertices, for any program that opens .glb files.
 echo "demo: out/chess-ao.glb"
 if ! "$BUILD/bake" model builtin:chess -o "$OUT/chess.glb" ||
@@ -219,7 +240,7 @@ if ! "$BUILD/bake" model builtin:chess -o "$OUT/chess.glb" ||
     else cat "$OUT/probe.txt"; failures=$((failures + 1)); fi
 fi
 rm -f "$OUT/probe.txt"
-"$BUILD/gallery" "$OUT" || failures=$((failures + 1))
+write_page
 rm -f "$OUT"/*.pfm
 echo "demo: wrote $OUT/index.html, $OUT/which.html and $OUT/contact.png"
 [ $failures = 0 ]

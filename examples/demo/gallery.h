@@ -6,6 +6,8 @@
        row    technique  cpu|gl  what is special about it  stem
        left   what was left out
        run    what was asked for, in words
+       best   stem of the picture that the page opens with, if it is there; else the first is
+       scenes how many groups there will be, and how many are whole (the last such line counts)
    Files of a stem: STEM.pfm and STEM.json of render, STEM-compare.json and STEM-diff.png of compare. */
 #ifndef GALLERY_H
 #define GALLERY_H
@@ -31,6 +33,8 @@ typedef struct gal_group {                      /* one scene's direct or bounced
 typedef struct gallery {
     const char *folder;
     char        left_out[800], run[300], machine[400], gl_renderer[120];
+    char        best[100];
+    uint32_t    scenes, done;                   /* groups that there will be, and that are whole */
     uint32_t    width, height, group_count;
     gal_group  *groups;
 } gallery;

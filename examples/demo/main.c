@@ -96,6 +96,11 @@ static int read_line(gallery *g, char *line, char *error)
         snprintf(g->left_out + used, sizeof g->left_out - used, "%s%s", used ? "; " : "", field[1]);
     } else if (strcmp(field[0], "run") == 0) {
         COPY(g->run, field[1]);
+    } else if (strcmp(field[0], "best") == 0) {
+        COPY(g->best, field[1]);
+    } else if (strcmp(field[0], "scenes") == 0) {
+        g->scenes = (uint32_t)strtoul(field[1], NULL, 10);
+        g->done = (uint32_t)strtoul(field[2], NULL, 10);
     } else if (strcmp(field[0], "group") == 0) {
         if (ex_grow(&g->groups, &g->group_count, sizeof *g->groups) != 0) return ex_fail(error, "out of memory");
         group = &g->groups[g->group_count - 1];

@@ -10,13 +10,46 @@
 typedef struct page { FILE *file; int is_markdown; } page;
 
 static const char html_head[] =
-    "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Dapple</title>\n<style>\n"
-    "body { font-family: sans-serif; max-width: 110em; margin: 2em auto; padding: 0 1em; color: #222; }\n"
+    "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+    "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Dapple</title>\n<style>\n"
+    "body { font-family: sans-serif; max-width: 70em; margin: 0 auto; padding: 1em; color: #222; }\n"
     "p { max-width: 50em; line-height: 1.4; } h2 { margin-top: 2em; border-top: 1px solid #ccc; padding-top: 1em; }\n"
     "table { border-collapse: collapse; } th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }\n"
-    "tr { border-bottom: 1px solid #ddd; } .pictures { display: flex; flex-wrap: wrap; gap: 0.6em; }\n"
-    "figure { margin: 0; width: 24em; font-size: small; } img { width: 100%; display: block; }\n"
+    "tr { border-bottom: 1px solid #ddd; } details { overflow-x: auto; } img { display: block; }\n"
+    ".best img { width: 100%; } nav { display: flex; flex-wrap: wrap; gap: 0.8em; }\n"
+    "nav a { width: 320px; max-width: 100%; color: inherit; } nav img { width: 100%; }\n"
+    ".pair { position: relative; max-width: 60em; --at: 50%; } .pair img { width: 100%; }\n"
+    ".pair .over { position: absolute; top: 0; left: 0; clip-path: inset(0 calc(100% - var(--at)) 0 0); }\n"
+    ".pair .line { position: absolute; top: 0; bottom: 0; left: var(--at); width: 2px; margin-left: -1px; }\n"
+    ".pair .line { background: #fff; }\n"
+    ".pair input { position: absolute; inset: 0; width: 100%; height: 100%; margin: 0; opacity: 0; cursor: ew-resize; }\n"
+    ".pair span { position: absolute; bottom: 0.5em; padding: 0.1em 0.5em; background: #000a; color: #fff; }\n"
+    ".pair .left { left: 0.5em; } .pair .right { right: 0.5em; }\n"
+    "button { font: inherit; padding: 0.4em 0.8em; margin: 0 0.3em 0.3em 0; }\n"
+    "button.chosen { background: #222; color: #fff; }\n"
     "</style></head><body>\n";
+
+/* The slider moves the line; a button puts its technique on the line's left, the box the difference in its place. */
+static const char html_script[] =
+    "<script>\n"
+    "for (const section of document.querySelectorAll('section')) {\n"
+    "    const pair = section.querySelector('.pair'), over = section.querySelector('.over');\n"
+    "    const slider = section.querySelector('input[type=range]'), box = section.querySelector('input[type=checkbox]');\n"
+    "    const buttons = section.querySelectorAll('button'), name = section.querySelector('.left');\n"
+    "    let chosen = buttons[0];\n"
+    "    const show = () => {\n"
+    "        const difference = box && box.checked;\n"
+    "        over.src = chosen.dataset.stem + (difference ? '-diff.png' : '.png');\n"
+    "        name.textContent = chosen.textContent + (difference ? ': difference' : '');\n"
+    "        section.querySelector('.figures').textContent = chosen.dataset.figures;\n"
+    "        for (const button of buttons) button.classList.toggle('chosen', button === chosen);\n"
+    "    };\n"
+    "    for (const button of buttons) button.onclick = () => { chosen = button; show(); };\n"
+    "    if (slider) slider.oninput = () => pair.style.setProperty('--at', slider.value + '%');\n"
+    "    if (box) box.onchange = show;\n"
+    "    show();\n"
+    "}\n"
+    "</script>\n";
 
 static int open_page(page *p, const gallery *g, const char *name, char *error)
 {
@@ -149,33 +182,76 @@ static void say_what_figures_mean(page *p, const gallery *g)
 
 /* ---- index.html ---- */
 
-static void figure(page *p, const gallery *g, const char *stem, const char *suffix, const char *caption)
+/* Where its picture leads to. */
+static void put_anchor(page *p, const gal_group *group)
 {
-    char path[400];
-    FILE *file;
-    snprintf(path, sizeof path, "%s/%s%s.png", g->folder, stem, suffix);
-    file = fopen(path, "rb");
-    if (!file) return;                          /* no reference, no difference */
-    fclose(file);
-    fprintf(p->file, "<figure><img src=\"%s%s.png\" alt=\"%s\"><figcaption>", stem, suffix, stem);
-    put(p, caption);
-    fputs("</figcaption></figure>\n", p->file);
+    fprintf(p->file, "%s-%s", group->scene, group->kind);
 }
 
-static void show_group(page *p, const gallery *g, const gal_group *group)
+static void show_best(page *p, const gallery *g)
 {
-    char line[600], caption[300];
-    heading(p, 2, group->title);
-    fputs("<div class=\"pictures\">\n", p->file);
-    if (*group->reference) figure(p, g, group->reference, "", "reference");
+    const gal_group *best = NULL;
+    const gal_row *picture = NULL;
+    for (uint32_t i = 0; i < g->group_count; i++)
+        for (uint32_t k = 0; k < g->groups[i].row_count; k++)
+            if (!picture || strcmp(g->groups[i].rows[k].stem, g->best) == 0) {
+                best = &g->groups[i];
+                picture = &best->rows[k];
+            }
+    if (!picture) return;
+    fprintf(p->file, "<div class=\"best\"><img src=\"%s.png\" alt=\"\"></div>\n", picture->stem);
+    paragraph(p, "%s, by %s: no ray was traced for a shadow.", best->title, picture->technique);
+}
+
+static void show_overview(page *p, const gallery *g)
+{
+    fputs("<nav>\n", p->file);
+    for (uint32_t i = 0; i < g->group_count; i++) {
+        const gal_group *group = &g->groups[i];
+        if (!group->row_count) continue;
+        fputs("<a href=\"#", p->file);
+        put_anchor(p, group);
+        fprintf(p->file, "\"><img src=\"%s.png\" alt=\"\" loading=\"lazy\">", group->rows[group->row_count - 1].stem);
+        put(p, group->title);
+        fputs("</a>\n", p->file);
+    }
+    fputs("</nav>\n", p->file);
+}
+
+/* The first technique over the reference, up to a line; a button for each technique, with its figures. */
+static void show_pair(page *p, const gal_group *group)
+{
+    const char *below = *group->reference ? group->reference : group->rows[0].stem;
+    fprintf(p->file, "<div class=\"pair\"><img src=\"%s.png\" alt=\"reference\" loading=\"lazy\">", below);
+    fprintf(p->file, "<img class=\"over\" src=\"%s.png\" alt=\"\" loading=\"lazy\"%s>", group->rows[0].stem,
+            *group->reference ? "" : " style=\"clip-path: none\"");
+    fputs("<span class=\"left\"></span>", p->file);
+    if (*group->reference)
+        fputs("<div class=\"line\"></div><span class=\"right\">reference</span><input type=\"range\" min=\"0\" "
+              "max=\"100\" step=\"any\" value=\"50\" aria-label=\"technique or reference\">", p->file);
+    fputs("</div>\n<p>", p->file);
     for (uint32_t i = 0; i < group->row_count; i++) {
         const gal_row *r = &group->rows[i];
-        snprintf(caption, sizeof caption, "%s, %s%s%s", r->technique, r->backend, *r->label ? ": " : "", r->label);
-        figure(p, g, r->stem, "", caption);
-        snprintf(caption, sizeof caption, "%s, %s: difference", r->technique, r->backend);
-        figure(p, g, r->stem, "-diff", caption);
+        fprintf(p->file, "<button data-stem=\"%s\" data-figures=\"", r->stem);
+        put(p, r->label);
+        fprintf(p->file, "%serror %s, SSIM %s, %s a frame\">", *r->label ? ": " : "", number("%.3f", r->error).text,
+                number("%.3f", r->ssim).text, milliseconds(r->frame_ms).text);
+        put(p, r->technique);
+        fprintf(p->file, "%s</button>", strcmp(r->backend, "gl") == 0 ? ", OpenGL" : "");
     }
-    fputs("</div>\n", p->file);
+    if (*group->reference) fputs("<label><input type=\"checkbox\"> difference</label>", p->file);
+    fputs("</p>\n<p class=\"figures\"></p>\n", p->file);
+}
+
+static void show_group(page *p, const gal_group *group)
+{
+    char line[600];
+    fputs("<section id=\"", p->file);
+    put_anchor(p, group);
+    fputs("\">\n", p->file);
+    heading(p, 2, group->title);
+    show_pair(p, group);
+    fputs("<details><summary>All figures</summary>\n", p->file);
     table_line(p, "technique | backend | settings | " FIGURES, 1);
     for (uint32_t i = 0; i < group->row_count; i++) {
         const gal_row *r = &group->rows[i];
@@ -188,6 +264,7 @@ static void show_group(page *p, const gallery *g, const gal_group *group)
     if (*group->reference)
         paragraph(p, "%.0f triangles; the reference took %s, its own relative noise is %s.", group->triangles,
                   milliseconds(group->reference_ms).text, number("%.3f", group->noise).text);
+    fputs("</details></section>\n", p->file);
 }
 
 int gal_index(gallery *g, char *error)
@@ -195,13 +272,20 @@ int gal_index(gallery *g, char *error)
     page p;
     if (open_page(&p, g, "index.html", error) != 0) return -1;
     heading(&p, 1, "Dapple: pictures");
+    if (g->done < g->scenes) {
+        fputs("<meta http-equiv=\"refresh\" content=\"20\">\n", p.file);
+        paragraph(&p, "Still drawing: %u of %u scenes are here. The page loads itself again.", g->done, g->scenes);
+    }
+    show_best(&p, g);
+    show_overview(&p, g);
+    for (uint32_t i = 0; i < g->group_count; i++)
+        if (g->groups[i].row_count) show_group(&p, &g->groups[i]);
+    heading(&p, 2, "What the figures mean");
     fputs("<p><a href=\"which.html\">Which one do I need?</a> Figures technique by technique.</p>\n", p.file);
     paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by the techniques that it was made "
                   "for, at one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
     say_what_figures_mean(&p, g);
-    fputs("<p><img src=\"contact.png\" alt=\"all pictures, small\" style=\"max-width: 62em\"></p>\n", p.file);
-    for (uint32_t i = 0; i < g->group_count; i++)
-        if (g->groups[i].row_count) show_group(&p, g, &g->groups[i]);
+    fputs(html_script, p.file);
     return close_page(&p, "index.html", error);
 }
 
@@ -234,7 +318,8 @@ static const what techniques[] = {
         "sky, sun, spot, point, line, rectangle, disc, sphere, emissive mesh; places of local lights are fixed in "
         "the object's space unless they lie outside its hull",
         "seconds to minutes an object, once; bake keeps it in a file",
-        "10 to 35 MB an object at the default 16,384 maps, half of that with 4,096, however many instances there are",
+        "0.5 MB (a ball) to 35 MB an object at the default 16,384 maps, half of that with 4,096, however many instances "
+        "there are; flat open sheets and boxes take more than round bodies",
         "deforming meshes, bounced light; contact shadows finer than a pixel of a map (1/128 of the object)" } },
     { "shadowfield", "shadowfield.h: precomputed shadow fields",
       "How much of each direction an object hides, on spheres around it; products of a few samples at run time.",

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 8, CAPTION = 12, MARGIN = 4, THUMB = 104 };
+/* Three quarters of a thousand pixels wide: on a phone's screen letters and pictures can still be told apart. */
+enum { COLUMNS = 4, CAPTION = 22, MARGIN = 4, THUMB = 184, LETTER = 2 };
 
 typedef struct sheet {
     uint32_t thumb_width, thumb_height, width, height;
@@ -53,12 +54,16 @@ static uint8_t srgb(float x)
     return (uint8_t)(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f) + 0.5f);
 }
 
+/* Letters of 5 x 7 dots, each dot LETTER pixels a side. */
 static void write_caption(sheet *s, uint32_t x, uint32_t y, const char *text)
 {
-    for (uint32_t end = x + s->thumb_width; *text && x + 5 <= end; text++, x += 6) {
+    for (uint32_t end = x + s->thumb_width; *text && x + 5 * LETTER <= end; text++, x += 6 * LETTER) {
         const char *glyph = ex_glyph(*text);
-        for (uint32_t i = 0; i < 35; i++)
-            if (glyph[i] == '#') memset(s->rgb + 3 * ((size_t)(y + i / 5) * s->width + x + i % 5), 60, 3);
+        for (uint32_t i = 0; i < 35 * LETTER * LETTER; i++) {
+            uint32_t u = i % (5 * LETTER), v = i / (5 * LETTER);
+            if (glyph[v / LETTER * 5 + u / LETTER] == '#')
+                memset(s->rgb + 3 * ((size_t)(y + v) * s->width + x + u), 60, 3);
+        }
     }
 }
 
@@ -92,7 +97,7 @@ static int add(gallery *g, sheet *s, const gal_group *group, const char *stem, c
     if (load(g, stem, &image, error) != 0) return -1;
     shrink(s, left, top, &image, exp2f(group->ev));
     ex_image_free(&image);
-    write_caption(s, left, top + s->thumb_height + 2, caption);
+    write_caption(s, left, top + s->thumb_height + 3, caption);
     return 0;
 }
 
@@ -114,7 +119,7 @@ static int fill(gallery *g, sheet *s, char *error)
         char name[80];
         int first = 1;
         if (column && column + count > COLUMNS) s->used += COLUMNS - column;
-        snprintf(name, sizeof name, "%s%s", group->scene, strcmp(group->kind, "bounced") == 0 ? ", bounced" : "");
+        snprintf(name, sizeof name, "%s%s", group->scene, strcmp(group->kind, "bounced") == 0 ? " bounced" : "");
         if (*group->reference) {
             if (add(g, s, group, group->reference, name, error) != 0) return -1;
             first = 0;

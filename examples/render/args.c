@@ -297,6 +297,15 @@ static int set_frames(rd_args *args, const char *value, char *error)
     return result;
 }
 
+static int set_time(rd_args *args, const char *value, char *error)
+{
+    double time = 0;
+    if (rd_parse_number(value, &time) != 0 || !(time >= 0 && time <= 3600))
+        return fail(error, "--time %.40s: must be a number of seconds from 0 to 3600", value);
+    args->time = (float)time;
+    return 0;
+}
+
 static int set_seed(rd_args *args, const char *value, char *error)
 {
     uint64_t n = 0;
@@ -345,7 +354,7 @@ static int keep_for_later(rd_args *args, const char *value, char *error)
 static const struct { const char *name; int (*set)(rd_args *args, const char *value, char *error); } options[] = {
     { "--technique", set_technique }, { "--backend", set_backend }, { "--scene", set_scene }, { "--env", set_env },
     { "--light", set_light }, { "--baked", set_baked }, { "--camera", set_camera }, { "--size", set_size },
-    { "--samples", keep_for_later }, { "--frames", set_frames }, { "--seed", set_seed }, { "--threads", set_threads },
+    { "--samples", keep_for_later }, { "--frames", set_frames }, { "--time", set_time }, { "--seed", set_seed }, { "--threads", set_threads },
     { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json }, { "--limit-memory", set_limit_memory },
 };
 

@@ -20,6 +20,7 @@ typedef struct rd_args {
     ex_camera    camera;
     int          has_camera;
     uint32_t     width, height, samples, frames, seed;
+    float        time;         /* seconds, of the first frame */
     int          threads;      /* 0: all cores */
     rd_settings  settings;
 } rd_args;

@@ -32,7 +32,8 @@ static void print_help(void)
          "  --camera px,py,pz,tx,ty,tz,fovy_degrees\n"
          "  --size 640x360        width and height\n"
          "  --samples N           see --list for each technique's default\n"
-         "  --frames N            frame i has seed + i and shows the time i / 30 s\n"
+         "  --frames N            frame i has seed + i and shows the time T + i / 30 s\n"
+         "  --time T              default 0, in seconds\n"
          "  --seed N              default 0\n"
          "  --threads N           default 0: all cores; the result does not depend on it\n"
          "  --limit-memory MB     what reading a scene or sky may take, nearly; default 1000\n"
@@ -146,7 +147,7 @@ static void close_technique(run *r)
 /* The scene at a frame's time, and what the camera sees of it. */
 static int load(run *r, uint32_t frame, char *error)
 {
-    float time = (float)frame / 30.0f;
+    float time = r->args->time + (float)frame / 30.0f;
     uint32_t aa = (uint32_t)rd_setting_integer(&r->args->settings, "aa");
     int result = frame == 0 ? rd_setup(&r->scene, &r->job, &r->emitters, r->args, time, error)
                             : rd_move(&r->scene, &r->job, &r->emitters, time, error);

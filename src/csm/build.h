@@ -49,11 +49,14 @@ typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; 
 static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
                                        const cohsm__logger *log)
 {
-    if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
+    const int is_given = d->radius > 0.0f;
+
+    if (!is_given) cohsm__fit_sphere(points, d->center, &d->radius);
     else if (!cohsm__sphere_holds(points, d->center, d->radius)) return COHSM_ERR_MISMATCH;
     if (!cohsm__radius_usable(d->radius)) {
-        cohsm__log_value(log, "the radius of mesh", (double)d->radius, "above 1e-18, below 1e18");
-        return COHSM_ERR_INPUT;
+        cohsm__log_value(log, is_given ? "desc.radius" : "the radius of mesh", (double)d->radius,
+                         "above 1e-18, below 1e18");
+        return is_given ? COHSM_ERR_DESC : COHSM_ERR_INPUT;
     }
     cohsm__dop_of_points(model->dop, points);
     return COHSM_OK;

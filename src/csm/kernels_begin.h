@@ -69,3 +69,6 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #endif /* !CSM_IMPLEMENTED */
 
 #ifdef COHSM__SET
+#if COHSM_VERSION != 10000 /* this file's: another one that includes it as COHSM_FILE has its own */
+#error "csm.h: the file that COHSM_FILE names is of another version than the one that includes it"
+#endif

@@ -30,3 +30,6 @@
 #endif /* !ISM_IMPLEMENTED */
 
 #ifdef ISM__SET
+#if ISM_VERSION != 900 /* this file's: another one that includes it as ISM_FILE has its own */
+#error "ism.h: the file that ISM_FILE names is of another version than the one that includes it"
+#endif

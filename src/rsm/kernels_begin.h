@@ -44,3 +44,6 @@ typedef void (*rsm__suit_kernel)(rsm__tile *t, size_t count, const float s[6], c
 #endif /* !RSM_IMPLEMENTED */
 
 #ifdef RSM__SET
+#if RSM_VERSION != 10000 /* this file's: another one that includes it as RSM_FILE has its own */
+#error "rsm.h: the file that RSM_FILE names is of another version than the one that includes it"
+#endif

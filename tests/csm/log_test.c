@@ -115,6 +115,7 @@ static void a_desc_names_field_value_and_range(void **state)
     DESC(d.map_side = 3, "desc.map_side is 3; it must be 0, or 4..1024");
     DESC(d.depth_bits = 9, "desc.depth_bits is 9; it must be 0, or 4..8");
     DESC(d.radius = -1, "desc.radius is -1; it must be 0 or more, and finite");
+    DESC(d.radius = 1e19f, "desc.radius is 1e19; it must be above 1e-18, below 1e18");
     DESC(d.center[1] = HUGE_VALF, "desc.center is infinity; it must be finite");
     DESC(d.radius = 0.01f,
          "desc.radius is 0.01; it must be so large that the sphere about center holds the mesh");

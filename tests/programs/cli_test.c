@@ -20,6 +20,8 @@ static char folder[] = "/tmp/dapple-cli-XXXXXX";
 static char output[8192];      /* of the last command: stdout, then stderr */
 static int  lines_of_error;
 
+#define CORNELL "--technique reference --scene builtin:cornell --size 24x16 --samples 8 --set bounces=2 "
+
 static const char *build_folder(void)
 {
     const char *build = getenv("BUILD");
@@ -188,6 +190,7 @@ static void render_refuses_bad_arguments(void **state)
         { KNOT "--size 0x5", "--size" }, { KNOT "--size 5", "--size" }, { KNOT "--size 99999x5", "--size" },
         { KNOT "--samples 0", "--samples" }, { KNOT "--samples 1.5", "--samples" }, { KNOT "--frames 0", "--frames" },
         { KNOT "--seed -1", "--seed" }, { KNOT "--threads 257", "--threads" },
+        { KNOT "--time -1", "--time" }, { KNOT "--time nan", "--time" }, { KNOT "--time 3601", "--time" },
         { KNOT "--limit-memory 0", "--limit-memory" },
         { KNOT "--backend vulkan", "backend" },
         { KNOT "--env builtin:disco", "disco" }, { KNOT "--env sky.png", "sky.png" },
@@ -318,6 +321,65 @@ static void gallery_prints_its_usage(void **state)
     expect_line("gallery", "%s/nowhere", 1, "gallery.tsv");
 }
 
+static void need_reference(void)
+{
+    need("render");
+    run("render", "--list");
+    if (!strstr(output, "needs Embree"))
+        return;
+    puts("skip: render was built without Embree");
+    skip();
+}
+
+/* What is in index.html of the folder, into `page`. */
+static void read_page(char *page, size_t size)
+{
+    char path[300];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/index.html", folder);
+    file = fopen(path, "r");
+    assert_non_null(file);
+    page[fread(page, 1, size - 1, file)] = 0;
+    fclose(file);
+}
+
+/* Two scenes of three, then all: the page is there in between, says so, and opens with the best picture that it has. */
+static void gallery_shows_what_is_drawn_so_far(void **state)
+{
+    static char page[60000];
+    char path[300];
+    FILE *list;
+    (void)state;
+    need_reference();
+    need("gallery");
+    assert_int_equal(run("render", CORNELL "--out %s/one.pfm --json %s/one.json"), 0);
+    assert_int_equal(run("render", CORNELL "--seed 3 --out %s/two.pfm --json %s/two.json"), 0);
+    snprintf(path, sizeof path, "%s/gallery.tsv", folder);
+    list = fopen(path, "w");
+    assert_non_null(list);
+    fputs("run\ta test\nbest\ttwo\ngroup\tbox\tdirect\tA <box>\t\nrow\tcsm\tcpu\tplain\tone\nscenes\t2\t1\n", list);
+    fclose(list);
+    assert_int_equal(run("gallery", "%s"), 0);
+    read_page(page, sizeof page);
+    assert_non_null(strstr(page, "Still drawing: 1 of 2 scenes"));
+    assert_non_null(strstr(page, "class=\"best\"><img src=\"one.png\""));
+    assert_non_null(strstr(page, "A &lt;box&gt;"));
+    assert_null(strstr(page, "type=\"range\""));           /* no reference, no line */
+    list = fopen(path, "a");
+    assert_non_null(list);
+    fputs("group\tbox\tbounced\tLight\tone\nrow\tism\tgl\tplain\ttwo\nscenes\t2\t2\n", list);
+    fclose(list);
+    assert_int_equal(run("gallery", "%s"), 0);
+    read_page(page, sizeof page);
+    assert_null(strstr(page, "Still drawing"));
+    assert_non_null(strstr(page, "class=\"best\"><img src=\"two.png\""));
+    assert_non_null(strstr(page, "<a href=\"#box-bounced\"><img src=\"two.png\""));
+    assert_non_null(strstr(page, "<section id=\"box-bounced\">"));
+    assert_non_null(strstr(page, "<img src=\"one.png\" alt=\"reference\""));
+    assert_non_null(strstr(page, "type=\"range\""));
+    assert_non_null(strstr(page, ">ism, OpenGL</button>"));
+}
+
 /* Without a window: arguments are looked at first. */
 static void the_viewer_refuses_before_it_opens_a_window(void **state)
 {
@@ -328,16 +390,6 @@ static void the_viewer_refuses_before_it_opens_a_window(void **state)
     expect_line("viewer", "--size 4x4", 2, "usage: viewer");
     assert_int_equal(run("viewer", "--help"), 0);
     assert_int_equal(lines_of_error, 0);
-}
-
-static void need_reference(void)
-{
-    need("render");
-    run("render", "--list");
-    if (!strstr(output, "needs Embree"))
-        return;
-    puts("skip: render was built without Embree");
-    skip();
 }
 
 static void same_files(const char *a, const char *b, int expected)
@@ -370,7 +422,6 @@ static void render_is_deterministic(void **state)
 {
     (void)state;
     need_reference();
-#define CORNELL "--technique reference --scene builtin:cornell --size 24x16 --samples 8 --set bounces=2 "
     assert_int_equal(run("render", CORNELL "--threads 1 --out %s/one.pfm"), 0);
     assert_int_equal(run("render", CORNELL "--threads 3 --out %s/three.pfm"), 0);
     same_files("one.pfm", "three.pfm", 1);
@@ -502,6 +553,7 @@ int main(void)
         cmocka_unit_test(render_fails_with_one_line), cmocka_unit_test(render_lists_what_it_can_do),
         cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_print_their_help),
         cmocka_unit_test(bench_prints_its_usage), cmocka_unit_test(gallery_prints_its_usage),
+        cmocka_unit_test(gallery_shows_what_is_drawn_so_far),
         cmocka_unit_test(the_viewer_refuses_before_it_opens_a_window),
         cmocka_unit_test(render_writes_what_it_measured_as_json), cmocka_unit_test(render_is_deterministic),
         cmocka_unit_test(frames_of_a_static_scene_are_averaged),

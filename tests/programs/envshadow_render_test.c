@@ -197,13 +197,15 @@ static void threads_and_clusters_do_not_matter(void **state)
     assert_false(same_files("one.pfm", "three.pfm"));
 }
 
-/* Nothing is kept of the geometry: frame 3 alone is frame 3 of an animation. */
+/* Nothing is kept of the geometry: frame 15 alone, half a second on, is frame 15 of an animation. */
 static void animation_needs_nothing(void **state)
 {
     (void)state;
     expect(0, "\"technique\": \"envshadow\"", SMALL "--scene builtin:cloth --frames 1 --out one.pfm --json -");
-    expect(0, "", SMALL "--scene builtin:cloth --frames 8 --out three.pfm");
+    expect(0, "", SMALL "--scene builtin:cloth --frames 16 --out three.pfm");
     assert_false(same_files("one.pfm", "three.pfm"));
+    expect(0, "", SMALL "--scene builtin:cloth --time 0.5 --seed 15 --out one.pfm");
+    assert_true(same_files("one.pfm", "three.pfm"));
 }
 
 static void others_are_refused(void **state)
