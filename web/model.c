@@ -156,17 +156,19 @@ static void list_parts(pg_model *model, uint32_t mesh, const uint32_t *starts)
     }
 }
 
-/* Colours, and what some materials take for normals. */
+/* Colours, and what some materials take for normals, or roughness and metal. */
 static int upload_textures(pg_model *model, glbk_context *gl)
 {
     const ex_scene *scene = &model->scene;
     int failed = 0;
     for (uint32_t i = 0; i < scene->material_count && !failed; i++) {
-        const int color = scene->materials[i].base_texture, normal = scene->materials[i].normal_texture;
+        const ex_material *m = &scene->materials[i];
+        const int color = m->base_texture, plain[2] = { m->normal_texture, m->rough_texture };
         if (color >= 0 && !model->textures[color].name)
             failed = upload_texture(gl, &scene->textures[color], GLBK_FORMAT_SRGB8_A8, &model->textures[color]);
-        if (normal >= 0 && !model->normal_maps[normal].name)
-            failed |= upload_texture(gl, &scene->textures[normal], GLBK_FORMAT_RGBA8, &model->normal_maps[normal]);
+        for (int k = 0; k < 2; k++)
+            if (plain[k] >= 0 && !model->plain_maps[plain[k]].name)
+                failed |= upload_texture(gl, &scene->textures[plain[k]], GLBK_FORMAT_RGBA8, &model->plain_maps[plain[k]]);
     }
     return failed ? -1 : 0;
 }
@@ -178,9 +180,9 @@ int pg_model_upload(pg_model *model, glbk_context *gl, char *error)
     int failed = !starts;
     model->meshes = calloc(scene->mesh_count + 1u, sizeof *model->meshes);
     model->textures = calloc(scene->texture_count + 1u, sizeof *model->textures);
-    model->normal_maps = calloc(scene->texture_count + 1u, sizeof *model->normal_maps);
+    model->plain_maps = calloc(scene->texture_count + 1u, sizeof *model->plain_maps);
     model->parts = calloc((size_t)scene->object_count * scene->material_count + 1, sizeof *model->parts);
-    failed |= !model->meshes || !model->textures || !model->normal_maps || !model->parts;
+    failed |= !model->meshes || !model->textures || !model->plain_maps || !model->parts;
     if (!failed) failed = upload_textures(model, gl) != 0;
     for (uint32_t i = 0; i < scene->mesh_count && !failed; i++) {
         pg_mesh *mesh = &model->meshes[i];
@@ -213,14 +215,14 @@ void pg_model_release(pg_model *model, glbk_context *gl)
     }
     for (uint32_t i = 0; model->textures && i < model->scene.texture_count; i++)
         glbk_texture_free(gl, &model->textures[i]);
-    for (uint32_t i = 0; model->normal_maps && i < model->scene.texture_count; i++)
-        glbk_texture_free(gl, &model->normal_maps[i]);
-    free(model->normal_maps);
+    for (uint32_t i = 0; model->plain_maps && i < model->scene.texture_count; i++)
+        glbk_texture_free(gl, &model->plain_maps[i]);
+    free(model->plain_maps);
     free(model->meshes);
     free(model->textures);
     free(model->parts);
     model->meshes = NULL;
-    model->textures = model->normal_maps = NULL;
+    model->textures = model->plain_maps = NULL;
     model->parts = NULL;
     model->part_count = 0;
 }
@@ -257,7 +259,8 @@ static void describe_surface(const pg_model *model, const pg_part *part, const p
     out->material.roughness = material->roughness;
     out->alpha_cutoff = material->alpha_cutoff;
     if (material->base_texture >= 0) out->color_map = &model->textures[material->base_texture];
-    if (material->normal_texture >= 0) out->normal_map = &model->normal_maps[material->normal_texture];
+    if (material->rough_texture >= 0) out->gloss_map = &model->plain_maps[material->rough_texture];
+    if (material->normal_texture >= 0) out->normal_map = &model->plain_maps[material->normal_texture];
     if (object->receiver_only) out->plane = 1;
     else if (!draw->first_entity) out->entity = 1;
     else if (part->object >= draw->first_entity) out->entity = part->object - draw->first_entity + 1;

@@ -27,7 +27,7 @@ typedef struct pg_model {
     pg_part      *parts;
     uint32_t      part_count;
     glbk_texture *textures;         /* one a texture of the scene */
-    glbk_texture *normal_maps;      /* the same, of those that hold normals */
+    glbk_texture *plain_maps;       /* the same, of those that hold normals, or roughness and metal */
 } pg_model;
 
 /* Takes the scene, which is the model's from now on, whether or not that succeeds, and adds a ground if it has none and

@@ -176,13 +176,17 @@ static void add_triangles(loader *l, const primitive *p, int mode)
     }
 }
 
-static int has_textures(const ex_material *m) { return m->base_texture >= 0 || m->normal_texture >= 0; }
+static int has_textures(const ex_material *m)
+{
+    return m->base_texture >= 0 || m->normal_texture >= 0 || m->rough_texture >= 0;
+}
 
 /* The set of texture coordinates that a material reads. */
 static int uv_set(const loader *l, int material)
 {
     const gltf_material *from = &l->file->materials[material];
-    return l->scene->materials[material].base_texture >= 0 ? from->uv_set : from->normal_uv_set;
+    const ex_material *to = &l->scene->materials[material];
+    return to->base_texture >= 0 ? from->uv_set : to->normal_texture >= 0 ? from->normal_uv_set : from->rough_uv_set;
 }
 
 /* Finds and checks the arrays of a primitive. Returns 1 ready, 0 nothing to draw in it, -1 error. */
@@ -272,12 +276,16 @@ static void load_material(const loader *l, const gltf_material *from, double tra
     to->metallic = to_color(from->metallic);
     to->roughness = to_color(from->roughness);
     to->double_sided = from->double_sided != 0;
-    to->base_texture = to->normal_texture = -1;
+    to->base_texture = to->normal_texture = to->rough_texture = -1;
     if (from->base_image >= 0 && (size_t)from->base_image < l->file->image_count) to->base_texture = from->base_image;
     /* A mesh has one set of texture coordinates here. */
     if (from->normal_image >= 0 && (size_t)from->normal_image < l->file->image_count &&
         (to->base_texture < 0 || from->normal_uv_set == from->uv_set))
         to->normal_texture = from->normal_image;
+    if (from->rough_image >= 0 && (size_t)from->rough_image < l->file->image_count &&
+        (to->base_texture < 0 || from->rough_uv_set == from->uv_set) &&
+        (to->normal_texture < 0 || from->rough_uv_set == from->normal_uv_set))
+        to->rough_texture = from->rough_image;
     /* Blending and glass are beyond a visibility buffer: what lets less than half of the light through is taken as
        solid, the rest is not there. The constant alpha multiplies the texture's, so dividing the cutoff by it once
        says the same. */
@@ -365,7 +373,9 @@ static int load_materials(loader *l)
     for (size_t i = 0; i < f->material_count; i++) {
         ex_material *to = &l->scene->materials[i];
         if (load_with_means(l, &f->materials[i], to) != 0) return -1;
-        if (load_texture_once(l, to->base_texture) != 0 || load_texture_once(l, to->normal_texture) != 0) return -1;
+        if (load_texture_once(l, to->base_texture) != 0 || load_texture_once(l, to->normal_texture) != 0 ||
+            load_texture_once(l, to->rough_texture) != 0)
+            return -1;
     }
     return 0;
 }

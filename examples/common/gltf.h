@@ -32,10 +32,10 @@ typedef struct gltf_material {
     double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff, transmission;
     int    alpha_mode;           /* 0 opaque, 1 mask, 2 blend */
     int    double_sided, base_image, emissive_image, transmission_image, uv_set; /* images: -1 = none; uv_set: base */
-    int    normal_image, normal_uv_set;
+    int    normal_image, normal_uv_set, rough_image, rough_uv_set;
 } gltf_material;
 
-/* Only those that a material names as base colour, emission, transmission or normal have pixels. */
+/* Only those that a material names as base colour, emission, transmission, normal or roughness have pixels. */
 typedef struct gltf_image { const uint8_t *pixels; size_t bytes; int width, height, channels, bits; } gltf_image;
 
 typedef struct gltf_light { int kind; double color[3], intensity, outer_angle; } gltf_light;  /* 0 sun 1 point 2 spot */

@@ -171,6 +171,8 @@ void convert_materials(const tinygltf::Model &model, Arrays &out)
         to.uv_set = pbr.baseColorTexture.texCoord;
         to.normal_image = ex_normal_maps ? image_of(model, from.normalTexture.index) : -1;
         to.normal_uv_set = from.normalTexture.texCoord;
+        to.rough_image = ex_normal_maps ? image_of(model, pbr.metallicRoughnessTexture.index) : -1;
+        to.rough_uv_set = pbr.metallicRoughnessTexture.texCoord;
         out.materials.push_back(to);
     }
 }
@@ -268,8 +270,8 @@ void decode_pictures(tinygltf::Model &model, Sources &sources, const Arrays &a)
     std::vector<char> used(model.images.size(), 0);
     for (size_t i = 0; i < a.materials.size(); i++) {
         const gltf_material &m = a.materials[i];
-        const int names[4] = {m.base_image, m.emissive_image, m.transmission_image, m.normal_image};
-        for (int k = 0; k < 4; k++)
+        const int names[5] = {m.base_image, m.emissive_image, m.transmission_image, m.normal_image, m.rough_image};
+        for (int k = 0; k < 5; k++)
             if (valid(names[k], used)) used[static_cast<size_t>(names[k])] = 1;
     }
     sources.pictures.resize(model.images.size());

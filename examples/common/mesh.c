@@ -121,7 +121,7 @@ uint32_t ex_build_material(ex_builder *b, float red, float green, float blue)
     m->base_color[1] = green;
     m->base_color[2] = blue;
     m->roughness = 1;
-    m->base_texture = m->normal_texture = -1;
+    m->base_texture = m->normal_texture = m->rough_texture = -1;
     return s->material_count - 1;
 }
 

@@ -21,6 +21,7 @@ typedef struct ex_material {
     int   double_sided;
     int   base_texture;          /* index into ex_scene.textures, -1 for none */
     int   normal_texture;        /* the same, of normals in tangent space; by ex_normal_maps alone */
+    int   rough_texture;         /* the same, g multiplies roughness and b metallic, neither is sRGB */
 } ex_material;
 
 typedef struct ex_mesh {         /* one piece in its own space, indexed triangles */
@@ -84,7 +85,8 @@ typedef struct ex_scene {
 
 /* All return 0, or -1 with error filled in and *scene zeroed. */
 int  ex_scene_load(ex_scene *scene, const char *path, char *error);                 /* .glb, .gltf */
-extern int ex_normal_maps;       /* not 0: ex_scene_load reads normal maps, too; 0 at first, as few programs use them */
+extern int ex_normal_maps;       /* not 0: ex_scene_load reads normal maps and maps of roughness and metal, too; 0 at
+                                    first, as few programs use them */
 int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* a name of ex_scene_names() */
 const char *const *ex_scene_names(void);                                            /* NULL-terminated */
 /* Moves an animated scene: transforms, lights, emission and meshes that deform. Objects, meshes, materials and lights

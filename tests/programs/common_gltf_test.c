@@ -251,8 +251,8 @@ static void gltf_materials_and_textures_are_read(void **state)
     ex_scene_free(&scene);
 }
 
-/* Normal maps are read by those alone who ask, with the texture coordinates that they name. */
-static void gltf_normal_maps_are_read_where_they_are_wanted(void **state)
+/* Maps of normals and roughness are read by those alone who ask, with the texture coordinates that they name. */
+static void gltf_normal_and_rough_maps_are_read_where_they_are_wanted(void **state)
 {
     static const float first[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     static const float second[8] = {0.25f, 0.5f, 0.75f, 0.5f, 0.75f, 0.5f, 0.25f, 0.5f};
@@ -269,12 +269,16 @@ static void gltf_normal_maps_are_read_where_they_are_wanted(void **state)
              "\"accessors\":[" POSITIONS ",{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
              "{\"bufferView\":2,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}],"
              "\"images\":[{\"uri\":\"%s\"}],\"textures\":[{\"source\":0}],"
-             "\"materials\":[{\"normalTexture\":{\"index\":0,\"texCoord\":1}}],"
+             "\"materials\":[{\"normalTexture\":{\"index\":0,\"texCoord\":1}},"
+             "{\"pbrMetallicRoughness\":{\"metallicRoughnessTexture\":{\"index\":0,\"texCoord\":1}}},"
+             "{\"normalTexture\":{\"index\":0,\"texCoord\":1},"
+             "\"pbrMetallicRoughness\":{\"metallicRoughnessTexture\":{\"index\":0}}}],"
              "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1,\"TEXCOORD_1\":2},\"mode\":6,"
              "\"material\":0}]}]" NODE,
              png_uri);
     assert_int_equal(load_json(&scene, error, json), 0);
     assert_int_equal(scene.materials[0].normal_texture, -1);
+    assert_int_equal(scene.materials[1].rough_texture, -1);
     assert_null(scene.meshes[0].uvs);
     ex_scene_free(&scene);
     ex_normal_maps = 1;
@@ -282,6 +286,9 @@ static void gltf_normal_maps_are_read_where_they_are_wanted(void **state)
     ex_normal_maps = 0;
     assert_int_equal(scene.materials[0].normal_texture, 0);
     assert_int_equal(scene.materials[0].base_texture, -1);
+    assert_int_equal(scene.materials[1].rough_texture, 0);
+    assert_int_equal(scene.materials[2].normal_texture, 0);
+    assert_int_equal(scene.materials[2].rough_texture, -1);        /* by other coordinates than the normals */
     assert_int_equal(scene.textures[0].rgba[0], 188);
     assert_near(scene.meshes[0].uvs[0], 0.25, 0);
     ex_scene_free(&scene);
@@ -511,7 +518,7 @@ int main(void)
         cmocka_unit_test(gltf_geometry_comes_in_every_form),
         cmocka_unit_test(gltf_nodes_place_objects_lights_and_camera),
         cmocka_unit_test(gltf_materials_and_textures_are_read),
-        cmocka_unit_test(gltf_normal_maps_are_read_where_they_are_wanted),
+        cmocka_unit_test(gltf_normal_and_rough_maps_are_read_where_they_are_wanted),
         cmocka_unit_test(gltf_glass_is_left_out),
         cmocka_unit_test(gltf_bad_elements_are_skipped_and_counted),
         cmocka_unit_test(gltf_hostile_files_are_refused),
