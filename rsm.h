@@ -482,7 +482,7 @@ typedef struct rsm_stats {          /* what rsm_finish counts */
 /* ---- direct light by the same map ---- */
 
 typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
-    rsm_system system;
+    rsm_system system;              /* without a log, as without a desc, the map's is told */
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light, up to 1e6; 0 = 0.5, negative = none */
@@ -527,7 +527,7 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
 } rsm_material;
 
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
-    rsm_system  system;
+    rsm_system  system;             /* without a log, as without a desc, the first map's is told */
     rsm_pattern pattern;
     uint32_t    sample_count;       /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */
@@ -1761,6 +1761,14 @@ struct rsm_map {
     double    *rows;               /* side * faces + 1 running sums: the flux of all rows before each */
     double    *sums;               /* the flux of each row up to and including the texel */
 };
+
+/* Returns where a call says why it fails whose desc may be NULL or without a log: to the map's then. Each of
+   the two may be NULL. */
+static inline rsm__logger rsm__logger_of_map(const rsm_system *system, const rsm_map *map,
+                                             const char *function)
+{
+    return rsm__logger_of((system && system->log) || !map ? system : &map->desc.system, function);
+}
 
 static inline size_t rsm__texel_count(const rsm_map *map)
 {
@@ -5027,7 +5035,8 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
                               const rsm_points *points, float *irradiance, rsm_gather_stats *stats)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_gather");
+    const rsm_map *first = maps && map_count ? maps[0] : NULL;
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, first, "rsm_gather");
     rsm__gather g;
     rsm_result result = rsm__maps_check(&log, maps, map_count);
     memset(&g, 0, sizeof g);
@@ -5703,7 +5712,8 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
                                    const rsm_interpolation *interpolation, const rsm_points *points,
                                    float *irradiance, rsm_gather_stats *stats)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_interpolate");
+    const rsm_map *first = maps && map_count ? maps[0] : NULL;
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, first, "rsm_interpolate");
     rsm__gather gather;
     rsm__grid g;
     rsm_interpolation how;
@@ -5846,7 +5856,7 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
                               float *irradiance)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_direct");
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, map, "rsm_direct");
     rsm__direct w;
     size_t count;
     rsm_result result;

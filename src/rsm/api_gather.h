@@ -23,7 +23,7 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
 } rsm_material;
 
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
-    rsm_system  system;
+    rsm_system  system;             /* without a log, as without a desc, the first map's is told */
     rsm_pattern pattern;
     uint32_t    sample_count;       /* texels that each receiver takes of each map, 1..2^20; 0 = every texel,
                                        whatever the pattern */

@@ -103,7 +103,7 @@ typedef struct rsm_stats {          /* what rsm_finish counts */
 /* ---- direct light by the same map ---- */
 
 typedef struct rsm_direct_desc {    /* zero it, then set what you care about */
-    rsm_system system;
+    rsm_system system;              /* without a log, as without a desc, the map's is told */
     uint32_t   tap_side;            /* percentage-closer filter of tap_side x tap_side texels, 1..15; 0 = 2,
                                        bilinear */
     float      bias;                /* texels, towards the light, up to 1e6; 0 = 0.5, negative = none */

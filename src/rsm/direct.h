@@ -115,7 +115,7 @@ static inline rsm_result rsm__direct_check(const rsm__logger *log, const rsm_dir
 RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
                               float *irradiance)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_direct");
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, map, "rsm_direct");
     rsm__direct w;
     size_t count;
     rsm_result result;

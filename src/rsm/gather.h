@@ -384,7 +384,8 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
 RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
                               const rsm_points *points, float *irradiance, rsm_gather_stats *stats)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_gather");
+    const rsm_map *first = maps && map_count ? maps[0] : NULL;
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, first, "rsm_gather");
     rsm__gather g;
     rsm_result result = rsm__maps_check(&log, maps, map_count);
     memset(&g, 0, sizeof g);

@@ -438,7 +438,8 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
                                    const rsm_interpolation *interpolation, const rsm_points *points,
                                    float *irradiance, rsm_gather_stats *stats)
 {
-    rsm__logger log = rsm__logger_of(desc ? &desc->system : NULL, "rsm_interpolate");
+    const rsm_map *first = maps && map_count ? maps[0] : NULL;
+    rsm__logger log = rsm__logger_of_map(desc ? &desc->system : NULL, first, "rsm_interpolate");
     rsm__gather gather;
     rsm__grid g;
     rsm_interpolation how;

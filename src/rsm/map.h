@@ -16,6 +16,14 @@ struct rsm_map {
     double    *sums;               /* the flux of each row up to and including the texel */
 };
 
+/* Returns where a call says why it fails whose desc may be NULL or without a log: to the map's then. Each of
+   the two may be NULL. */
+static inline rsm__logger rsm__logger_of_map(const rsm_system *system, const rsm_map *map,
+                                             const char *function)
+{
+    return rsm__logger_of((system && system->log) || !map ? system : &map->desc.system, function);
+}
+
 static inline size_t rsm__texel_count(const rsm_map *map)
 {
     return (size_t)map->side * map->side * map->faces;

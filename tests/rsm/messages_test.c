@@ -159,6 +159,37 @@ static void indices_of_16_bits_draw_the_same(void **state)
     rsm_map_free(map[1]);
 }
 
+/* A desc of gather, of direct light or of interpolation may be NULL, or have no log. */
+static void without_a_log_of_its_own_a_call_tells_the_map_s(void **state)
+{
+    float position[3] = { 0, 1, 0 }, normal[3] = { 0, 2, 0 }, e[3];
+    rsm_points points = points_of(position, normal, 1, 0);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_direct_desc direct = direct_desc();
+    rsm_desc d = sun_desc(1, 1, 8);
+    const rsm_map *maps[1] = { NULL };
+    rsm_map *map = NULL;
+    (void)state;
+    d.system = listening();
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    maps[0] = map;
+    SAYS(rsm_gather(maps, 1, NULL, &points, e, NULL), RSM_ERR_ORDER,
+         "rsm_gather: maps[0] is not finished: rsm_finish must come first");
+    SAYS(rsm_direct(map, NULL, &points, e), RSM_ERR_ORDER,
+         "rsm_direct: map is not finished: rsm_finish must come first");
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_INPUT,
+         "rsm_gather: points.normals[0] has the length 2; it must be 1 (0.97..1.03), or 0");
+    SAYS(rsm_direct(map, &direct, &points, e), RSM_ERR_INPUT,
+         "rsm_direct: points.normals[0] has the length 2; it must be 1 (0.97..1.03), or 0");
+    SAYS(rsm_interpolate(maps, 1, NULL, NULL, &points, e, NULL), RSM_ERR_INPUT,
+         "rsm_interpolate: points.normals[0] has the length 2; it must be 1 (0.97..1.03), or 0");
+    rsm_map_free(map);
+    lines = 0;
+    assert_int_equal(rsm_gather(NULL, 1, NULL, &points, e, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(lines, 0);                     /* nobody is there to tell */
+}
+
 static void normals_are_unit_or_none(void **state)
 {
     static const float lengths[8] = { 1, 0.971f, 1.029f, 0, NAN, 0.969f, 1.031f, 0.5f };
@@ -412,6 +443,7 @@ int main(void)
         cmocka_unit_test(a_desc_names_field_value_and_range),
         cmocka_unit_test(a_bad_mesh_names_index_and_triangle),
         cmocka_unit_test(indices_of_16_bits_draw_the_same),
+        cmocka_unit_test(without_a_log_of_its_own_a_call_tells_the_map_s),
         cmocka_unit_test(normals_are_unit_or_none),
         cmocka_unit_test(receivers_and_settings_are_named),
         cmocka_unit_test(elements_are_named_by_their_numbers),
