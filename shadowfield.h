@@ -596,7 +596,7 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
 SFIELD_DEF sfield_result sfield_open(const void *data, size_t bytes, const sfield_system *system,
                                      sfield_field **out);
 /* Makes a field from a file in memory, of which nothing is needed afterwards. Every size, offset, index and
-   number in the file is checked. system may be NULL.
+   number in the file is checked. It takes `bytes` of memory, and up to 18,000 more. system may be NULL.
    Errors  SFIELD_ERR_ARGUMENT (data or out is NULL), SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT (not a
            file of this header, or a damaged one), SFIELD_ERR_VERSION (a file of an unknown version),
            SFIELD_ERR_MISMATCH (wavelets, in a header joined without them), SFIELD_ERR_ALLOC,
