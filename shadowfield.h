@@ -233,7 +233,7 @@ SFIELD_DEF sfield_result sfield_build(const struct sfield_desc *desc, const stru
             SFIELD_ERR_INPUT (an index beyond vertex_count, no triangle left), SFIELD_ERR_ALLOC,
             SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Cost     shells x 6 side^2 views of all triangles, and as many again inside the mesh: of 10,000 triangles
-            seconds (harmonics) to minutes (wavelets). Memory: 350 bytes a vertex, 16 a triangle, 3 MB */
+            seconds (harmonics) to minutes (wavelets). Memory: 12 bytes a vertex, 52 a triangle, 3 MB */
 #endif
 
 SFIELD_DEF sfield_result sfield_scene_create(const struct sfield_scene_desc *desc, sfield_scene **out);
@@ -1504,6 +1504,14 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 #define sfield__lanes_of_ints SFIELD__NAME_IN_SET(sfield__lanes_of_ints, SFIELD__SET)
 #define sfield__lanes_of_shorts SFIELD__NAME_IN_SET(sfield__lanes_of_shorts, SFIELD__SET)
 #define sfield__lanes_gather SFIELD__NAME_IN_SET(sfield__lanes_gather, SFIELD__SET)
+#define sfield__lanes3 SFIELD__NAME_IN_SET(sfield__lanes3, SFIELD__SET)
+#define sfield__lanes3_load SFIELD__NAME_IN_SET(sfield__lanes3_load, SFIELD__SET)
+#define sfield__lanes3_all SFIELD__NAME_IN_SET(sfield__lanes3_all, SFIELD__SET)
+#define sfield__lanes3_scale SFIELD__NAME_IN_SET(sfield__lanes3_scale, SFIELD__SET)
+#define sfield__lanes3_sub SFIELD__NAME_IN_SET(sfield__lanes3_sub, SFIELD__SET)
+#define sfield__lanes3_dot SFIELD__NAME_IN_SET(sfield__lanes3_dot, SFIELD__SET)
+#define sfield__mask_and SFIELD__NAME_IN_SET(sfield__mask_and, SFIELD__SET)
+#define sfield__mask_or SFIELD__NAME_IN_SET(sfield__mask_or, SFIELD__SET)
 #define sfield__mask_any SFIELD__NAME_IN_SET(sfield__mask_any, SFIELD__SET)
 #define sfield__mask_bits SFIELD__NAME_IN_SET(sfield__mask_bits, SFIELD__SET)
 #define sfield__mask_of_bits SFIELD__NAME_IN_SET(sfield__mask_of_bits, SFIELD__SET)
@@ -3830,12 +3838,10 @@ typedef struct sfield__texels {     /* of a cube: tables */
 } sfield__texels;
 
 typedef struct sfield__view {       /* of one task */
-    float    *corner;               /* x, y, z, s, t of each vertex, seen from the eye */
-    uint8_t  *face;                 /* which it projects on */
     uint64_t *bits;                 /* 6 x width rows of width samples */
     float    *depth;                /* emissive meshes: 1 / distance and triangle + 1 of each sample */
     uint32_t *owner;
-    int       row_low[6], row_high[6];
+    uint8_t   touched[6 * SFIELD__MOST_WIDTH];      /* 1: something was drawn in this row */
     float    *texel, *haar, *key;   /* channels x 6 N^2; keys once */
     double   *work;                 /* logarithms */
     double    lost, total;          /* squares of wavelets */
@@ -3859,7 +3865,8 @@ typedef struct sfield__build {
     sfield_algebra   *algebra;      /* logarithms */
     float            *position;     /* of vertices, about the center, in r */
     uint32_t         *index, *original;
-    size_t            vertices, triangles;
+    float            *corner;       /* of triangles: planes of x, y, z of first corners, then of the others */
+    size_t            vertices, triangles, corner_room;     /* room: from one plane to the next */
     const float      *radiance;     /* of triangles, this frame's */
     sfield_emitter    emitter;
     float             cosine;       /* of its cone */
@@ -4199,7 +4206,7 @@ static sfield_result sfield__take_emitter(sfield__build *b)
 /* ---- building: what is seen of a mesh from a sample point ---- */
 
 /* Sets the bits of samples x0 to x1 of a row. */
-static void sfield__set_bits(uint64_t *row, int x0, int x1)
+SFIELD__INLINE void sfield__set_bits(uint64_t *row, int x0, int x1)
 {
     int a = x0 >> 6, b = x1 >> 6, w;
     uint64_t first = ~(uint64_t)0 << (x0 & 63), last = ~(uint64_t)0 >> (63 - (x1 & 63));
@@ -4211,219 +4218,109 @@ static void sfield__set_bits(uint64_t *row, int x0, int x1)
     }
 }
 
-typedef struct sfield__edges {      /* of a triangle on a face: c[0] s + c[1] t + c[2] >= 0 inside */
-    float c[3][3], inverse[3];
-    float det;                      /* > 0: counter-clockwise for the eye */
-} sfield__edges;
-
-/* Describes a triangle as the cone from the eye through its edges. So nothing is clipped or divided, and an
-   edge that two triangles share has the same numbers in both but for their sign: no sample falls between
-   them. Returns 0 if the triangle is seen from its edge. */
-static int sfield__edges_of(const float *const *corner, uint32_t face, sfield__edges *e)
+/* Draws the samples x0 to x1 of a row that are nearer than what was drawn before; of equally near ones the
+   triangle that comes first in the mesh is kept, whatever is drawn first. plane: four floats, 16 apart, see
+   sfield__store_planes; owner: the triangle + 1, and the topmost bit for the side that does not emit. */
+static void sfield__draw_span(sfield__view *v, size_t row, int x0, int x1, const float *plane, uint32_t owner)
 {
-    float q[3][3];
-    int i, k;
-    for (i = 0; i < 3; i++) sfield__to_face(face, corner[i], q[i]);
-    for (i = 0; i < 3; i++) {
-        const float *a = q[i], *b = q[(i + 1) % 3];
-        e->c[i][0] = a[1] * b[2] - a[2] * b[1];
-        e->c[i][1] = a[2] * b[0] - a[0] * b[2];
-        e->c[i][2] = a[0] * b[1] - a[1] * b[0];
-    }
-    e->det = q[2][0] * e->c[0][0] + q[2][1] * e->c[0][1] + q[2][2] * e->c[0][2];
-    if (!(e->det > 0 || e->det < 0)) return 0;
-    for (i = 0; i < 3; i++) {
-        for (k = 0; k < 3 && e->det < 0; k++) e->c[i][k] = -e->c[i][k];
-        e->inverse[i] = e->c[i][0] != 0 ? 1 / e->c[i][0] : 0.0f;
-    }
-    return 1;
-}
-
-/* Finds the samples of row y inside a triangle. Returns 0 if there are none. box: x0, y0, x1, y1. */
-static int sfield__find_span(const sfield__edges *e, uint32_t width, int y, const int *box, int *x0, int *x1)
-{
-    float half = 0.5f * (float)width, t = ((float)y + 0.5f) / half - 1, low = (float)box[0],
-          high = (float)box[2];
-    int i;
-    for (i = 0; i < 3; i++) {
-        float c = e->c[i][1] * t + e->c[i][2], x = (1 - c * e->inverse[i]) * half - 0.5f;
-        if (e->c[i][0] > 0) low = x > low ? x : low;
-        else if (e->c[i][0] < 0) high = x < high ? x : high;
-        else if (c < 0) return 0;
-    }
-    if (!(low <= high)) return 0;
-    *x0 = (int)low + ((float)(int)low < low);
-    *x1 = (int)high;
-    return *x0 <= *x1;
-}
-
-/* Draws a triangle on a face. Sides that do not emit are drawn a little farther away; otherwise those of a
-   sheet that shines on both sides would hide its light by rounding. */
-static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box,
-                                uint32_t owner)
-{
-    int y, x, x0;
-    int x1, width = (int)v->width;
-    float sum[3], half = 0.5f * (float)width, det = e->det > 0 ? e->det : -1.00001f * e->det;
-    for (x = 0; x < 3; x++) sum[x] = e->c[0][x] + e->c[1][x] + e->c[2][x];
-    for (y = box[1]; y <= box[3]; y++) {
-        if (!sfield__find_span(e, v->width, y, box, &x0, &x1)) continue;
-        v->row_low[face] = y < v->row_low[face] ? y : v->row_low[face];
-        v->row_high[face] = y > v->row_high[face] ? y : v->row_high[face];
-        if (!v->depth) {
-            sfield__set_bits(v->bits + (size_t)(face * v->width + (uint32_t)y) * (v->width / 64), x0, x1);
-            continue;
-        }
-        for (x = x0; x <= x1; x++) {
-            size_t at = (size_t)(face * v->width + (uint32_t)y) * v->width + (uint32_t)x;
-            float close =
-                (sum[0] * (((float)x + 0.5f) / half - 1) + sum[1] * (((float)y + 0.5f) / half - 1) + sum[2]) /
-                det;
-            if (close > v->depth[at]) {
-                v->depth[at] = close;
-                v->owner[at] = owner | (e->det < 0 ? 0x80000000u : 0);      /* the side that does not emit */
-            }
+    const float half = 0.5f * (float)v->width, t = ((float)(row & (v->width - 1)) + 0.5f) / half - 1;
+    float *depth = v->depth + row * v->width;
+    uint32_t *drawn = v->owner + row * v->width;
+    int x;
+    for (x = x0; x <= x1; x++) {
+        float close = (plane[0] * (((float)x + 0.5f) / half - 1) + plane[16] * t + plane[32]) / plane[48];
+        if (close > depth[x] ||
+            (close == depth[x] && (owner & 0x7fffffffu) < (drawn[x] & 0x7fffffffu))) {
+            depth[x] = close;
+            drawn[x] = owner;
         }
     }
 }
 
-/* Projects all vertices for an eye, which becomes the origin: finds the face on which each lies, and its
-   place on that face. */
-static void sfield__project_vertices(const sfield__build *b, sfield__view *v, const float *eye)
+/* Draws all triangles of the mesh that an eye sees, sixteen at a time, in any order. */
+static void sfield__draw_triangles16(const sfield__build *b, sfield__view *v, const float *eye);
+
+/* Counts the samples of texels in a column of s words, of which each holds a row of 64 / s texels. Neighbours
+   are counted apart, so that each sum has the room of two texels. */
+static void sfield__count_column(const uint64_t *row, size_t words, uint32_t s, uint32_t *count)
 {
-    size_t i;
-    for (i = 0; i < b->vertices; i++) {
-        float *c = v->corner + 5 * i, q[3];
-        uint32_t face;
-        c[0] = b->position[3 * i] - eye[0];
-        c[1] = b->position[3 * i + 1] - eye[1];
-        c[2] = b->position[3 * i + 2] - eye[2];
-        face = sfield__face_of(c);
-        sfield__to_face(face, c, q);
-        v->face[i] = q[2] > 0 ? (uint8_t)face : 255;
-        q[2] = q[2] > 0 ? 0.5f * (float)v->width / q[2] : 0.0f;
-        c[3] = q[0] * q[2] + 0.5f * (float)v->width - 0.5f;
-        c[4] = q[1] * q[2] + 0.5f * (float)v->width - 0.5f;
+    const uint64_t ones = 0x5555555555555555u, twos = 0x3333333333333333u, fours = 0x0f0f0f0f0f0f0f0fu;
+    const uint64_t keep = s == 1 ? ones : s == 2 ? twos : s == 4 ? fours : 0x00ff00ff00ff00ffu;
+    const uint32_t field = s < 8 ? s : 8;
+    uint64_t even = 0, odd = 0;
+    uint32_t k;
+    for (k = 0; k < s; k++, row += words) {
+        uint64_t x = *row;
+        if (s > 1) x -= x >> 1 & ones;
+        if (s > 2) x = (x & twos) + (x >> 2 & twos);
+        if (s > 4) x = (x + (x >> 4)) & fours;
+        even += x & keep;
+        odd += x >> field & keep;
     }
+    if (s <= 8) {
+        for (k = 0; k < 64 / s; k += 2) {
+            count[k] = (uint32_t)(even >> k * s & (((uint64_t)1 << 2 * s) - 1));
+            count[k + 1] = (uint32_t)(odd >> k * s & (((uint64_t)1 << 2 * s) - 1));
+        }
+        return;
+    }
+    even += odd;
+    for (k = 16; k < s; k *= 2) even += even >> k;
+    for (k = 0; k < 64 / s; k++) count[k] = (uint32_t)(even >> k * s & 0xffffu);
 }
 
-/* Rounds a box to samples, outwards by a little. Returns 0 if no sample is inside. */
-static int sfield__round_box(float x0, float y0, float x1, float y1, uint32_t width, int *box)
+/* Adds the bits of a row of texels up, and clears them. */
+static void sfield__count_bits(const sfield__build *b, sfield__view *v, uint32_t face, uint32_t y)
 {
-    float most = (float)width - 1;
-    x0 = x0 - 0.01f > 0 ? x0 - 0.01f : 0;
-    y0 = y0 - 0.01f > 0 ? y0 - 0.01f : 0;
-    x1 = x1 + 0.01f < most ? x1 + 0.01f : most;
-    y1 = y1 + 0.01f < most ? y1 + 0.01f : most;
-    if (!(x0 <= x1 && y0 <= y1)) return 0;
-    box[0] = (int)x0 + ((float)(int)x0 < x0);
-    box[1] = (int)y0 + ((float)(int)y0 < y0);
-    box[2] = (int)x1;
-    box[3] = (int)y1;
-    return box[0] <= box[2] && box[1] <= box[3];
+    const uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64;
+    const float share = 1 / (float)(s * s);         /* a power of two */
+    uint64_t *row = v->bits + (size_t)(face * v->width + y * s) * words;
+    float *texel = v->texel + sfield__texel_number(n, face, 0, y);
+    uint32_t w, k, at = 0, count[64];
+    for (w = 0; w < words; w++) {
+        sfield__count_column(row + w, words, s, count);
+        for (k = 0; k < 64 / s; k++) {
+            texel[at] = (float)count[k] * share;
+            at = (at - 0x555u) & 0x555u;            /* the next one along x, in Morton order */
+        }
+    }
+    memset(row, 0, (size_t)s * words * sizeof *row);
 }
 
-static float sfield__min3(float a, float b, float c) { return a < b ? (a < c ? a : c) : b < c ? b : c; }
-static float sfield__max3(float a, float b, float c) { return a > b ? (a > c ? a : c) : b > c ? b : c; }
-
-/* Draws a triangle that lies over several faces, on each face whose pyramid the triangle may touch. */
-static void sfield__raster_across(sfield__view *v, const float *const *corner, uint32_t owner)
+/* Adds the radiance seen in a row of samples to texels, and clears the row. */
+static void sfield__count_radiance(const sfield__build *b, sfield__view *v, uint32_t face, uint32_t y)
 {
-    sfield__edges e;
-    uint32_t face;
-    int i;
-    for (face = 0; face < 6; face++) {
-        int out[5] = { 0, 0, 0, 0, 0 }, box[4];
-        float x[3], y[3];
-        for (i = 0; i < 3; i++) {
-            float q[3];
-            sfield__to_face(face, corner[i], q);
-            out[0] += q[0] > q[2];
-            out[1] += -q[0] > q[2];
-            out[2] += q[1] > q[2];
-            out[3] += -q[1] > q[2];
-            out[4] += q[2] > 0;
-            x[i] = q[0] / q[2];
-            y[i] = q[1] / q[2];
+    const uint32_t n = b->h.cube_side, s = v->scale;
+    const size_t row = (size_t)(face * v->width + y) * v->width;
+    const float share = 1 / (float)(s * s);
+    uint32_t x, c;
+    for (x = 0; x < v->width; x++) {
+        const uint32_t owner = v->owner[row + x];
+        if (!owner) continue;
+        if (owner >> 31 == 0) {
+            float *texel = v->texel + sfield__texel_number(n, face, x / s, y / s);
+            const float *radiance = b->radiance + 3 * (size_t)(owner - 1);
+            for (c = 0; c < 3; c++) texel[c * b->cells] += radiance[c] * share;
         }
-        if (out[0] == 3 || out[1] == 3 || out[2] == 3 || out[3] == 3 || out[4] == 0) continue;
-        if (out[4] < 3) {
-            box[0] = box[1] = 0;
-            box[2] = box[3] = (int)v->width - 1;
-        } else {
-            float h = 0.5f * (float)v->width, o = h - 0.5f;
-            if (!sfield__round_box(sfield__min3(x[0], x[1], x[2]) * h + o,
-                                   sfield__min3(y[0], y[1], y[2]) * h + o,
-                                   sfield__max3(x[0], x[1], x[2]) * h + o,
-                                   sfield__max3(y[0], y[1], y[2]) * h + o, v->width, box))
-                continue;
-        }
-        if (sfield__edges_of(corner, face, &e)) sfield__raster_face(v, &e, face, box, owner);
-    }
-}
-
-static void sfield__raster_mesh(const sfield__build *b, sfield__view *v)
-{
-    size_t t;
-    uint32_t face;
-    for (face = 0; face < 6; face++) {
-        v->row_low[face] = (int)v->width;
-        v->row_high[face] = -1;
-    }
-    for (t = 0; t < b->triangles; t++) {
-        const uint32_t *i = b->index + 3 * t;
-        const float *c[3];
-        uint32_t owner = v->depth ? b->original[t] + 1 : 0;
-        sfield__edges e;
-        int box[4];
-        face = v->face[i[0]];
-        c[0] = v->corner + 5 * (size_t)i[0];
-        c[1] = v->corner + 5 * (size_t)i[1];
-        c[2] = v->corner + 5 * (size_t)i[2];
-        if (face != v->face[i[1]] || face != v->face[i[2]] || face == 255) {
-            sfield__raster_across(v, c, owner);
-            continue;
-        }
-        if (!sfield__round_box(sfield__min3(c[0][3], c[1][3], c[2][3]),
-                               sfield__min3(c[0][4], c[1][4], c[2][4]),
-                               sfield__max3(c[0][3], c[1][3], c[2][3]),
-                               sfield__max3(c[0][4], c[1][4], c[2][4]), v->width, box))
-            continue;
-        if (sfield__edges_of(c, face, &e)) sfield__raster_face(v, &e, face, box, owner);
+        v->depth[row + x] = 0;
+        v->owner[row + x] = 0;
     }
 }
 
 /* Adds the drawn samples up to texels, and clears the buffers. */
 static void sfield__count_samples(const sfield__build *b, sfield__view *v)
 {
-    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face;
-    uint32_t x, y, k, c;
-    uint64_t mask = s == 64 ? ~(uint64_t)0 : ((uint64_t)1 << s) - 1;
-    for (face = 0; face < 6; face++) {
-        if (v->row_high[face] < 0) continue;
-        for (y = (uint32_t)v->row_low[face] / s; y <= (uint32_t)v->row_high[face] / s; y++) {
-            uint64_t *row = v->bits + (size_t)(face * v->width + y * s) * words;
-            for (x = 0; x < n && !v->depth; x++) {
-                int count = 0;
-                for (k = 0; k < s; k++)
-                    count += (int)sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
-                v->texel[sfield__texel_number(n, face, x, y)] = (float)count / (float)(s * s);
-            }
-            if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
+    const uint32_t n = b->h.cube_side, s = v->scale;
+    uint32_t face, y, k;
+    for (face = 0; face < 6; face++)
+        for (y = 0; y < n; y++) {
+            uint8_t *touched = v->touched + face * v->width + y * s;
+            if (!memchr(touched, 1, s)) continue;
+            for (k = 0; k < s && v->depth; k++)
+                if (touched[k]) sfield__count_radiance(b, v, face, y * s + k);
+            if (!v->depth) sfield__count_bits(b, v, face, y);
+            memset(touched, 0, s);
         }
-        if (!v->depth) continue;
-        for (y = (uint32_t)v->row_low[face]; y <= (uint32_t)v->row_high[face]; y++)
-            for (x = 0; x < v->width; x++) {
-                size_t at = (size_t)(face * v->width + y) * v->width + x;
-                uint32_t owner = v->owner[at], texel = sfield__texel_number(n, face, x / s, y / s);
-                if (!owner) continue;
-                for (c = 0; c < 3; c++)
-                    v->texel[c * b->cells + texel] +=
-                        (owner >> 31 ? 0.0f : b->radiance[3 * (size_t)(owner - 1) + c]) / (float)(s * s);
-                v->depth[at] = 0;
-                v->owner[at] = 0;
-            }
-    }
 }
 
 /* Fills the texels of one sample: alpha, or three channels of radiance. */
@@ -4444,8 +4341,7 @@ static void sfield__view_from(const sfield__build *b, sfield__view *v, const flo
             v->texel[c] = v->texel[c] < 1 ? v->texel[c] : 1;
         return;
     }
-    sfield__project_vertices(b, v, eye);
-    sfield__raster_mesh(b, v);
+    sfield__draw_triangles16(b, v, eye);
     sfield__count_samples(b, v);
 }
 
@@ -4492,32 +4388,8 @@ static void sfield__add_crossing(sfield__inside_ray *ray, float t, int out)
     if (i < SFIELD__CROSSINGS) ray->at[i] = out ? t : -t;
 }
 
-/* Finds where all rays meet the mesh, by the cone test of sfield__edges_of. Corners are relative to the
-   eye. */
-static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__inside_ray *ray)
-{
-    size_t t;
-    int i, k;
-    for (t = 0; t < b->triangles; t++) {
-        const uint32_t *index = b->index + 3 * t, face = v->face[index[0]];
-        const int one_face = face != 255 && face == v->face[index[1]] && face == v->face[index[2]];
-        sfield__v3 p[3], n[3], all;
-        float det;
-        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)index[k]);
-        for (k = 0; k < 3; k++) n[k] = sfield__v3_cross(p[k], p[(k + 1) % 3]);
-        det = sfield__v3_dot(n[0], p[2]);
-        if (!(det > 0 || det < 0)) continue;
-        for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
-        all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
-        for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
-            sfield__v3 d = sfield__v3_load(ray[i].d);
-            if (one_face && face != ray[i].face) continue;
-            if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0))
-                continue;
-            sfield__add_crossing(&ray[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
-        }
-    }
-}
+/* Finds where all rays from the eye meet the mesh, triangle after triangle. */
+static void sfield__find_crossings16(const sfield__build *b, const float *eye, sfield__inside_ray *ray);
 
 /* Returns the distance at which a ray that starts inside is out of everything; 0 if there is none. */
 static float sfield__find_way_out(const sfield__inside_ray *ray)
@@ -4540,18 +4412,17 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
     return sum / (float)b->cells;
 }
 
-/* Moves the eye, whose view sfield__project_vertices has prepared, out of the mesh. Returns 0 if the eye is
-   not inside. It is inside if nearly all directions are hidden and most rays leave the mesh once more than
-   they enter it, counter-clockwise triangles being seen from outside. So nothing is inside a single sheet, a
-   room or a cup. */
-static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
+/* Moves the eye out of the mesh. Returns 0 if the eye is not inside. It is inside if nearly all directions
+   are hidden and most rays leave the mesh once more than they enter it, counter-clockwise triangles being
+   seen from outside. So nothing is inside a single sheet, a room or a cup. */
+static int sfield__move_out(const sfield__build *b, float hidden, float *eye)
 {
     sfield__inside_ray ray[SFIELD__INSIDE_RAYS];
     float nearest = 0;
     int i, k, inside = 0, best = 0;
     if (hidden < 0.99f) return 0;
     sfield__aim_rays(eye, ray);
-    sfield__find_crossings(b, v, ray);
+    sfield__find_crossings16(b, eye, ray);
     for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
         float t = sfield__find_way_out(&ray[i]);
         inside += ray[i].winding > 0;
@@ -4575,8 +4446,7 @@ static void sfield__find_inside_task(void *context, size_t piece)
         float hidden = b->h.basis == SFIELD_BASIS_SH ? seen[0] / 3.54490770f : sfield__share_hidden(b, seen);
         b->moved[i] = 0;
         if (!(hidden >= 0.99f)) continue;
-        sfield__project_vertices(b, v, b->eyes + 3 * i);
-        b->moved[i] = (uint8_t)sfield__move_out(b, v, hidden, b->eyes + 3 * i);
+        b->moved[i] = (uint8_t)sfield__move_out(b, hidden, b->eyes + 3 * i);
         v->moved += b->moved[i];
     }
 }
@@ -4688,6 +4558,22 @@ static int sfield__is_bounded(const sfield__build *b)
     return 1;
 }
 
+/* Puts the corners of all triangles into planes, for kernels. Returns 0 if there is no memory. */
+static int sfield__take_corners(sfield__build *b)
+{
+    size_t t, k, c;
+    b->corner_room = (b->triangles + 15) / 16 * 16;
+    b->corner = (float *)sfield__hold_memory(b, b->corner_room, 9 * sizeof *b->corner);
+    if (!b->corner) return 0;
+    memset(b->corner, 0, 9 * b->corner_room * sizeof *b->corner);
+    for (t = 0; t < b->triangles; t++)
+        for (k = 0; k < 3; k++)
+            for (c = 0; c < 3; c++)
+                b->corner[(3 * k + c) * b->corner_room + t] =
+                    b->position[3 * (size_t)b->index[3 * t + k] + c];
+    return 1;
+}
+
 static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
 {
     const size_t stride = m->vertex_stride ? m->vertex_stride : 12;
@@ -4711,7 +4597,7 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
         }
     if (!sfield__is_bounded(b))
         return sfield__fail(&b->log, SFIELD_ERR_DESC, "desc.center and radius", "do not hold the mesh");
-    return SFIELD_OK;
+    return sfield__take_corners(b) ? SFIELD_OK : SFIELD_ERR_ALLOC;
 }
 
 /* Returns the distance from the origin to the nearest point of a triangle. */
@@ -4994,7 +4880,7 @@ static void sfield__build_task(void *context, size_t piece)
         } else sfield__sample_point(b, i, eye);
         sfield__view_from(b, v, eye);
         if ((b->what == SFIELD__MESH || b->what == SFIELD__SELF) && !b->desc.keep_inside &&
-            sfield__move_out(b, v, sfield__share_hidden(b, v->texel), eye)) {
+            sfield__move_out(b, sfield__share_hidden(b, v->texel), eye)) {
             sfield__view_from(b, v, eye);
             v->moved++;
         }
@@ -5091,17 +4977,15 @@ static sfield_result sfield__prepare_build(sfield__build *b)
     const int mesh = b->triangles > 0, deep = b->what == SFIELD__EMISSIVE;
     size_t width = deep ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, samples = 6 * width * width;
     size_t floats = b->h.channels * b->cells * (haar ? 2u : 1u) + (haar ? 2 * b->cells : 0), p;
-    float *tables = (float *)sfield__hold_memory(b, b->cells, (4 + planes) * sizeof(float)), *all, *corners;
-    uint8_t *faces, *buffers;
+    float *tables = (float *)sfield__hold_memory(b, b->cells, (4 + planes) * sizeof(float)), *all;
+    uint8_t *buffers;
     double *work = NULL;
     uint32_t i, k;
     b->pieces = deep ? 4u : (uint32_t)SFIELD__PIECES;
     b->view = (sfield__view *)sfield__hold_memory(b, b->pieces, sizeof *b->view);
     all = (float *)sfield__hold_memory(b, b->pieces, floats * sizeof *all);
-    corners = (float *)sfield__hold_memory(b, 5 * b->pieces, (mesh ? b->vertices : 1) * sizeof *corners);
-    faces = (uint8_t *)sfield__hold_memory(b, b->pieces, mesh ? b->vertices : 1);
     buffers = (uint8_t *)sfield__hold_memory(b, b->pieces, mesh ? (deep ? 8 * samples : samples / 8) : 1);
-    if (!tables || !b->view || !all || !corners || !faces || !buffers) return SFIELD_ERR_ALLOC;
+    if (!tables || !b->view || !all || !buffers) return SFIELD_ERR_ALLOC;
     if (b->h.logarithm) {
         sfield_result result = sfield_algebra_create(b->h.bands, &b->desc.system, &b->algebra);
         work = (double *)sfield__hold_memory(b, b->pieces,
@@ -5115,8 +4999,6 @@ static sfield_result sfield__prepare_build(sfield__build *b)
         v->texel = all + p * floats;
         v->haar = v->texel + b->h.channels * b->cells;
         v->key = v->haar + b->h.channels * b->cells;
-        v->corner = corners + 5 * p * (mesh ? b->vertices : 1);
-        v->face = faces + p * (mesh ? b->vertices : 1);
         v->bits = (uint64_t *)(void *)(buffers + p * (mesh && !deep ? samples / 8 : 0));
         v->depth = deep ? (float *)(void *)(buffers + 8 * p * samples) : NULL;
         v->owner = deep ? (uint32_t *)(void *)(v->depth + samples) : NULL;
@@ -5592,8 +5474,10 @@ typedef struct sfield__bundle {
 #endif /* !SHADOWFIELD_IMPLEMENTED */
 
 #ifdef SFIELD__SET
+#if SFIELD__SIMD_SETS
 #if SFIELD_VERSION != 10000 /* this file's: another one that includes it as SFIELD_FILE has its own */
 #error "shadowfield.h: the file that SFIELD_FILE names is of another version than the one that includes it"
+#endif
 #endif
 
 /* ==== src/shared/simd_begin.h ==== */
@@ -5898,6 +5782,26 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *
         a.v[piece] = _mm_setr_ps(from[at[0]], from[at[1]], from[at[2]], from[at[3]]))
 #endif
     return a;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__mask_and(sfield__lane_mask m, sfield__lane_mask n)
+{
+#if SFIELD__WIDTH == 16
+    SFIELD__EACH(m.v[piece] = (__mmask16)(m.v[piece] & n.v[piece]))
+#else
+    SFIELD__EACH(m.v[piece] = SFIELD__INTEL(and_ps)(m.v[piece], n.v[piece]))
+#endif
+    return m;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__mask_or(sfield__lane_mask m, sfield__lane_mask n)
+{
+#if SFIELD__WIDTH == 16
+    SFIELD__EACH(m.v[piece] = (__mmask16)(m.v[piece] | n.v[piece]))
+#else
+    SFIELD__EACH(m.v[piece] = SFIELD__INTEL(or_ps)(m.v[piece], n.v[piece]))
+#endif
+    return m;
 }
 
 /* Returns the mask as bits: bit l is that of lane l. */
@@ -6220,6 +6124,18 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_gather(const float *
     return a;
 }
 
+static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__mask_and(sfield__lane_mask m, sfield__lane_mask n)
+{
+    SFIELD__EACH(m.v[piece] = m.v[piece] & n.v[piece])
+    return m;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lane_mask sfield__mask_or(sfield__lane_mask m, sfield__lane_mask n)
+{
+    SFIELD__EACH(m.v[piece] = m.v[piece] | n.v[piece])
+    return m;
+}
+
 /* Returns the mask as bits: bit l is that of lane l. */
 static inline SFIELD__IN_KERNEL uint32_t sfield__mask_bits(sfield__lane_mask m)
 {
@@ -6477,6 +6393,544 @@ static inline SFIELD__IN_KERNEL void sfield__transpose8(const float *in, size_t 
         sfield__transpose4(in + y * in_stride + x, in_stride, out + x * out_stride + y, out_stride);
     }
 #endif
+}
+
+/* ==== src/shared/simd_ints.h ==== */
+
+/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask in a row, single bits */
+#define sfield__first_bit SFIELD__NAME_IN_SET(sfield__first_bit, SFIELD__SET)
+
+/* Returns the number of the lowest set bit; bits is not 0. */
+static inline SFIELD__IN_KERNEL uint32_t sfield__first_bit(uint32_t bits)
+{
+#if SFIELD__WIDTH > 4
+    return _tzcnt_u32(bits);
+#elif defined(__GNUC__) && !defined(__TINYC__)
+    return (uint32_t)__builtin_ctz(bits);
+#else
+    return sfield__popcount(~bits & (bits - 1u));
+#endif
+}
+
+/* ==== src/shared/simd_lanes3.h ==== */
+
+/* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
+
+typedef struct sfield__lanes3 { sfield__lanes x, y, z; } sfield__lanes3;
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_load(const float *x, const float *y, const float *z)
+{
+    sfield__lanes3 a;
+    a.x = sfield__lanes_load(x);
+    a.y = sfield__lanes_load(y);
+    a.z = sfield__lanes_load(z);
+    return a;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_all(float x, float y, float z)
+{
+    sfield__lanes3 a;
+    a.x = sfield__lanes_all(x);
+    a.y = sfield__lanes_all(y);
+    a.z = sfield__lanes_all(z);
+    return a;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_sub(sfield__lanes3 a, sfield__lanes3 b)
+{
+    a.x = sfield__lanes_sub(a.x, b.x);
+    a.y = sfield__lanes_sub(a.y, b.y);
+    a.z = sfield__lanes_sub(a.z, b.z);
+    return a;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_scale(sfield__lanes3 a, sfield__lanes s)
+{
+    a.x = sfield__lanes_mul(a.x, s);
+    a.y = sfield__lanes_mul(a.y, s);
+    a.z = sfield__lanes_mul(a.z, s);
+    return a;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes3_dot(sfield__lanes3 a, sfield__lanes3 b)
+{
+    return sfield__lanes_add(sfield__lanes_add(sfield__lanes_mul(a.x, b.x), sfield__lanes_mul(a.y, b.y)),
+                       sfield__lanes_mul(a.z, b.z));
+}
+
+/* ==== src/shadowfield/kernels_views.h ==== */
+
+/* ---- kernels: sixteen triangles seen from an eye ---- */
+
+#define sfield__trio SFIELD__NAME_IN_SET(sfield__trio, SFIELD__SET)
+#define sfield__sides SFIELD__NAME_IN_SET(sfield__sides, SFIELD__SET)
+#define sfield__boxes SFIELD__NAME_IN_SET(sfield__boxes, SFIELD__SET)
+#define sfield__edge SFIELD__NAME_IN_SET(sfield__edge, SFIELD__SET)
+#define sfield__cones SFIELD__NAME_IN_SET(sfield__cones, SFIELD__SET)
+#define sfield__lanes3_cross SFIELD__NAME_IN_SET(sfield__lanes3_cross, SFIELD__SET)
+#define sfield__lanes3_add SFIELD__NAME_IN_SET(sfield__lanes3_add, SFIELD__SET)
+#define sfield__lanes_whole SFIELD__NAME_IN_SET(sfield__lanes_whole, SFIELD__SET)
+#define sfield__lanes_up SFIELD__NAME_IN_SET(sfield__lanes_up, SFIELD__SET)
+#define sfield__lanes_min3 SFIELD__NAME_IN_SET(sfield__lanes_min3, SFIELD__SET)
+#define sfield__lanes_max3 SFIELD__NAME_IN_SET(sfield__lanes_max3, SFIELD__SET)
+#define sfield__load_trio SFIELD__NAME_IN_SET(sfield__load_trio, SFIELD__SET)
+#define sfield__pick_trio SFIELD__NAME_IN_SET(sfield__pick_trio, SFIELD__SET)
+#define sfield__sides_of SFIELD__NAME_IN_SET(sfield__sides_of, SFIELD__SET)
+#define sfield__on_one_face SFIELD__NAME_IN_SET(sfield__on_one_face, SFIELD__SET)
+#define sfield__turn_to_sides SFIELD__NAME_IN_SET(sfield__turn_to_sides, SFIELD__SET)
+#define sfield__turn_to_face SFIELD__NAME_IN_SET(sfield__turn_to_face, SFIELD__SET)
+#define sfield__round_boxes SFIELD__NAME_IN_SET(sfield__round_boxes, SFIELD__SET)
+#define sfield__edge_between SFIELD__NAME_IN_SET(sfield__edge_between, SFIELD__SET)
+#define sfield__find_cones SFIELD__NAME_IN_SET(sfield__find_cones, SFIELD__SET)
+#define sfield__cut_rows SFIELD__NAME_IN_SET(sfield__cut_rows, SFIELD__SET)
+#define sfield__store_planes SFIELD__NAME_IN_SET(sfield__store_planes, SFIELD__SET)
+#define sfield__draw_rows SFIELD__NAME_IN_SET(sfield__draw_rows, SFIELD__SET)
+#define sfield__draw_across SFIELD__NAME_IN_SET(sfield__draw_across, SFIELD__SET)
+#define sfield__draw_triangles SFIELD__NAME_IN_SET(sfield__draw_triangles, SFIELD__SET)
+
+typedef struct sfield__trio { sfield__lanes3 a, b, c; } sfield__trio;   /* the corners of triangles */
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_cross(sfield__lanes3 a, sfield__lanes3 b)
+{
+    sfield__lanes3 n;
+    n.x = sfield__lanes_sub(sfield__lanes_mul(a.y, b.z), sfield__lanes_mul(a.z, b.y));
+    n.y = sfield__lanes_sub(sfield__lanes_mul(a.z, b.x), sfield__lanes_mul(a.x, b.z));
+    n.z = sfield__lanes_sub(sfield__lanes_mul(a.x, b.y), sfield__lanes_mul(a.y, b.x));
+    return n;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__lanes3_add(sfield__lanes3 a, sfield__lanes3 b)
+{
+    a.x = sfield__lanes_add(a.x, b.x);
+    a.y = sfield__lanes_add(a.y, b.y);
+    a.z = sfield__lanes_add(a.z, b.z);
+    return a;
+}
+
+/* Rounds down floats from 0 to 2^31; up: does so upwards. */
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_whole(sfield__lanes a)
+{
+    return sfield__lanes_of_ints(sfield__lanes_truncate(a));
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_up(sfield__lanes a)
+{
+    const sfield__lanes whole = sfield__lanes_whole(a);
+    const sfield__lanes one = sfield__lanes_all(1);
+    return sfield__lanes_add(whole, sfield__lanes_keep(sfield__lanes_greater(a, whole), one));
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_min3(sfield__lanes a, sfield__lanes b,
+                                                                 sfield__lanes c)
+{
+    return sfield__lanes_min(sfield__lanes_min(a, b), c);
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes_max3(sfield__lanes a, sfield__lanes b,
+                                                                 sfield__lanes c)
+{
+    return sfield__lanes_max(sfield__lanes_max(a, b), c);
+}
+
+/* Loads the corners of sixteen triangles from planes that are `room` apart, about an eye. */
+static inline SFIELD__IN_KERNEL sfield__trio sfield__load_trio(const float *from, size_t room,
+                                                               const float *eye)
+{
+    const sfield__lanes3 origin = sfield__lanes3_all(eye[0], eye[1], eye[2]);
+    sfield__trio t;
+    t.a = sfield__lanes3_sub(sfield__lanes3_load(from, from + room, from + 2 * room), origin);
+    from += 3 * room;
+    t.b = sfield__lanes3_sub(sfield__lanes3_load(from, from + room, from + 2 * room), origin);
+    from += 3 * room;
+    t.c = sfield__lanes3_sub(sfield__lanes3_load(from, from + room, from + 2 * room), origin);
+    return t;
+}
+
+/* Loads triangles by their numbers, sixteen of them. */
+static inline SFIELD__IN_KERNEL sfield__trio sfield__pick_trio(const float *from, size_t room,
+                                                               const float *eye, const uint32_t *number)
+{
+    float all[9 * 16];
+    uint32_t k, l;
+    for (k = 0; k < 9; k++)
+        for (l = 0; l < 16; l++) all[16 * k + l] = from[k * room + number[l]];
+    return sfield__load_trio(all, 16, eye);
+}
+
+/* The faces that corners lie on, as sfield__face_of finds them. */
+typedef struct sfield__sides {
+    sfield__lane_mask x, y;             /* the axis; z where neither */
+    sfield__lane_mask front;            /* of the axis: on its positive side */
+    sfield__lanes     number;           /* 0..5 */
+} sfield__sides;
+
+static inline SFIELD__IN_KERNEL sfield__sides sfield__sides_of(sfield__lanes3 p)
+{
+    const sfield__lanes x = sfield__lanes_abs(p.x), y = sfield__lanes_abs(p.y), z = sfield__lanes_abs(p.z);
+    const sfield__lanes none = sfield__lanes_all(0);
+    sfield__sides s;
+    s.x = sfield__mask_and(sfield__lanes_at_least(x, y), sfield__lanes_at_least(x, z));
+    s.y = sfield__mask_and(sfield__lanes_greater(y, x), sfield__lanes_at_least(y, z));
+    s.front = sfield__lanes_greater(
+        sfield__lanes_select(s.x, p.x, sfield__lanes_select(s.y, p.y, p.z)), none);
+    s.number = sfield__lanes_select(s.x, none, sfield__lanes_select(s.y, sfield__lanes_all(2),
+                                                                    sfield__lanes_all(4)));
+    s.number = sfield__lanes_add(s.number, sfield__lanes_select(s.front, none, sfield__lanes_all(1)));
+    return s;
+}
+
+/* Returns which triangles have their three corners on the face of the first, as bits. */
+static inline SFIELD__IN_KERNEL uint32_t sfield__on_one_face(const sfield__trio *t, sfield__lanes number)
+{
+    const sfield__lanes b = sfield__sides_of(t->b).number, c = sfield__sides_of(t->c).number;
+    return ~sfield__mask_bits(sfield__mask_or(sfield__lanes_differ(number, b),
+                                              sfield__lanes_differ(number, c))) & 0xffffu;
+}
+
+/* Turns the corners of triangles as sfield__to_face does, each to a face of its own, on which the corners
+   lie: the part along the axis is its absolute value. */
+static inline SFIELD__IN_KERNEL sfield__trio sfield__turn_to_sides(const sfield__trio *t,
+                                                                   const sfield__sides *on)
+{
+    const sfield__lanes one = sfield__lanes_all(1), minus = sfield__lanes_all(-1);
+    const sfield__lanes front = sfield__lanes_select(on->front, one, minus);
+    const sfield__lanes back = sfield__lanes_select(on->front, minus, one);
+    const sfield__lanes s = sfield__lanes_select(on->x, back, sfield__lanes_select(on->y, one, front));
+    const sfield__lanes u = sfield__lanes_select(on->y, front, minus);
+    sfield__trio q;
+#define SFIELD__TURN(p)                                                                                    \
+    q.p.x = sfield__lanes_mul(s, sfield__lanes_select(on->x, t->p.z, t->p.x));                             \
+    q.p.y = sfield__lanes_mul(u, sfield__lanes_select(on->y, t->p.z, t->p.y));                             \
+    q.p.z = sfield__lanes_abs(                                                                             \
+        sfield__lanes_select(on->x, t->p.x, sfield__lanes_select(on->y, t->p.y, t->p.z)))
+    SFIELD__TURN(a);
+    SFIELD__TURN(b);
+    SFIELD__TURN(c);
+#undef SFIELD__TURN
+    return q;
+}
+
+static inline SFIELD__IN_KERNEL sfield__lanes3 sfield__turn_to_face(uint32_t face, sfield__lanes3 p)
+{
+    sfield__lanes3 q = p;
+    const sfield__lanes3 back = sfield__lanes3_scale(p, sfield__lanes_all(-1));
+    switch (face) {
+    case 0: q.x = back.z, q.y = back.y, q.z = p.x; break;
+    case 1: q.x = p.z, q.y = back.y, q.z = back.x; break;
+    case 2: q.y = p.z, q.z = p.y; break;
+    case 3: q.y = back.z, q.z = back.y; break;
+    case 4: q.y = back.y; break;
+    default: q = back; break;
+    }
+    return q;
+}
+
+/* Places of samples, whole numbers: those that may lie inside triangles. */
+typedef struct sfield__boxes {
+    sfield__lanes     x0, y0, x1, y1;
+    sfield__lane_mask used;             /* lanes with one sample at least */
+} sfield__boxes;
+
+/* Rounds boxes to samples, outwards by a little. */
+static inline SFIELD__IN_KERNEL sfield__boxes sfield__round_boxes(sfield__boxes b, float width)
+{
+    const sfield__lanes none = sfield__lanes_all(0), most = sfield__lanes_all(width - 1);
+    const sfield__lanes a_little = sfield__lanes_all(0.01f);
+    b.x0 = sfield__lanes_max(sfield__lanes_sub(b.x0, a_little), none);
+    b.y0 = sfield__lanes_max(sfield__lanes_sub(b.y0, a_little), none);
+    b.x1 = sfield__lanes_min(sfield__lanes_add(b.x1, a_little), most);
+    b.y1 = sfield__lanes_min(sfield__lanes_add(b.y1, a_little), most);
+    b.used = sfield__mask_and(sfield__lanes_at_least(b.x1, b.x0), sfield__lanes_at_least(b.y1, b.y0));
+    b.x0 = sfield__lanes_up(sfield__lanes_keep(b.used, b.x0));
+    b.y0 = sfield__lanes_up(sfield__lanes_keep(b.used, b.y0));
+    b.x1 = sfield__lanes_whole(sfield__lanes_keep(b.used, b.x1));
+    b.y1 = sfield__lanes_whole(sfield__lanes_keep(b.used, b.y1));
+    b.used = sfield__mask_and(b.used, sfield__lanes_at_least(b.x1, b.x0));
+    b.used = sfield__mask_and(b.used, sfield__lanes_at_least(b.y1, b.y0));
+    return b;
+}
+
+/* Edges: c.x s + c.y t + c.z >= 0 on the inner side. */
+typedef struct sfield__edge {
+    sfield__lanes3    c;
+    sfield__lanes     inverse;          /* 1 / c.x */
+    sfield__lane_mask left, right, flat;    /* of the samples inside: where the edge is; c.x = 0 */
+} sfield__edge;
+
+typedef struct sfield__cones {
+    sfield__edge a, b, c;
+    sfield__lanes det;                  /* > 0: counter-clockwise for the eye */
+} sfield__cones;
+
+static inline SFIELD__IN_KERNEL void sfield__edge_between(sfield__edge *e, sfield__lanes turn)
+{
+    const sfield__lanes none = sfield__lanes_all(0), one = sfield__lanes_all(1);
+    e->c = sfield__lanes3_scale(e->c, turn);
+    e->inverse = sfield__lanes_keep(sfield__lanes_differ(e->c.x, none), sfield__lanes_div(one, e->c.x));
+    e->left = sfield__lanes_greater(e->c.x, none);
+    e->right = sfield__lanes_greater(none, e->c.x);
+    e->flat = sfield__lanes_greater(
+        sfield__lanes_select(sfield__mask_or(e->left, e->right), none, one), none);
+}
+
+/* Describes triangles as the cones from the eye through their edges. So nothing is clipped or divided, and
+   an edge that two triangles share has the same numbers in both but for their sign: no sample falls between
+   them. Returns, as bits, those that are not seen from their edge. */
+static inline SFIELD__IN_KERNEL uint32_t sfield__find_cones(const sfield__trio *q, sfield__cones *e)
+{
+    const sfield__lanes none = sfield__lanes_all(0);
+    sfield__lane_mask front, back;
+    sfield__lanes turn;
+    e->a.c = sfield__lanes3_cross(q->a, q->b);
+    e->b.c = sfield__lanes3_cross(q->b, q->c);
+    e->c.c = sfield__lanes3_cross(q->c, q->a);
+    e->det = sfield__lanes3_dot(q->c, e->a.c);
+    front = sfield__lanes_greater(e->det, none);
+    back = sfield__lanes_greater(none, e->det);
+    turn = sfield__lanes_select(back, sfield__lanes_all(-1), sfield__lanes_all(1));
+    sfield__edge_between(&e->a, turn);
+    sfield__edge_between(&e->b, turn);
+    sfield__edge_between(&e->c, turn);
+    return sfield__mask_bits(sfield__mask_or(front, back));
+}
+
+/* Finds the samples of a row t inside an edge: narrows low..high. */
+static inline SFIELD__IN_KERNEL void sfield__cut_rows(const sfield__edge *e, sfield__lanes t, float half,
+                                                      sfield__lanes *low, sfield__lanes *high)
+{
+    const sfield__lanes c = sfield__lanes_add(sfield__lanes_mul(e->c.y, t), e->c.z);
+    const sfield__lanes part = sfield__lanes_sub(sfield__lanes_all(1), sfield__lanes_mul(c, e->inverse));
+    const sfield__lanes x = sfield__lanes_sub(sfield__lanes_mul(part, sfield__lanes_all(half)),
+                                              sfield__lanes_all(0.5f));
+    const sfield__lane_mask beyond =
+        sfield__mask_and(e->flat, sfield__lanes_greater(sfield__lanes_all(0), c));
+    *low = sfield__lanes_select(e->left, sfield__lanes_max(x, *low), *low);
+    *low = sfield__lanes_select(beyond, sfield__lanes_all(3e38f), *low);
+    *high = sfield__lanes_select(e->right, sfield__lanes_min(x, *high), *high);
+}
+
+/* The planes of 1 / distance of triangles, in rows: s, t, 1, and what the sum is divided by. Sides that do
+   not emit are drawn a little farther away; otherwise those of a sheet that shines on both sides would hide
+   its light by rounding. */
+static inline SFIELD__IN_KERNEL void sfield__store_planes(const sfield__cones *e, float *planes)
+{
+    const sfield__lanes3 sum = sfield__lanes3_add(sfield__lanes3_add(e->a.c, e->b.c), e->c.c);
+    const sfield__lane_mask front = sfield__lanes_greater(e->det, sfield__lanes_all(0));
+    const sfield__lanes back = sfield__lanes_mul(sfield__lanes_all(-1.00001f), e->det);
+    sfield__lanes_store(planes, sum.x);
+    sfield__lanes_store(planes + 16, sum.y);
+    sfield__lanes_store(planes + 32, sum.z);
+    sfield__lanes_store(planes + 48, sfield__lanes_select(front, e->det, back));
+}
+
+/* Draws the triangles that `bits` names, each within its box on its face, which they are turned to.
+   number: of each lane, read where there are depths alone. */
+static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, sfield__view *v,
+                                                       const sfield__trio *q, sfield__lanes face,
+                                                       const sfield__boxes *box, uint32_t bits,
+                                                       const uint32_t *number)
+{
+    const float half = 0.5f * (float)v->width;
+    const size_t words = v->width / 64;
+    float planes[64];
+    int32_t first[16], x0[16], x1[16];
+    sfield__lanes y = box->y0;
+    sfield__lane_mask rows;
+    sfield__cones e;
+    uint32_t front, down;
+    bits &= sfield__find_cones(q, &e);
+    if (!bits) return;
+    front = sfield__mask_bits(sfield__lanes_greater(e.det, sfield__lanes_all(0)));
+    sfield__ints_store(first, sfield__lanes_truncate(sfield__lanes_add(
+        sfield__lanes_mul(face, sfield__lanes_all((float)v->width)), y)));
+    if (v->depth) sfield__store_planes(&e, planes);
+    rows = sfield__mask_of_bits(bits);
+    for (down = 0; bits; down++) {
+        sfield__lanes t = sfield__lanes_mul(sfield__lanes_add(y, sfield__lanes_all(0.5f)),
+                                            sfield__lanes_all(1 / half));
+        sfield__lanes low = box->x0, high = box->x1;
+        sfield__lane_mask some;
+        t = sfield__lanes_sub(t, sfield__lanes_all(1));
+        sfield__cut_rows(&e.a, t, half, &low, &high);
+        sfield__cut_rows(&e.b, t, half, &low, &high);
+        sfield__cut_rows(&e.c, t, half, &low, &high);
+        some = sfield__mask_and(rows, sfield__lanes_at_least(high, low));
+        low = sfield__lanes_up(sfield__lanes_keep(some, low));
+        high = sfield__lanes_whole(sfield__lanes_keep(some, high));
+        some = sfield__mask_and(some, sfield__lanes_at_least(high, low));
+        sfield__ints_store(x0, sfield__lanes_truncate(low));
+        sfield__ints_store(x1, sfield__lanes_truncate(high));
+        for (bits = sfield__mask_bits(some); bits; bits &= bits - 1) {
+            const uint32_t l = sfield__first_bit(bits);
+            const size_t row = (size_t)first[l] + down;
+            v->touched[row] = 1;
+            if (!v->depth) sfield__set_bits(v->bits + row * words, x0[l], x1[l]);
+            else
+                sfield__draw_span(v, row, x0[l], x1[l], planes + l,
+                                  (b->original[number[l]] + 1) | (front >> l & 1 ? 0 : 0x80000000u));
+        }
+        y = sfield__lanes_add(y, sfield__lanes_all(1));
+        rows = sfield__mask_and(rows, sfield__lanes_at_least(box->y1, y));
+        bits = sfield__mask_bits(rows);
+    }
+}
+
+/* Draws sixteen triangles that lie over several faces, on each face whose pyramid they may touch. */
+SFIELD__KERNEL static void sfield__draw_across(const sfield__build *b, sfield__view *v, const float *eye,
+                                               const uint32_t *number)
+{
+    const sfield__trio t = sfield__pick_trio(b->corner, b->corner_room, eye, number);
+    const float width = (float)v->width, h = 0.5f * width;
+    const sfield__lanes half = sfield__lanes_all(h), middle = sfield__lanes_all(h - 0.5f);
+    const sfield__lanes none = sfield__lanes_all(0);
+    uint32_t face;
+    for (face = 0; face < 6; face++) {
+        sfield__trio q;
+        sfield__lanes3 x, y, z, minus;
+        sfield__lane_mask all, any;
+        sfield__boxes box;
+        uint32_t out, whole, used;
+        q.a = sfield__turn_to_face(face, t.a);
+        q.b = sfield__turn_to_face(face, t.b);
+        q.c = sfield__turn_to_face(face, t.c);
+        x.x = q.a.x, x.y = q.b.x, x.z = q.c.x;
+        y.x = q.a.y, y.y = q.b.y, y.z = q.c.y;
+        z.x = q.a.z, z.y = q.b.z, z.z = q.c.z;
+#define SFIELD__ALL_BEYOND(v)                                                                              \
+    sfield__mask_and(sfield__mask_and(sfield__lanes_greater(v.x, z.x), sfield__lanes_greater(v.y, z.y)),   \
+                     sfield__lanes_greater(v.z, z.z))
+        minus = sfield__lanes3_scale(x, sfield__lanes_all(-1));
+        all = sfield__mask_or(SFIELD__ALL_BEYOND(x), SFIELD__ALL_BEYOND(minus));
+        minus = sfield__lanes3_scale(y, sfield__lanes_all(-1));
+        all = sfield__mask_or(all, sfield__mask_or(SFIELD__ALL_BEYOND(y), SFIELD__ALL_BEYOND(minus)));
+#undef SFIELD__ALL_BEYOND
+        out = sfield__mask_bits(all);
+        all = sfield__lanes_greater(sfield__lanes_min3(z.x, z.y, z.z), none);
+        any = sfield__lanes_greater(sfield__lanes_max3(z.x, z.y, z.z), none);
+        used = sfield__mask_bits(any) & ~out;
+        if (!used) continue;
+        whole = sfield__mask_bits(all);
+        x.x = sfield__lanes_div(x.x, z.x);
+        x.y = sfield__lanes_div(x.y, z.y);
+        x.z = sfield__lanes_div(x.z, z.z);
+        y.x = sfield__lanes_div(y.x, z.x);
+        y.y = sfield__lanes_div(y.y, z.y);
+        y.z = sfield__lanes_div(y.z, z.z);
+        box.x0 = sfield__lanes_add(sfield__lanes_mul(sfield__lanes_min3(x.x, x.y, x.z), half), middle);
+        box.y0 = sfield__lanes_add(sfield__lanes_mul(sfield__lanes_min3(y.x, y.y, y.z), half), middle);
+        box.x1 = sfield__lanes_add(sfield__lanes_mul(sfield__lanes_max3(x.x, x.y, x.z), half), middle);
+        box.y1 = sfield__lanes_add(sfield__lanes_mul(sfield__lanes_max3(y.x, y.y, y.z), half), middle);
+        box = sfield__round_boxes(box, width);
+        used &= (whole & sfield__mask_bits(box.used)) | ~whole;
+        box.used = sfield__mask_of_bits(used);
+        box.x0 = sfield__lanes_keep(all, box.x0);
+        box.y0 = sfield__lanes_keep(all, box.y0);
+        box.x1 = sfield__lanes_select(all, box.x1, sfield__lanes_all(width - 1));
+        box.y1 = sfield__lanes_select(all, box.y1, sfield__lanes_all(width - 1));
+        if (used) sfield__draw_rows(b, v, &q, sfield__lanes_all((float)face), &box, used, number);
+    }
+}
+
+/* See sfield__draw_triangles16. Triangles that lie over several faces wait until there are sixteen; the last
+   of them go with some that were drawn before, which changes nothing. Triangles with a corner at the eye, and
+   those of three equal corners in the last lanes of the planes, have no cone. */
+SFIELD__KERNEL static void sfield__draw_triangles(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    const float width = (float)v->width;
+    const sfield__lanes half = sfield__lanes_all(0.5f * width), one_half = sfield__lanes_all(0.5f);
+    uint32_t across[32], number[16], waiting = 0, l;
+    size_t i;
+    memset(across, 0, sizeof across);
+    for (i = 0; i < b->triangles; i += 16) {
+        const sfield__trio t = sfield__load_trio(b->corner + i, b->corner_room, eye);
+        const sfield__sides on = sfield__sides_of(t.a);
+        const sfield__trio q = sfield__turn_to_sides(&t, &on);
+        sfield__lanes3 scale, x, y;
+        sfield__boxes box;
+        uint32_t one = sfield__on_one_face(&t, on.number), used;
+        for (used = ~one & 0xffffu; used; used &= used - 1)
+            across[waiting++] = (uint32_t)i + sfield__first_bit(used);
+        scale.x = sfield__lanes_div(half, q.a.z);
+        scale.y = sfield__lanes_div(half, q.b.z);
+        scale.z = sfield__lanes_div(half, q.c.z);
+#define SFIELD__PLACE(a, scale)                                                                            \
+    sfield__lanes_sub(sfield__lanes_add(sfield__lanes_mul(a, scale), half), one_half)
+        x.x = SFIELD__PLACE(q.a.x, scale.x);
+        x.y = SFIELD__PLACE(q.b.x, scale.y);
+        x.z = SFIELD__PLACE(q.c.x, scale.z);
+        y.x = SFIELD__PLACE(q.a.y, scale.x);
+        y.y = SFIELD__PLACE(q.b.y, scale.y);
+        y.z = SFIELD__PLACE(q.c.y, scale.z);
+#undef SFIELD__PLACE
+        box.x0 = sfield__lanes_min3(x.x, x.y, x.z);
+        box.y0 = sfield__lanes_min3(y.x, y.y, y.z);
+        box.x1 = sfield__lanes_max3(x.x, x.y, x.z);
+        box.y1 = sfield__lanes_max3(y.x, y.y, y.z);
+        box = sfield__round_boxes(box, width);
+        used = one & sfield__mask_bits(box.used);
+        if (used) {
+            for (l = 0; l < 16 && v->depth; l++) number[l] = (uint32_t)i + l;
+            sfield__draw_rows(b, v, &q, on.number, &box, used, number);
+        }
+        if (waiting < 16) continue;
+        sfield__draw_across(b, v, eye, across);
+        waiting -= 16;
+        for (l = 0; l < waiting; l++) across[l] = across[16 + l];
+    }
+    if (waiting) sfield__draw_across(b, v, eye, across);
+}
+
+/* ==== src/shadowfield/kernels_inside.h ==== */
+
+/* ---- kernels: where rays meet sixteen triangles ---- */
+
+#define sfield__find_crossings SFIELD__NAME_IN_SET(sfield__find_crossings, SFIELD__SET)
+
+/* See sfield__find_crossings16. Triangles are cones from the eye, as where views are drawn; one that lies on
+   one face of the cube about the eye meets rays through that face alone. */
+SFIELD__KERNEL static void sfield__find_crossings(const sfield__build *b, const float *eye,
+                                                  sfield__inside_ray *ray)
+{
+    const sfield__lanes none = sfield__lanes_all(0);
+    float way[16];
+    size_t at;
+    for (at = 0; at < b->triangles; at += 16) {
+        const sfield__trio t = sfield__load_trio(b->corner + at, b->corner_room, eye);
+        const sfield__lanes number = sfield__sides_of(t.a).number;
+        const uint32_t one = sfield__on_one_face(&t, number);
+        uint32_t on[6], front, seen;
+        uint32_t i, bits;
+        sfield__lanes3 n = sfield__lanes3_cross(t.a, t.b), o = sfield__lanes3_cross(t.b, t.c), all;
+        sfield__lanes3 m = sfield__lanes3_cross(t.c, t.a);
+        const sfield__lanes det = sfield__lanes3_dot(n, t.c);
+        const sfield__lane_mask back = sfield__lanes_greater(none, det);
+        const sfield__lanes turn = sfield__lanes_select(back, sfield__lanes_all(-1), sfield__lanes_all(1));
+        front = sfield__mask_bits(sfield__lanes_greater(det, none));
+        seen = front | sfield__mask_bits(back);
+        if (!seen) continue;
+        for (i = 0; i < 6; i++)
+            on[i] = seen & (~one | ~sfield__mask_bits(
+                                       sfield__lanes_differ(number, sfield__lanes_all((float)i))));
+        n = sfield__lanes3_scale(n, turn);
+        o = sfield__lanes3_scale(o, turn);
+        m = sfield__lanes3_scale(m, turn);
+        all = sfield__lanes3_add(sfield__lanes3_add(n, o), m);
+        for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
+            const sfield__lanes3 d = sfield__lanes3_all(ray[i].d[0], ray[i].d[1], ray[i].d[2]);
+            sfield__lane_mask hit;
+            if (!on[ray[i].face]) continue;
+            hit = sfield__mask_and(sfield__lanes_greater(sfield__lanes3_dot(n, d), none),
+                                   sfield__lanes_greater(sfield__lanes3_dot(o, d), none));
+            hit = sfield__mask_and(hit, sfield__lanes_greater(sfield__lanes3_dot(m, d), none));
+            bits = on[ray[i].face] & sfield__mask_bits(hit);
+            if (!bits) continue;
+            sfield__lanes_store(way, sfield__lanes_div(sfield__lanes_abs(det), sfield__lanes3_dot(all, d)));
+            for (; bits; bits &= bits - 1) {
+                const uint32_t l = sfield__first_bit(bits);
+                sfield__add_crossing(&ray[i], way[l], (int)(front >> l & 1));
+            }
+        }
+    }
 }
 
 /* ==== src/shadowfield/kernels_products.h ==== */
@@ -7714,6 +8168,18 @@ static void sfield__recall16(const int16_t *value, const float *scale, uint32_t 
 {
     SFIELD__CALL_BEST(sfield__recall, simd, (value, scale, n, t));
 }
+
+#ifndef SFIELD_WITHOUT_BUILD
+static void sfield__draw_triangles16(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    SFIELD__CALL_BEST(sfield__draw_triangles, b->simd, (b, v, eye));
+}
+
+static void sfield__find_crossings16(const sfield__build *b, const float *eye, sfield__inside_ray *ray)
+{
+    SFIELD__CALL_BEST(sfield__find_crossings, b->simd, (b, eye, ray));
+}
+#endif
 
 #ifndef SFIELD_WITHOUT_WAVELETS
 static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd)

@@ -70,6 +70,7 @@ int bn_gl_csm_build(const bn_options *options);
 int bn_gl_ism(const bn_options *options);
 int bn_gl_envshadow(const bn_options *options);
 int bn_gl_sfield(const bn_options *options);
+int bn_sfield_build(const bn_options *options);
 int bn_sfield_algebra(const bn_options *options);
 int bn_sfield_accuracy(const bn_options *options);
 int bn_sfield_chess(const bn_options *options);

@@ -28,6 +28,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "gl_envshadow", "shadow maps and light of k lights in clusters of c on OpenGL, and the cost model",
       bn_gl_envshadow },
     { "gl_sfield", "shadow fields in harmonics on OpenGL: 30,000 points, 32 occluders, 4 lamps", bn_gl_sfield },
+    { "sfield_build", "shadow fields of a sphere, a lamp and a real model: time to build", bn_sfield_build },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },
     { "sfield_wavelet", "shadow fields in wavelets: spaceships, budgets, both ways of the product", bn_sfield_wavelet },

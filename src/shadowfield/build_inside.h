@@ -39,32 +39,8 @@ static void sfield__add_crossing(sfield__inside_ray *ray, float t, int out)
     if (i < SFIELD__CROSSINGS) ray->at[i] = out ? t : -t;
 }
 
-/* Finds where all rays meet the mesh, by the cone test of sfield__edges_of. Corners are relative to the
-   eye. */
-static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__inside_ray *ray)
-{
-    size_t t;
-    int i, k;
-    for (t = 0; t < b->triangles; t++) {
-        const uint32_t *index = b->index + 3 * t, face = v->face[index[0]];
-        const int one_face = face != 255 && face == v->face[index[1]] && face == v->face[index[2]];
-        sfield__v3 p[3], n[3], all;
-        float det;
-        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)index[k]);
-        for (k = 0; k < 3; k++) n[k] = sfield__v3_cross(p[k], p[(k + 1) % 3]);
-        det = sfield__v3_dot(n[0], p[2]);
-        if (!(det > 0 || det < 0)) continue;
-        for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
-        all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
-        for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
-            sfield__v3 d = sfield__v3_load(ray[i].d);
-            if (one_face && face != ray[i].face) continue;
-            if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0))
-                continue;
-            sfield__add_crossing(&ray[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
-        }
-    }
-}
+/* Finds where all rays from the eye meet the mesh, triangle after triangle. */
+static void sfield__find_crossings16(const sfield__build *b, const float *eye, sfield__inside_ray *ray);
 
 /* Returns the distance at which a ray that starts inside is out of everything; 0 if there is none. */
 static float sfield__find_way_out(const sfield__inside_ray *ray)
@@ -87,18 +63,17 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
     return sum / (float)b->cells;
 }
 
-/* Moves the eye, whose view sfield__project_vertices has prepared, out of the mesh. Returns 0 if the eye is
-   not inside. It is inside if nearly all directions are hidden and most rays leave the mesh once more than
-   they enter it, counter-clockwise triangles being seen from outside. So nothing is inside a single sheet, a
-   room or a cup. */
-static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
+/* Moves the eye out of the mesh. Returns 0 if the eye is not inside. It is inside if nearly all directions
+   are hidden and most rays leave the mesh once more than they enter it, counter-clockwise triangles being
+   seen from outside. So nothing is inside a single sheet, a room or a cup. */
+static int sfield__move_out(const sfield__build *b, float hidden, float *eye)
 {
     sfield__inside_ray ray[SFIELD__INSIDE_RAYS];
     float nearest = 0;
     int i, k, inside = 0, best = 0;
     if (hidden < 0.99f) return 0;
     sfield__aim_rays(eye, ray);
-    sfield__find_crossings(b, v, ray);
+    sfield__find_crossings16(b, eye, ray);
     for (i = 0; i < SFIELD__INSIDE_RAYS; i++) {
         float t = sfield__find_way_out(&ray[i]);
         inside += ray[i].winding > 0;
@@ -122,8 +97,7 @@ static void sfield__find_inside_task(void *context, size_t piece)
         float hidden = b->h.basis == SFIELD_BASIS_SH ? seen[0] / 3.54490770f : sfield__share_hidden(b, seen);
         b->moved[i] = 0;
         if (!(hidden >= 0.99f)) continue;
-        sfield__project_vertices(b, v, b->eyes + 3 * i);
-        b->moved[i] = (uint8_t)sfield__move_out(b, v, hidden, b->eyes + 3 * i);
+        b->moved[i] = (uint8_t)sfield__move_out(b, hidden, b->eyes + 3 * i);
         v->moved += b->moved[i];
     }
 }

@@ -103,6 +103,22 @@ static int sfield__is_bounded(const sfield__build *b)
     return 1;
 }
 
+/* Puts the corners of all triangles into planes, for kernels. Returns 0 if there is no memory. */
+static int sfield__take_corners(sfield__build *b)
+{
+    size_t t, k, c;
+    b->corner_room = (b->triangles + 15) / 16 * 16;
+    b->corner = (float *)sfield__hold_memory(b, b->corner_room, 9 * sizeof *b->corner);
+    if (!b->corner) return 0;
+    memset(b->corner, 0, 9 * b->corner_room * sizeof *b->corner);
+    for (t = 0; t < b->triangles; t++)
+        for (k = 0; k < 3; k++)
+            for (c = 0; c < 3; c++)
+                b->corner[(3 * k + c) * b->corner_room + t] =
+                    b->position[3 * (size_t)b->index[3 * t + k] + c];
+    return 1;
+}
+
 static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
 {
     const size_t stride = m->vertex_stride ? m->vertex_stride : 12;
@@ -126,7 +142,7 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
         }
     if (!sfield__is_bounded(b))
         return sfield__fail(&b->log, SFIELD_ERR_DESC, "desc.center and radius", "do not hold the mesh");
-    return SFIELD_OK;
+    return sfield__take_corners(b) ? SFIELD_OK : SFIELD_ERR_ALLOC;
 }
 
 /* Returns the distance from the origin to the nearest point of a triangle. */

@@ -88,7 +88,7 @@ static void sfield__build_task(void *context, size_t piece)
         } else sfield__sample_point(b, i, eye);
         sfield__view_from(b, v, eye);
         if ((b->what == SFIELD__MESH || b->what == SFIELD__SELF) && !b->desc.keep_inside &&
-            sfield__move_out(b, v, sfield__share_hidden(b, v->texel), eye)) {
+            sfield__move_out(b, sfield__share_hidden(b, v->texel), eye)) {
             sfield__view_from(b, v, eye);
             v->moved++;
         }

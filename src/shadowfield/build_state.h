@@ -9,12 +9,10 @@ typedef struct sfield__texels {     /* of a cube: tables */
 } sfield__texels;
 
 typedef struct sfield__view {       /* of one task */
-    float    *corner;               /* x, y, z, s, t of each vertex, seen from the eye */
-    uint8_t  *face;                 /* which it projects on */
     uint64_t *bits;                 /* 6 x width rows of width samples */
     float    *depth;                /* emissive meshes: 1 / distance and triangle + 1 of each sample */
     uint32_t *owner;
-    int       row_low[6], row_high[6];
+    uint8_t   touched[6 * SFIELD__MOST_WIDTH];      /* 1: something was drawn in this row */
     float    *texel, *haar, *key;   /* channels x 6 N^2; keys once */
     double   *work;                 /* logarithms */
     double    lost, total;          /* squares of wavelets */
@@ -38,7 +36,8 @@ typedef struct sfield__build {
     sfield_algebra   *algebra;      /* logarithms */
     float            *position;     /* of vertices, about the center, in r */
     uint32_t         *index, *original;
-    size_t            vertices, triangles;
+    float            *corner;       /* of triangles: planes of x, y, z of first corners, then of the others */
+    size_t            vertices, triangles, corner_room;     /* room: from one plane to the next */
     const float      *radiance;     /* of triangles, this frame's */
     sfield_emitter    emitter;
     float             cosine;       /* of its cone */

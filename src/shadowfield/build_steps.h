@@ -7,17 +7,15 @@ static sfield_result sfield__prepare_build(sfield__build *b)
     const int mesh = b->triangles > 0, deep = b->what == SFIELD__EMISSIVE;
     size_t width = deep ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, samples = 6 * width * width;
     size_t floats = b->h.channels * b->cells * (haar ? 2u : 1u) + (haar ? 2 * b->cells : 0), p;
-    float *tables = (float *)sfield__hold_memory(b, b->cells, (4 + planes) * sizeof(float)), *all, *corners;
-    uint8_t *faces, *buffers;
+    float *tables = (float *)sfield__hold_memory(b, b->cells, (4 + planes) * sizeof(float)), *all;
+    uint8_t *buffers;
     double *work = NULL;
     uint32_t i, k;
     b->pieces = deep ? 4u : (uint32_t)SFIELD__PIECES;
     b->view = (sfield__view *)sfield__hold_memory(b, b->pieces, sizeof *b->view);
     all = (float *)sfield__hold_memory(b, b->pieces, floats * sizeof *all);
-    corners = (float *)sfield__hold_memory(b, 5 * b->pieces, (mesh ? b->vertices : 1) * sizeof *corners);
-    faces = (uint8_t *)sfield__hold_memory(b, b->pieces, mesh ? b->vertices : 1);
     buffers = (uint8_t *)sfield__hold_memory(b, b->pieces, mesh ? (deep ? 8 * samples : samples / 8) : 1);
-    if (!tables || !b->view || !all || !corners || !faces || !buffers) return SFIELD_ERR_ALLOC;
+    if (!tables || !b->view || !all || !buffers) return SFIELD_ERR_ALLOC;
     if (b->h.logarithm) {
         sfield_result result = sfield_algebra_create(b->h.bands, &b->desc.system, &b->algebra);
         work = (double *)sfield__hold_memory(b, b->pieces,
@@ -31,8 +29,6 @@ static sfield_result sfield__prepare_build(sfield__build *b)
         v->texel = all + p * floats;
         v->haar = v->texel + b->h.channels * b->cells;
         v->key = v->haar + b->h.channels * b->cells;
-        v->corner = corners + 5 * p * (mesh ? b->vertices : 1);
-        v->face = faces + p * (mesh ? b->vertices : 1);
         v->bits = (uint64_t *)(void *)(buffers + p * (mesh && !deep ? samples / 8 : 0));
         v->depth = deep ? (float *)(void *)(buffers + 8 * p * samples) : NULL;
         v->owner = deep ? (uint32_t *)(void *)(v->depth + samples) : NULL;

@@ -70,6 +70,8 @@
 #endif /* !SHADOWFIELD_IMPLEMENTED */
 
 #ifdef SFIELD__SET
+#if SFIELD__SIMD_SETS
 #if SFIELD_VERSION != 10000 /* this file's: another one that includes it as SFIELD_FILE has its own */
 #error "shadowfield.h: the file that SFIELD_FILE names is of another version than the one that includes it"
+#endif
 #endif

@@ -151,6 +151,18 @@ static void sfield__recall16(const int16_t *value, const float *scale, uint32_t 
     SFIELD__CALL_BEST(sfield__recall, simd, (value, scale, n, t));
 }
 
+#ifndef SFIELD_WITHOUT_BUILD
+static void sfield__draw_triangles16(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    SFIELD__CALL_BEST(sfield__draw_triangles, b->simd, (b, v, eye));
+}
+
+static void sfield__find_crossings16(const sfield__build *b, const float *eye, sfield__inside_ray *ray)
+{
+    SFIELD__CALL_BEST(sfield__find_crossings, b->simd, (b, eye, ray));
+}
+#endif
+
 #ifndef SFIELD_WITHOUT_WAVELETS
 static void sfield__haar_squares16(uint32_t squares, const float *c, float *up, float *out, int simd)
 {

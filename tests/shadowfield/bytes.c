@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BYTES_TRIANGLES = 24, BYTES_CASES = 11 };
+enum { BYTES_TRIANGLES = 24, BYTES_CASES = 14 };
 
 static uint32_t bytes_next(uint32_t *state)
 {
@@ -70,11 +70,20 @@ static int bytes_case(int i, char *line, size_t size)
         mesh.index_count = 36;
         mesh.vertex_count = 8;
     }
+    if (i > 10)                                     /* slivers, lines, doubled triangles, one over another */
+        for (t = 1; t < BYTES_TRIANGLES; t++) {
+            float *q = p + 9 * t;
+            if (t % 6 == 1) memcpy(q, q - 9, 9 * sizeof *q);
+            for (c = 0; t % 6 == 2 && c < 3; c++) q[6 + c] = 0.5f * (q[c] + q[3 + c]) + (c == 1 ? 0.0009765625f : 0);
+            for (c = 0; t % 6 == 3 && c < 3; c++) q[6 + c] = 2 * q[3 + c] - q[c];
+            for (k = 0; t % 6 == 4 && k < 3; k++) memcpy(q + 3 * k, q - 9 - 3 * k + 6, 3 * sizeof *q);
+            for (c = 0; t % 6 == 5 && c < 3; c++) q[3 * c + 2] = 0.5f;
+        }
     e.radius = 0.75f;
     e.radiance[0] = 3;
     e.radiance[2] = 1.5f;
-    if (i < 2 || i >= 8) r = sfield_build(&d, &mesh, &f, NULL);
-    else if (i < 4) {
+    if (i < 2 || (i >= 8 && i < 12)) r = sfield_build(&d, &mesh, &f, NULL);
+    else if (i < 4 || i > 11) {
         d.frame_count = 2;
         r = sfield_build_emissive(&d, &mesh, radiance, &f, NULL);
     } else if (i < 6) r = sfield_build_emitter(&d, &e, &f, NULL);
