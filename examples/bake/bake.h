@@ -9,6 +9,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct cohsm_domain;
+
+/* bake csm --domain: where maps look from; all zero is the default. */
+typedef struct bk_domain {
+    const char *text, *path;            /* as typed, or NULL; the file of places, or NULL */
+    int         number;                 /* of the table in domain.c */
+    float       numbers[12], *locations;
+    size_t      count;                  /* x, y, z, w each */
+} bk_domain;
+
 /* One rigid object: triangles in its own space, or the whole file's in world space. */
 typedef struct bk_mesh {
     float    *positions;
@@ -19,6 +29,7 @@ typedef struct bk_mesh {
     size_t    lit_count;
     ex_scene  scene;                    /* where it is from */
     char      node[64];
+    const bk_domain *domain;            /* of csm; NULL: the default */
 } bk_mesh;
 
 /* Points on it, for its self-visibility. */
@@ -66,6 +77,7 @@ typedef struct bk_args {
     const char  *lights[64];            /* --light, as typed */
     size_t       light_count;
     const char  *points;                /* --points, or NULL */
+    bk_domain    domain;                /* --domain */
     const char  *report;                /* --report, or NULL */
     const char *const *parts;           /* merge: shards of a bake into a model, in order; else NULL */
     size_t       part_count;
@@ -107,6 +119,13 @@ int  bk_part_settings(const void *data, size_t size, bk_args *args, char *error)
 uint64_t bk_hash(uint64_t h, const void *data, size_t size);      /* FNV-1a; begin with BK_HASH */
 #define BK_HASH 1469598103934665603u
 uint64_t bk_hash_settings(uint64_t h, const bk_args *args);
+
+/* domain.c: 0, or -1 with one line in error. Load reads or makes its places, for free(). */
+int         bk_domain_parse(bk_domain *out, const char *text, char *error);
+int         bk_domain_load(bk_domain *domain, const bk_mesh *mesh, const rd_settings *settings, char *error);
+void        bk_domain_sides(const bk_domain *domain, const rd_settings *settings, uint32_t side[3]);
+void        bk_domain_fill(const bk_domain *domain, const rd_settings *settings, struct cohsm_domain *out);
+const char *bk_domain_name(int kind);       /* of a cohsm_domain_kind */
 
 /* files.c: whole files; writing goes to another name first, so that a file with its own name is always complete. */
 int  bk_read(const char *path, void **data, size_t *size, char *error);

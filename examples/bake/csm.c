@@ -8,11 +8,22 @@
 #include <string.h>
 
 static const rd_key keys[] = {
-    { "side", RD_INTEGER, NULL, 1, 1024, "128", "maps a side of the domain" },
+    { "side", RD_INTEGER, NULL, 1, 1024, "128", "maps a side of the domain; emissive: side x side places" },
+    { "side_v", RD_INTEGER, NULL, 0, 4096, "0", "maps along the second dimension; 0: as side, of a table 1" },
+    { "side_w", RD_INTEGER, NULL, 0, 4096, "0", "maps along the third dimension; 0: as side, of a table 1" },
     { "map_side", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of a map" },
     { "layers", RD_WORD, "z1z2|z1z3_sphere|z1z3_far", 0, 0, "z1z2", "which hit the stored depths lie in front of" },
     { "order", RD_WORD, "auto|scanline|zigzag|zigzag_theta|hilbert", 0, 0, "hilbert",
       "auto: by trial, in every shard" },
+    { "orientation", RD_WORD, "auto|polar|minimal|two_poles", 0, 0, "auto",
+      "which way is up in a map of a direction; auto: with order=auto by trial, else polar" },
+    { "depth_bits", RD_INTEGER, NULL, 4, 8, "8", "of the grid of stored depths" },
+    { "open_thickness", RD_NUMBER, NULL, 0, 1024, "0", "pixels that a surface without a back is thick; 0: 8" },
+    { "self_only", RD_WORD, "0|1", 0, 0, "0", "1: smaller, and answers only for points on the object itself" },
+    { "center_x", RD_NUMBER, NULL, -1e9, 1e9, "0", "of the sphere that the maps hold" },
+    { "center_y", RD_NUMBER, NULL, -1e9, 1e9, "0", "" },
+    { "center_z", RD_NUMBER, NULL, -1e9, 1e9, "0", "" },
+    { "radius", RD_NUMBER, NULL, 0, 1e9, "0", "of that sphere, which must hold the object; 0: both are fitted" },
     { "packed", RD_WORD, "0|1", 0, 0, "0", "1: entropy-coded file, about half as large; shards are never" },
     { "budget", RD_NUMBER, NULL, 0, 1e6, "0",
       "MB in memory: takes the side and map_side, below it, of the least expected error; 0: as given" },
@@ -43,18 +54,31 @@ static cohsm_desc services(char *label)
     return d;
 }
 
-static cohsm_desc desc_of(const rd_settings *settings, ex_pool *pool)
+static const bk_domain all_directions;
+
+static const bk_domain *domain_of(const bk_mesh *mesh) { return mesh->domain ? mesh->domain : &all_directions; }
+
+static cohsm_desc desc_of(const rd_settings *settings, const bk_mesh *mesh, ex_pool *pool)
 {
+    static const char *const orientations[] = { "auto", "polar", "minimal", "two_poles" };
+    static const char *const centers[] = { "center_x", "center_y", "center_z" };
     static const char *const orders[] = { "auto", "scanline", "zigzag", "zigzag_theta", "hilbert" };
     static const char *const layers[] = { "", "z1z2", "z1z3_sphere", "z1z3_far" };
     static char label[] = "csm maps";
     cohsm_desc d = services(label);
-    d.domain.side[0] = d.domain.side[1] = (uint32_t)rd_setting_integer(settings, "side");
+    bk_domain_fill(domain_of(mesh), settings, &d.domain);
     d.map_side = (uint32_t)rd_setting_integer(settings, "map_side");
     d.order = (cohsm_order)word(settings, "order", orders);
     d.layers = (cohsm_layers)word(settings, "layers", layers);
-    if (d.order != COHSM_ORDER_DEFAULT)
+    d.orientation = (cohsm_orientation)word(settings, "orientation", orientations);
+    if (d.order != COHSM_ORDER_DEFAULT && d.orientation == COHSM_ORIENTATION_DEFAULT)
         d.orientation = COHSM_ORIENTATION_POLAR;
+    d.depth_bits = (uint32_t)rd_setting_integer(settings, "depth_bits");
+    d.open_thickness = (float)rd_setting_number(settings, "open_thickness");
+    d.self_only = rd_setting_is(settings, "self_only", "1");
+    d.radius = (float)rd_setting_number(settings, "radius");
+    for (int k = 0; k < 3; k++)
+        d.center[k] = (float)rd_setting_number(settings, centers[k]);
     ex_pool_label(pool, label);
     d.system.parallel_for = ex_pool_run;
     d.system.progress = ex_pool_progress;
@@ -73,7 +97,7 @@ static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, cha
 {
     const double budget = rd_setting_number(settings, "budget");
     char pair[40];
-    cohsm_desc d = desc_of(settings, pool);
+    cohsm_desc d = desc_of(settings, mesh, pool);
     cohsm_mesh m = mesh_of(mesh);
     uint32_t side, map_side;
     cohsm_result result;
@@ -94,11 +118,13 @@ static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, cha
 /* About 10 ns a triangle and 15 ns a pixel of each view. */
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
 {
-    double side = rd_setting_number(settings, "side");
-    uint32_t m = (uint32_t)rd_setting_integer(settings, "map_side");
+    uint32_t m = (uint32_t)rd_setting_integer(settings, "map_side"), side[3];
+    double maps;
     (void)error;
+    bk_domain_sides(domain_of(mesh), settings, side);
+    maps = domain_of(mesh)->count ? (double)domain_of(mesh)->count : (double)side[0] * side[1] * side[2];
     *units = m * m;
-    *seconds = side * side * (10e-9 * (double)mesh->triangles + 15e-9 * (double)*units);
+    *seconds = maps * (10e-9 * (double)mesh->triangles + 15e-9 * (double)*units);
     return 0;
 }
 
@@ -184,7 +210,7 @@ static int bytes_of(cohsm_maps *maps, int packed, void **data, size_t *size, cha
 static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
                 void **data, size_t *size, char *error)
 {
-    cohsm_desc d = desc_of(settings, pool);
+    cohsm_desc d = desc_of(settings, mesh, pool);
     cohsm_mesh m = mesh_of(mesh);
     cohsm_maps *maps;
     cohsm_result result;
@@ -231,11 +257,12 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
     cohsm_get_info(maps, &i);
     cohsm_free(maps);
     snprintf(line, room,
-             "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"side\": %u, \"maps\": %u, \"map_side\": %u, "
+             "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"domain\": \"%s\", \"side\": %u, \"side_v\": %u, \"side_w\": %u, \"maps\": %u, \"map_side\": %u, "
              "\"layers\": \"%s\", \"order\": \"%s\", \"segments\": %llu, \"ratio\": %.3f, \"pixel_begin\": %u, "
              "\"pixel_end\": %u, "
              "\"center\": [%.9g, %.9g, %.9g], \"radius\": %.9g}",
-             (unsigned long)size, (unsigned long)i.bytes, (unsigned)i.side[0], (unsigned)i.map_count,
+             (unsigned long)size, (unsigned long)i.bytes, bk_domain_name((int)i.domain), (unsigned)i.side[0],
+             (unsigned)i.side[1], (unsigned)i.side[2], (unsigned)i.map_count,
              (unsigned)i.map_side, layers[i.layers], orders[i.order], (unsigned long long)i.segment_count, i.ratio,
              (unsigned)i.pixel_begin, (unsigned)i.pixel_end, (double)i.center[0], (double)i.center[1],
              (double)i.center[2], (double)i.radius);
@@ -245,7 +272,7 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
 static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
                   char *line, size_t room, char *error)
 {
-    cohsm_desc d = desc_of(settings, pool);
+    cohsm_desc d = desc_of(settings, mesh, pool);
     cohsm_mesh m = mesh_of(mesh);
     cohsm_maps *maps;
     cohsm_report report;

@@ -64,6 +64,7 @@ static const bk_command *command_of(const char *name)
 static void print_help(void)
 {
     puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
+         "       bake csm SCENE -o FILE --domain DOMAIN ...\n"
          "       bake ao MODEL.glb -o OUT.glb [--engine auto|csm|embree] [--set key=value ...] [--shard i/n] [--threads N]\n"
          "               [--report FILE.json]\n"
          "       bake model SCENE -o OUT.glb [--set time=0]\n"
@@ -79,6 +80,9 @@ static void print_help(void)
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
          "  MODEL.glb keeps all its bytes but for what is added to it\n"
          "  --out FILE     the same as -o\n"
+         "  --domain       csm: where maps look from. latlong, octahedral: all directions; line:OX,OY,OZ,UX,UY,UZ,\n"
+         "                 rectangle:O,U,V, disc:O,U,V, sphere:O,RADIUS, volume:O,U,V,W: places from O on; table:FILE,\n"
+         "                 list:FILE of lines x y z w, w = 1 a place, 0 a direction; emissive: places on what shines\n"
          "  --report FILE  the way that was taken, and seconds of the processor for each step, as one line of JSON\n"
          "  --limit-memory MB  what reading the scene may take, nearly; 1000\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
@@ -150,6 +154,8 @@ static int take_option(bk_args *args, const char *name, const char *value, char 
         return rd_settings_add(&args->settings, pair, error);
     } else if (strcmp(name, "--env") == 0 && command_of(args->command)->has_sky) args->env = value;
     else if (strcmp(name, "--points") == 0 && strcmp(args->command, "probes") == 0) args->points = value;
+    else if (strcmp(name, "--domain") == 0 && strcmp(args->command, "csm") == 0)
+        return bk_domain_parse(&args->domain, value, error);
     else if (strcmp(name, "--report") == 0 && strcmp(args->command, "ao") == 0) args->report = value;
     else if (strcmp(name, "--grid") == 0 && strcmp(args->command, "probes") == 0) return take_grid(args, value, error);
     else if (strcmp(name, "--light") == 0 && command_of(args->command)->has_sky) {
@@ -270,6 +276,10 @@ static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, 
         const char *value = rd_setting_text(&args->settings, k->name);
         h = bk_hash(h, value, strlen(value) + 1);
     }
+    if (mesh->domain && mesh->domain->text)
+        h = bk_hash(h, mesh->domain->text, strlen(mesh->domain->text) + 1);
+    if (mesh->domain)
+        h = bk_hash(h, mesh->domain->locations, 16 * mesh->domain->count);
     h = bk_hash(h, mesh->positions, 12 * mesh->vertices);
     h = bk_hash(h, mesh->indices, 12 * mesh->triangles);
     h = bk_hash(h, mesh->radiance, 12 * mesh->lit_count);
@@ -374,9 +384,12 @@ static int run_bake(const bk_args *args, char *error)
     int result = bk_object(&mesh, args->files[0], args->node, error);
     if (result != 0)
         return -1;
+    mesh.domain = &settled.domain;
     pool = ex_pool_create(args->threads);
     if (!pool)
         result = bk_fail(error, "no threads", "");
+    else if (args->technique == &bk_csm && bk_domain_load(&settled.domain, &mesh, &settled.settings, error) != 0)
+        result = -1;
     else if (args->technique->settle && args->technique->settle(&settled.settings, &mesh, pool, error) != 0)
         result = -1;
     else if (args->technique->plan(&settled.settings, &mesh, &units, &seconds, error) != 0)
@@ -384,6 +397,7 @@ static int run_bake(const bk_args *args, char *error)
     else
         result = bake_range(&settled, &mesh, pool, units, seconds, error);
     ex_pool_free(pool);
+    free(settled.domain.locations);
     bk_object_free(&mesh);
     return result;
 }
