@@ -2,16 +2,16 @@
 // probes: an R32F texture without filtering, a row for each probe, "floats" texels wide. grid, origin, step, side: of the
 // .json. p: the point, best moved along its normal by a little of a step; n: its unit normal.
 
-float dapple_probe_float(sampler2D probes, int probe, int i) { return texelFetch(probes, ivec2(i, probe), 0).r; }
+float dapple_probe_float(highp sampler2D probes, int probe, int i) { return texelFetch(probes, ivec2(i, probe), 0).r; }
 
-vec3 dapple_probe_harmonic(sampler2D probes, int probe, int j)
+vec3 dapple_probe_harmonic(highp sampler2D probes, int probe, int j)
 {
     return vec3(dapple_probe_float(probes, probe, 3 * j), dapple_probe_float(probes, probe, 3 * j + 1),
                 dapple_probe_float(probes, probe, 3 * j + 2));
 }
 
 // Irradiance that one probe has for a normal; harmonics may ring below 0.
-vec3 dapple_probe_shade(sampler2D probes, int probe, vec3 n)
+vec3 dapple_probe_shade(highp sampler2D probes, int probe, vec3 n)
 {
     vec3 sum = 0.28209479 * dapple_probe_harmonic(probes, probe, 0);
     sum += 0.48860251 * (n.y * dapple_probe_harmonic(probes, probe, 1) + n.z * dapple_probe_harmonic(probes, probe, 2) +
@@ -25,7 +25,7 @@ vec3 dapple_probe_shade(sampler2D probes, int probe, vec3 n)
 }
 
 // Mean distance and mean square distance that a probe sees along a direction: of the four nearest texels.
-vec2 dapple_probe_distance(sampler2D probes, int probe, int side, vec3 d)
+vec2 dapple_probe_distance(highp sampler2D probes, int probe, int side, vec3 d)
 {
     d /= abs(d.x) + abs(d.y) + abs(d.z);
     vec2 sign_of = vec2(d.x >= 0.0 ? 1.0 : -1.0, d.y >= 0.0 ? 1.0 : -1.0);
@@ -44,7 +44,7 @@ vec2 dapple_probe_distance(sampler2D probes, int probe, int side, vec3 d)
 
 // Of the eight probes about the point, each counts by its nearness, by whether it lies in front of the surface, and by
 // Chebyshev's bound on the chance that nothing lies between.
-vec3 dapple_probe_irradiance(sampler2D probes, ivec3 grid, vec3 origin, vec3 step_size, int side, vec3 p, vec3 n)
+vec3 dapple_probe_irradiance(highp sampler2D probes, ivec3 grid, vec3 origin, vec3 step_size, int side, vec3 p, vec3 n)
 {
     vec3 at = clamp((p - origin) / step_size, vec3(0.0), vec3(grid - 1));
     ivec3 low = min(ivec3(at), max(grid - 2, ivec3(0)));
