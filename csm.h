@@ -3534,6 +3534,7 @@ struct cohsm_builder {
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
     int               finished;         /* or failed: it can only be freed */
+    int               counting;         /* segments are counted alone; lists are not written */
 };
 #endif
 
@@ -3787,7 +3788,7 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
             b->lo[p] = 0;
             b->hi[p] = (uint8_t)b->grid.top;
         }
-        result = cohsm__write_range(b, r, lookup + r->begin, views);
+        if (!b->counting) result = cohsm__write_range(b, r, lookup + r->begin, views);
         cohsm__free_pages(b, r->first);
         r->first = r->last = NULL;
     }
@@ -8811,18 +8812,35 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
 
 /* ---- build: from a mesh ---- */
 
-typedef struct cohsm__job { cohsm_builder *builder; const cohsm__soup *soup; int simd; } cohsm__job;
+/* The views of a trial, by face and cell, from which the next trial takes them in another order. */
+typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
+#define COHSM__SHELF_BYTES ((size_t)1 << 25)        /* larger trials draw their views for each order */
+
+typedef struct cohsm__job {
+    cohsm_builder *builder;
+    const cohsm__soup *soup;
+    const cohsm__shelf *shelf;          /* NULL: none */
+    int simd;
+} cohsm__job;
 
 static void cohsm__raster_task(void *context, size_t index)
 {
     const cohsm__job *job = (const cohsm__job *)context;
     const cohsm_builder *b = job->builder;
     uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_side, p;
-    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles,
-                                         b->cells[view % b->head.map_count], view / b->head.map_count);
+    const uint32_t cell = b->cells[view % b->head.map_count], face = view / b->head.map_count;
+    const size_t bytes = b->batch_size * sizeof *b->batch;
+    const size_t at = ((size_t)face * b->head.map_count + cell) * b->batch_size;
+    uint16_t *kept = job->shelf ? job->shelf->z + at : NULL;
+    cohsm__camera cam;
     cohsm__target target;
 
     target.z = b->batch + index * b->batch_size;
+    if (kept && job->shelf->filled) {
+        memcpy(target.z, kept, bytes);
+        return;
+    }
+    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, face);
     target.keep = b->keep;
     target.size = (int)m;
     target.row_begin = (int)(b->desc.pixel_begin / m);
@@ -8831,15 +8849,18 @@ static void cohsm__raster_task(void *context, size_t index)
     if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
         for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
             target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
+    if (kept) memcpy(kept, target.z, bytes);
 }
 
-static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup)
+/* Draws and compresses all views. A shelf that is not NULL receives them, or gives them if it is filled. */
+static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup, const cohsm__shelf *shelf)
 {
     cohsm__job job;
     cohsm_result result = COHSM_OK;
 
     job.builder = b;
     job.soup = soup;
+    job.shelf = shelf;
     job.simd = cohsm__simd();
     while (result == COHSM_OK && b->next_view < b->head.view_count) {
         if (b->desc.system.progress &&
@@ -8908,34 +8929,103 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
 
     if (result != COHSM_OK) return result;
     memcpy(b->head.dop, model->dop, sizeof model->dop);
-    result = cohsm__build_views(b, &model->soup);
+    result = cohsm__build_views(b, &model->soup, NULL);
     if (result == COHSM_OK) result = cohsm__finish_maps(b, out, stats);
     cohsm__drop_builder(b, heap);
     return result;
 }
 
-/* Counts the segments of a build with sides divided by shrink and half the map size. */
-static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
-                                     cohsm__counted_heap *heap, double *segments)
+/* Counts the segments of a build. */
+static cohsm_result cohsm__count_segments(const cohsm_desc *d, const cohsm__model *model,
+                                          const cohsm__shelf *shelf, cohsm__counted_heap *heap,
+                                          double *segments)
 {
-    cohsm_desc trial = *d;
-    cohsm__step_system step;
-    cohsm_maps *maps;
-    cohsm_stats stats;
-    cohsm_result result;
+    cohsm_builder *b;
+    cohsm_result result = cohsm__builder_make(d, heap, &b);
     int i;
 
-    memset(&stats, 0, sizeof stats);
-    cohsm__system_for_step(&trial.system, &step, 0.0f, 0.0f);
+    if (result != COHSM_OK) return result;
+    b->counting = 1;
+    result = cohsm__build_views(b, &model->soup, shelf);
+    for (i = 0, *segments = 0.0; i < COHSM__RANGES; i++) *segments += (double)b->ranges[i].segments;
+    cohsm__drop_builder(b, heap);
+    return result;
+}
+
+/* The orders and the orientations among which a build chooses. */
+typedef struct cohsm__choice {
+    cohsm_order       order[2];
+    cohsm_orientation orientation[2];
+    int               orders, orientations;
+    double            segments[2][2][2];    /* by order, orientation, and size: larger trial, smaller */
+} cohsm__choice;
+
+/* Returns the desc of a trial whose sides are divided by shrink, at half the map size. */
+static cohsm_desc cohsm__small_desc(const cohsm_desc *d, uint32_t shrink, cohsm__step_system *step)
+{
+    cohsm_desc trial = *d;
+    int i;
+
+    cohsm__system_for_step(&trial.system, step, 0.0f, 0.0f);
     for (i = 0; i < 3; i++) trial.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
     trial.map_side = cohsm__max_u32(d->map_side / 2, 8);
     trial.pixel_begin = 0;
     trial.pixel_end = trial.map_side * trial.map_side;
-    result = cohsm__build_model(&trial, model, heap, &maps, &stats);
-    if (result != COHSM_OK) return result;
-    cohsm_free(maps);
-    *segments = (double)stats.segments;
-    return COHSM_OK;
+    return trial;
+}
+
+/* Returns how many depths all views of a trial have, or 0 if a shelf for them were too large. */
+static size_t cohsm__shelf_depths(const cohsm_desc *d)
+{
+    const uint32_t faces = cohsm__is_positional(&d->domain) ? 6u : 1u, *s = d->domain.side;
+    const uint64_t views = (uint64_t)s[0] * s[1] * s[2] * faces;
+    const uint64_t view = (uint64_t)d->map_side * d->map_side * (d->layers == COHSM_LAYERS_Z1Z2 ? 2u : 4u);
+    return views * view <= COHSM__SHELF_BYTES / 2 ? (size_t)(views * view) : 0;
+}
+
+/* Counts the segments of all orders with one orientation, whose views are drawn once. */
+static cohsm_result cohsm__try_orders(const cohsm_desc *d, const cohsm__model *model, cohsm__choice *choice,
+                                      int orientation, int size, uint32_t shrink, cohsm__counted_heap *heap)
+{
+    cohsm__step_system step;
+    cohsm_desc trial = cohsm__small_desc(d, shrink, &step);
+    cohsm__shelf shelf;
+    const size_t depths = choice->orders > 1 ? cohsm__shelf_depths(&trial) : 0;
+    cohsm_result result = COHSM_OK;
+    int o;
+
+    memset(&shelf, 0, sizeof shelf);
+    if (depths) shelf.z = (uint16_t *)cohsm__heap_alloc(heap, depths, sizeof *shelf.z);
+    if (depths && !shelf.z) return COHSM_ERR_ALLOC;
+    trial.orientation = choice->orientation[orientation];
+    for (o = 0; o < choice->orders && result == COHSM_OK; o++) {
+        trial.order = choice->order[o];
+        result = cohsm__count_segments(&trial, model, shelf.z ? &shelf : NULL, heap,
+                                       &choice->segments[o][orientation][size]);
+        shelf.filled = 1;
+    }
+    cohsm__heap_free(heap, shelf.z, depths, sizeof *shelf.z);
+    return result;
+}
+
+/* Takes the order and the orientation of the fewest segments: those of the larger trial, continued by the
+   growth from the smaller one for as many doublings as bring the larger to the full size. */
+static void cohsm__take_best(cohsm_desc *d, const cohsm__choice *choice, uint32_t shrink)
+{
+    double least = 0.0, segments, growth;
+    uint32_t k;
+    int o, f;
+
+    for (o = 0; o < choice->orders; o++)
+        for (f = 0; f < choice->orientations; f++) {
+            segments = choice->segments[o][f][0];
+            growth = shrink > 1 ? segments / choice->segments[o][f][1] : 1.0;       /* by one doubling */
+            for (k = shrink; k > 1; k /= 2) segments *= growth;
+            if (least > 0.0 && segments >= least) continue;
+            least = segments;
+            d->order = choice->order[o];
+            d->orientation = choice->orientation[f];
+        }
 }
 
 /* Chooses order and orientation if the desc leaves them open. Each is tried at a quarter and an eighth of
@@ -8945,38 +9035,30 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
 static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model,
                                            cohsm__counted_heap *heap)
 {
-    static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
-    static const cohsm_orientation orientations[2] = { COHSM_ORIENTATION_POLAR, COHSM_ORIENTATION_TWO_POLES };
-    int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
-    int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
-    int any_orientation =
-        d->orientation == COHSM_ORIENTATION_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
-    uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1, k;
-    double least = 0.0, segments = 0.0, growth;
-    cohsm_desc trial = *d;
-    cohsm_result result;
+    const uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1;
+    const int tabled = cohsm__has_table((uint32_t)d->domain.kind);
+    cohsm__choice choice;
+    cohsm_result result = COHSM_OK;
+    int f;
 
+    memset(&choice, 0, sizeof choice);
+    choice.orders = d->order == COHSM_ORDER_DEFAULT && !tabled ? 2 : 1;
+    choice.orientations =
+        d->orientation == COHSM_ORIENTATION_DEFAULT && !tabled && !cohsm__is_positional(&d->domain) ? 2 : 1;
     if (d->order == COHSM_ORDER_DEFAULT) d->order = COHSM_ORDER_HILBERT;
     if (d->orientation == COHSM_ORIENTATION_DEFAULT) d->orientation = COHSM_ORIENTATION_POLAR;
-    if (!any_order && !any_orientation) return COHSM_OK;
-    for (o = 0; o < (any_order ? 2 : 1); o++)
-        for (f = 0; f < (any_orientation ? 2 : 1); f++) {
-            trial.order = any_order ? orders[o] : d->order;
-            trial.orientation = any_orientation ? orientations[f] : d->orientation;
-            result = cohsm__try_small(&trial, model, shrink, heap, &segments);
-            growth = segments;
-            if (result == COHSM_OK && shrink > 1)
-                result = cohsm__try_small(&trial, model, 2 * shrink, heap, &growth);
-            if (result != COHSM_OK) return result;
-            growth = segments / growth;                              /* by one doubling */
-            for (k = shrink; k > 1; k /= 2) segments *= growth;
-            if (least == 0.0 || segments < least) {
-                least = segments;
-                d->order = any_order ? orders[o] : d->order;
-                d->orientation = any_orientation ? orientations[f] : d->orientation;
-            }
-        }
-    return COHSM_OK;
+    if (choice.orders == 1 && choice.orientations == 1) return COHSM_OK;
+    choice.order[0] = d->order;
+    choice.order[1] = COHSM_ORDER_ZIGZAG_THETA;
+    choice.orientation[0] = d->orientation;
+    choice.orientation[1] = COHSM_ORIENTATION_TWO_POLES;
+    for (f = 0; f < choice.orientations && result == COHSM_OK; f++) {
+        result = cohsm__try_orders(d, model, &choice, f, 0, shrink, heap);
+        if (result == COHSM_OK && shrink > 1)
+            result = cohsm__try_orders(d, model, &choice, f, 1, 2 * shrink, heap);
+    }
+    if (result == COHSM_OK) cohsm__take_best(d, &choice, shrink);
+    return result;
 }
 
 /* Does what cohsm_build does, for the public function that the log names. */
@@ -9198,6 +9280,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
 
     job.builder = b;
     job.soup = soup;
+    job.shelf = NULL;
     job.simd = cohsm__simd();
     check.builder = b;
     check.maps = maps;

@@ -51,6 +51,7 @@ struct cohsm_builder {
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
     int               finished;         /* or failed: it can only be freed */
+    int               counting;         /* segments are counted alone; lists are not written */
 };
 #endif
 
@@ -304,7 +305,7 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
             b->lo[p] = 0;
             b->hi[p] = (uint8_t)b->grid.top;
         }
-        result = cohsm__write_range(b, r, lookup + r->begin, views);
+        if (!b->counting) result = cohsm__write_range(b, r, lookup + r->begin, views);
         cohsm__free_pages(b, r->first);
         r->first = r->last = NULL;
     }

@@ -104,6 +104,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
 
     job.builder = b;
     job.soup = soup;
+    job.shelf = NULL;
     job.simd = cohsm__simd();
     check.builder = b;
     check.maps = maps;
