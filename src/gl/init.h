@@ -139,7 +139,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     missing = glbk__load(ctx, desc, GLBK__GROUP_CORE);
     if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
     version = (const char *)ctx->gl.GetString(GLBK__VERSION_TEXT);
-    if (!version) return GLBK_ERR_CONTEXT;
+    if (!version) return glbk__fail(ctx, GLBK_ERR_CONTEXT, "glbk_init: ", "no GL context is current");
     result = glbk__take_errors(ctx, GLBK_ERR_PENDING);
     if (result != GLBK_OK) return result;
     glbk__read_version(ctx, version);

@@ -139,7 +139,8 @@ static void versions_are_read(void **state)
     for (i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         l.version = cases[i].text;
         assert_int_equal(glbk_init(&ctx, &desc), cases[i].text[0] ? GLBK_ERR_OLD_CONTEXT : GLBK_ERR_CONTEXT);
-        if (cases[i].text[0]) assert_non_null(strstr(t->log, cases[i].text));
+        assert_non_null(strstr(t->log, cases[i].text[0] ? cases[i].text : "glbk_init: no GL context is current"));
+        t->log[0] = 0;
     }
     l.version = t->gl.es ? "OpenGL ES 3.0 (WebGL 2.0 (OpenGL ES 3.0 Chromium))" : "3.3 (Core Profile) Mesa";
     assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
