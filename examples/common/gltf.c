@@ -16,6 +16,7 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 
 #else
 
+#define MOST_INTENSITY 1e12          /* as of --light: products with it stay far from the largest float */
 #define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
 #define MOST_TRIANGLES  100000000u   /* of all meshes, and of all nodes: small files can name one array often */
 #define MOST_LIGHTS     1000u        /* nodes with a light: techniques draw maps for each */
@@ -440,7 +441,9 @@ static int load_light(loader *l, const gltf_light *from, const float m[16])
 {
     static const ex_light_kind kinds[3] = {EX_LIGHT_SUN, EX_LIGHT_POINT, EX_LIGHT_SPOT};
     double angle = from->outer_angle;
-    if (from->kind < 0 || from->kind > 2 || !(from->intensity > 0) || !(from->intensity < 1e12)) return 0;
+    if (from->kind < 0 || from->kind > 2 || !(from->intensity > 0)) return 0;
+    if (!(from->intensity <= MOST_INTENSITY))
+        return ex_fail(l->error, "%s: the intensity of a light is %g, at most 1e12 is taken", l->path, from->intensity);
     if (from->kind == 2 && (!(angle > 0) || !(angle < 1.5709))) return 0;
     if (l->scene->light_count == MOST_LIGHTS)
         return ex_fail(l->error, "%s: more than %u lights", l->path, MOST_LIGHTS);

@@ -252,6 +252,34 @@ static int close_all(void **state)
     return rmdir(folder);
 }
 
+/* A light without bounds was left out without a word, and a sun of render's own put in its place. */
+static void lights_beyond_all_floats_are_refused(void **state)
+{
+    static const char *const intensities[] = { "1e12", "1.001e12", "1e38", "1e300" };
+    char error[EX_ERROR_SIZE];
+    (void)state;
+    for (int k = 0; k < 4; k++) {
+        ex_scene scene;
+        FILE *file = fopen(file_name, "wb");
+        int result;
+        assert_non_null(file);
+        fprintf(file,
+                "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"KHR_lights_punctual\"],\"extensions\":"
+                "{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"point\",\"intensity\":%s}]}}," TRIANGLE
+                ",\"nodes\":[{\"mesh\":0},{\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}],"
+                "\"scenes\":[{\"nodes\":[0,1]}]}",
+                intensities[k]);
+        assert_int_equal(fclose(file), 0);
+        result = ex_scene_load(&scene, file_name, error);
+        if (result != 0 && strstr(error, "libtinygltf-dev")) skip();
+        assert_int_equal(result, k ? -1 : 0);
+        if (result == 0) {
+            assert_int_equal(scene.light_count, 1);
+            ex_scene_free(&scene);
+        } else assert_non_null(strstr(error, "the intensity of a light is 1"));
+    }
+}
+
 static void a_thousand_lights_are_the_most(void **state)
 {
     char error[EX_ERROR_SIZE];
@@ -287,7 +315,8 @@ int main(void)
         cmocka_unit_test(trees_deep_and_wide_are_refused_or_read),
         cmocka_unit_test(lists_of_millions_are_refused_or_read),
         cmocka_unit_test(names_a_terminal_obeys_stay_out_of_errors), cmocka_unit_test(the_limit_is_the_users),
-        cmocka_unit_test(a_thousand_lights_are_the_most)
+        cmocka_unit_test(a_thousand_lights_are_the_most),
+        cmocka_unit_test(lights_beyond_all_floats_are_refused)
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
